@@ -17,7 +17,7 @@ from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
 if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.batch.assemble import DataSet
-    from pipeline.executors.outcome import Executor
+    from pipeline.executors.local import Executor
     from pipeline.overrides import Override
 
 DAMAGED = 1
@@ -133,7 +133,7 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
 def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) -> None:
     """Name the corrections by hand that matched nothing in the houses."""
     from houseexpo.floorplan import load_plan
-    from pipeline.corrections import level_of, without_effect
+    from pipeline.overrides import level_of, without_effect
 
     for name, override in overrides.items():
         if override.door or override.no_room:
@@ -188,7 +188,7 @@ def record_shards(out: str, record: BuildRecord) -> None:
 
 def verify_all(places: list[str]) -> None:
     """Check data sets; exit with 1 if something is damaged."""
-    from pipeline.batch.remote import is_url
+    from pipeline.batch.store import is_url
     from pipeline.batch.verify import verify
 
     if not places:

@@ -55,9 +55,9 @@ def slurm(
 
     Run again, it takes up only the shards that are not done and not in the queue.
     """
-    from pipeline.batch.remote import is_url
     from pipeline.batch.shard_build import begin, left_of
     from pipeline.batch.slurm import ARRAY_LIMIT, Queue, Request, Scripts, array_limit, program
+    from pipeline.batch.store import is_url
     from pipeline.overrides import load_overrides
 
     with ended_cleanly():

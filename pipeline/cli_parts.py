@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,13 +17,13 @@ import typer
 from houseexpo.commands.printing import console, print_named, typed_command
 from houseexpo.errors import INTERRUPTED, NO_PLAN
 from houseexpo.progress import is_quiet, is_verbose
-from pipeline.batch.transient import transient_fault
-from pipeline.interrupts import interruptible
+from pipeline.batch.disk import transient_fault
 
 if TYPE_CHECKING:
     from pipeline.batch.assemble import DataSet
     from pipeline.config_file import BuildConfig
     from pipeline.inspection import Inspection
+
 
 NOT_DONE = 3
 """The exit code where a transient fault kept some inputs from being done, or a shard has not done them yet."""
@@ -83,8 +87,8 @@ def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:
     """Say which house and level was inspected, where its pictures are, and the outcome."""
-    from pipeline.plausible import ADVICE, implausible
     from pipeline.quality import main_grounds
+    from pipeline.report import ADVICE, implausible
 
     printed = console()
     printed.print(str(found.shown or source), highlight=False, soft_wrap=True)
@@ -105,7 +109,7 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
 def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
     """Say which corrections by hand belong to other houses than the inspected one."""
     from houseexpo.words import unknown_name
-    from pipeline.corrections import concerns
+    from pipeline.overrides import concerns
 
     if found.shown is None or not corrected or any(concerns(name, found.shown.house) for name in corrected):
         return
@@ -115,3 +119,45 @@ def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
         fg="yellow",
         err=True,
     )
+
+
+# Ctrl-C ends a command cleanly and in time, also where a library swallows it while it is imported.
+
+
+_TIMEOUT_S = 4.0
+
+
+@contextmanager
+def interruptible(last_words: str) -> Iterator[Callable[[], None]]:
+    """Have Ctrl-C raise KeyboardInterrupt; yields a function that raises it again where it was swallowed.
+
+    1. What does not end within some seconds is ended, with ``last_words``; the workers end with their parent.
+    2. So is everything at once where Ctrl-C comes a second time.
+    """
+    asked = threading.Event()
+
+    def end() -> None:
+        sys.stderr.write(f"{last_words}\n")
+        sys.stderr.flush()
+        os._exit(INTERRUPTED)
+
+    deadline = threading.Timer(_TIMEOUT_S, end)
+    deadline.daemon = True
+
+    def interrupt(*_: object) -> None:
+        if asked.is_set():
+            end()  # R2
+        asked.set()
+        deadline.start()  # R1
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if asked.is_set():
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield check
+    finally:
+        deadline.cancel()
+        signal.signal(signal.SIGINT, before)

@@ -17,14 +17,12 @@ from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
-from pipeline.corrections import concerns, corrected_input, corrected_level, level_of, word_on
 from pipeline.geometry.overlay import quiet
-from pipeline.overrides import Override
+from pipeline.overrides import Override, concerns, corrected_input, corrected_level, level_of, word_on
 from pipeline.pictures import of_building, sheet_of, stage_pictures
-from pipeline.png import as_png
+from pipeline.png import as_png, top_view
 from pipeline.rejection import Rejection
 from pipeline.sources import reader
-from pipeline.top_view import top_view
 from pipeline.values import Input, Level, RejectedLevel
 
 SHEET = "stages.png"

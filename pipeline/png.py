@@ -1,17 +1,70 @@
-"""A picture as the bytes of a PNG file."""
+"""Pictures as PNG files, and a small picture of a mesh from above."""
 
 from __future__ import annotations
 
 import io
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.values import Mesh
 
-def as_png(image: npt.NDArray[np.uint8]) -> bytes:
+Picture = npt.NDArray[np.uint8]
+"""Rows from the top, (rows, cols) grey or (rows, cols, 3) RGB."""
+
+
+def as_png(image: Picture) -> bytes:
     """Return the file of a picture, (rows, cols) grey or (rows, cols, 3) RGB; equal pictures give equal bytes."""
     from PIL import Image
 
     stream = io.BytesIO()
     Image.fromarray(image).save(stream, "PNG", optimize=True)
     return stream.getvalue()
+
+
+SIDE_PX: Final = 200
+SAMPLES: Final = 120_000
+_PAPER: Final = 255
+_LOWEST, _HIGHEST = 190, 30  # grey of the lowest and of the highest place
+_SHADES: Final = 8  # few, so that the file is small
+
+
+def top_view(mesh: Mesh, up: int = 2) -> bytes:
+    """Return a PNG, 8 bits grey, at most ``SIDE_PX`` wide and high: the higher, the darker; nothing is white.
+
+    Points are spread evenly over the faces, always the same ones. ``up`` is the axis of ``mesh`` that points up; the
+    picture's x runs right and its y up, as in a plan. A mesh without area gives no bytes.
+    """
+    from scipy.ndimage import minimum_filter
+
+    points = _spread(mesh)
+    if not len(points):
+        return b""
+    if up == 1:
+        points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = np.maximum(high - low, 1e-9)
+    cells = np.floor((points[:, :2] - low[:2]) / extent[:2].max() * (SIDE_PX - 1)).astype(np.int64)
+    tallest = np.full(np.ceil(extent[:2] / extent[:2].max() * SIDE_PX).astype(int).clip(8, SIDE_PX), -1.0)
+    cells = np.minimum(cells, np.array(tallest.shape) - 1)
+    np.maximum.at(tallest, (cells[:, 0], cells[:, 1]), (points[:, 2] - low[2]) / extent[2])
+    shade = np.round(tallest * _SHADES) / _SHADES
+    grey = np.where(tallest < 0, _PAPER, _LOWEST + (_HIGHEST - _LOWEST) * shade).astype(np.uint8)
+    return as_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
+
+
+def _spread(mesh: Mesh) -> npt.NDArray[np.float64]:
+    """Points (about SAMPLES, 3) spread evenly over the faces by area."""
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    total = float(areas.sum())
+    if not (np.isfinite(total) and total > 0):
+        return np.empty((0, 3))
+    steps = (np.arange(SAMPLES) + 0.5) * (total / SAMPLES)
+    face = np.minimum(np.searchsorted(np.cumsum(areas), steps), len(areas) - 1)
+    u, v = np.random.default_rng(0).random((2, SAMPLES))
+    over = u + v > 1
+    u, v = np.where(over, 1 - u, u)[:, None], np.where(over, 1 - v, v)[:, None]
+    spread: npt.NDArray[np.float64] = a[face] + u * (b - a)[face] + v * (c - a)[face]
+    return spread

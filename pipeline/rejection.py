@@ -35,7 +35,7 @@ class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, 
     """Raised by a reader or a stage if a house cannot become a plan; the batch records it and goes on.
 
     ``detail`` says which thing, what was expected, what was found; ``advice`` says what to do. ``picture`` may be a
-    small PNG of what was rejected (``pipeline.top_view``), for the report.
+    small PNG of what was rejected (``pipeline.png``), for the report.
     """
 
     def __init__(self, stage: str, reason: Reason, detail: str, advice: str = "", picture: bytes = b"") -> None:

@@ -3,35 +3,40 @@
 from __future__ import annotations
 
 import hashlib
+import io
+import logging
 import os
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from importlib.metadata import version
+from itertools import chain, count
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
+import numpy as np
 
-from houseexpo.analysis.similarity import Duplicate, drop_duplicates
-from houseexpo.dataset.index import index_table
+from houseexpo.analysis.similarity import SYMMETRIES, Comparison, Duplicate, Pair, drop_duplicates, find_pairs
+from houseexpo.dataset.index import index_table, row
 from houseexpo.files import as_json, sha256_of, sync_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
+from houseexpo.summaries import Summary, new_summaries
+from houseexpo.workers import cores
 from pipeline.batch import disk
-from pipeline.batch.copies import copies
 from pipeline.batch.entry import Entry, Kept, Refused
-from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder
-from pipeline.batch.ids import settle
-from pipeline.batch.lists import list_files
+from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder, Written
 from pipeline.batch.plans import Plans
-from pipeline.batch.publish import files_of, publish, remove_others
 from pipeline.batch.recipe import digest_of, versions
-from pipeline.batch.rights import Rights
+from pipeline.config import DedupeConfig
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 from pipeline.rejection import Reason
 from pipeline.sources import is_path
+from pipeline.values import MADE
 
 _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 
@@ -243,3 +248,272 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
 def public_names(sources: Iterable[str]) -> list[str]:
     """Return the sources' own names: where they lie on this machine is nobody else's business."""
     return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)
+
+
+# Ids of plans (docs/format.md, "Ids"): readers make them, a build sees to it that no two are equal.
+
+
+DIGITS = 8
+
+
+def settle(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
+    """Return ids of which no two are equal, also where a file system does not tell upper from lower case.
+
+    1. An id that stands alone stays as it is.
+    2. Equal ids all get eight digits of their content's hash.
+    3. An id that is taken all the same gets a number as well, the first one that makes it new.
+
+    Parameters
+    ----------
+    ids, contents
+        The readers' ids, and the SHA-256 of what each was made from (hex digits), in the same order.
+    """
+    times = Counter(map(str.casefold, ids))
+    alone = [times[name.casefold()] == 1 for name in ids]
+    taken = {name.casefold() for name, only in zip(ids, alone, strict=True) if only}
+    settled = []
+    for name, content, only in zip(ids, contents, alone, strict=True):
+        if only:
+            settled.append(name)  # R1
+            continue
+        apart = f"{name}_{content[:DIGITS]}"  # R2
+        numbered = (f"{apart}_{number}" for number in count(2))  # R3
+        free = next(each for each in chain([apart], numbered) if each.casefold() not in taken)
+        taken.add(free.casefold())
+        settled.append(free)
+    return settled
+
+
+# Which plans of a data set are copies of each other, kept from build to build: only new plans are compared.
+
+
+_NAMES = tuple(SYMMETRIES)
+
+
+def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig) -> tuple[Pair, ...]:
+    """Return all pairs within the threshold, by the plans' places in ``kept``, which is sorted by id.
+
+    ``file`` remembers what was compared; a damaged one is as good as none.
+    """
+    recipe = hashlib.sha256(
+        msgspec.json.encode((asdict(config), digest_of("houseexpo.analysis.similarity")))
+    ).hexdigest()
+    known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
+    found = find_pairs(lambda i: decode(plans.get(kept[i])), len(kept), **asdict(config), known=known, threads=cores())
+    if len(found.fingerprints) != len(known.fingerprints):
+        write_whole(file, _bytes(recipe, kept, found), durable=True)
+    return found.pairs
+
+
+def _bytes(recipe: str, kept: Sequence[Kept], found: Comparison) -> bytes:
+    stream = io.BytesIO()
+    np.savez(
+        stream,
+        recipe=np.array(recipe),
+        plans=np.frombuffer(bytes.fromhex("".join(plan.plan for plan in kept)), np.uint8).reshape(-1, 32),
+        prints=np.array([found.fingerprints[i] for i in range(len(kept))], np.int32),
+        pairs=np.array([pair[:2] for pair in found.pairs], np.int32).reshape(-1, 2),
+        differences=np.array([pair.difference for pair in found.pairs], np.float64),
+        symmetries=np.array([_NAMES.index(pair.symmetry) for pair in found.pairs], np.uint8),
+    )
+    return stream.getvalue()
+
+
+def _read(file: Path, recipe: str, places: dict[str, int]) -> Comparison:
+    """Return what is known of the plans that have a place, by their places."""
+    try:
+        with np.load(io.BytesIO(file.read_bytes())) as found:
+            if str(found["recipe"]) != recipe:
+                return Comparison()
+            now = [places.get(row.tobytes().hex(), -1) for row in found["plans"]]
+            prints = {place: row for place, row in zip(now, found["prints"], strict=True) if place >= 0}
+            pairs = [
+                Pair(now[first], now[second], float(difference), _NAMES[symmetry])
+                for (first, second), difference, symmetry in zip(
+                    found["pairs"], found["differences"], found["symmetries"], strict=True
+                )
+                if now[first] >= 0 and now[second] >= 0
+            ]
+    except (OSError, ValueError, KeyError, EOFError, IndexError, zipfile.BadZipFile):
+        return Comparison()
+    return Comparison(prints, tuple(pairs))
+
+
+# Write the plans of a data set, and the pictures of their stages where the build keeps them.
+
+
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Published:
+    """The written files by name, the index's rows, the plans' summaries, and counts."""
+
+    written: dict[str, Written]
+    rows: list[dict[str, Any]]
+    summaries: dict[str, Any]
+    counts: dict[str, Any]
+
+
+def files_of(kept: Mapping[str, Kept], *, pictured: bool) -> dict[str, str]:
+    """Return the files of these plans by name, each with its SHA-256; with those of their pictures if ``pictured``."""
+    files = {_plan(name): plan.plan for name, plan in kept.items()}
+    pictures = {_picture(name): plan.stages.sha256 for name, plan in kept.items() if plan.stages is not None}
+    return {**files, **(pictures if pictured else {})}
+
+
+def publish(
+    folder: Folder, plans: Plans, kept: Mapping[str, Kept], files: Mapping[str, str], before: Finished | None
+) -> Published:
+    """Write those of ``files`` that do not stand as an earlier run wrote them, in one pass.
+
+    Raises
+    ------
+    DamagedPlanError
+        Where a plan, or its picture, is not in the store as it was kept.
+    """
+    summaries, parts_of = new_summaries(), valid_parts(folder.root, kept)
+    rules: Counter[str] = Counter()
+    rows, doubtful, unmeasured = [], 0, 0
+    written: dict[str, Written] = {}
+    if any(_picture(name) in files for name in kept):
+        folder.stages.mkdir(exist_ok=True)
+    for name, plan_kept in kept.items():
+        data = plans.get(plan_kept)
+        plan = decode(data)
+        rows.append({**row(plan), "split": parts_of.get(name)})
+        rules.update(_rules(plan))
+        doubtful += plan.quality is not None and plan.quality.is_doubtful
+        unmeasured += not _measured(summaries.values(), plan)
+        reads = {_plan(name): partial(bytes, data), _picture(name): partial(plans.picture, plan_kept)}
+        for file, read in reads.items():
+            if file in files:
+                written[file] = _written(folder, file, files[file], read, before)
+    counts: dict[str, Any] = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
+    if unmeasured:
+        counts["unmeasured"] = unmeasured
+    return Published(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
+
+
+def _measured(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
+    """Add a plan to the summaries; if it cannot be measured, say so and leave it out."""
+    try:
+        for summary in summaries:
+            summary.add(plan)
+    except Exception as error:  # noqa: BLE001 - one plan never ends a build
+        _LOG.warning("%s: it is left out of the statistics: %s", plan.id, error)
+        return False
+    return True
+
+
+def remove_others(folder: Folder, written: Iterable[str]) -> None:
+    """Remove the plans and pictures of an earlier run that are not among what was written."""
+    for name in folder.names().difference(written):
+        (folder.root / name).unlink()
+    if folder.stages.is_dir() and not any(folder.stages.iterdir()):
+        folder.stages.rmdir()
+
+
+def _written(folder: Folder, file: str, sha256: str, read: Callable[[], bytes], before: Finished | None) -> Written:
+    """Write a file, unless it stands there as an earlier run wrote it."""
+    was = before.files.get(file) if before is not None else None
+    if was is not None and was.sha256 == sha256 and folder.stands(file, was):
+        return was
+    write_whole(folder.root / file, read())
+    return folder.described(file, sha256)
+
+
+def _rules(plan: FloorPlan) -> list[str]:
+    """Name the rules that took effect in a plan and replace a judgement by eye in the paper."""
+    notes = (plan.provenance or {}).get("notes", {})
+    return [f"{name}:{value}" if isinstance(value, str) else name for name, value in notes.items()]
+
+
+def _plan(name: str) -> str:
+    return f"json/{name}.json"
+
+
+def _picture(name: str) -> str:
+    return f"stages/{name}.png"
+
+
+# Lists of ids that an earlier ``houseexpo split`` left in a data set folder: kept while they speak of its plans.
+
+
+def list_files(root: Path) -> list[Path]:
+    """Return what ``houseexpo split`` writes beside the plans, as far as it is there."""
+    return [*(root / "splits").glob("*.txt"), *(root / "splits").glob("splits.json")]
+
+
+def valid_parts(root: Path, ids: Iterable[str]) -> dict[str, str]:
+    """Return the list that each plan stands in, by id.
+
+    Lists that do not name exactly these ids, each once, are of other plans: they are removed, and the answer is empty.
+    """
+    named = [(name, file.stem) for file in list_files(root) if file.suffix == ".txt" for name in _ids_in(file)]
+    if sorted(name for name, _ in named) == sorted(ids):
+        return dict(named)
+    for file in list_files(root):
+        file.unlink()
+    home = root / "splits"
+    if home.is_dir() and not any(home.iterdir()):
+        home.rmdir()
+    return {}
+
+
+def _ids_in(file: Path) -> list[str]:
+    return file.read_text(encoding="utf-8", errors="replace").splitlines()
+
+
+# The licences stated for a data set's sources, one by one, and the licence that all share.
+#
+# R1  A build states the licence and the credit of its own sources. The licences of sources whose plans it keeps
+#     (``--add``) stay as they were stated.
+# R2  A data set has a licence if all its sources have that licence. Houses that the project makes (``procedural:``)
+#     agree to any licence if none is stated for them. The credits of all sources are listed one after another.
+# R3  Older data sets do not state licences by source: there the manifest's licence holds for all sources.
+
+
+_FILE: Final = "rights.json"
+
+
+class Rights(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The licence of a source, as its manifest spells it, and whom to name, or "" if nothing is stated."""
+
+    licence: str = ""
+    credit: str = ""
+
+
+def rights_by_source(folder: Folder, own: Mapping[str, Rights], beside: Iterable[str]) -> dict[str, Rights]:
+    """Return and store the licences of a build's own sources and of those whose plans it keeps (R1, R3)."""
+    file = folder.build / _FILE
+    try:
+        before = msgspec.json.decode(file.read_bytes(), type=dict[str, Rights])
+    except (OSError, msgspec.DecodeError):
+        before = {}
+    manifest = folder.manifest()
+    unknown = Rights(manifest.licence, manifest.credit) if manifest else Rights()
+    found = {**own, **{source: before.get(source, unknown) for source in beside}}
+    if found != before:
+        write_whole(file, as_json(msgspec.to_builtins(dict(sorted(found.items())))), durable=True)
+    return found
+
+
+def licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
+    """Return the licences that sources state, each once, "" among them where one that could state one does not."""
+    found: dict[str, str] = {}
+    for source, each in sorted(rights.items()):
+        if each.licence or not _is_made(source):
+            found.setdefault(each.licence.casefold(), each.licence)
+    return tuple(found.values())
+
+
+def agreed(rights: Mapping[str, Rights]) -> Rights:
+    """Return the licence and credit shared by all of these sources (R2)."""
+    found = licences(rights)
+    credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)
+    return Rights(found[0] if len(found) == 1 else "", "; ".join(credit))
+
+
+def _is_made(source: str) -> bool:
+    return source.startswith(f"{MADE}:")

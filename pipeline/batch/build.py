@@ -17,22 +17,20 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from pipeline.batch import disk
-from pipeline.batch.assemble import DataSet, Parts, assemble, public_names
+from pipeline.batch.assemble import DataSet, Parts, Rights, agreed, assemble, licences, public_names, rights_by_source
+from pipeline.batch.disk import locked
 from pipeline.batch.entry import Entry, ordered
 from pipeline.batch.folder import Folder, Others
 from pipeline.batch.job import Plan
 from pipeline.batch.journal import Journal
 from pipeline.batch.listing import Listing
-from pipeline.batch.lock import locked
 from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import DamagedPlanError, Plans
-from pipeline.batch.rights import Rights, agreed, licences, rights_by_source
 from pipeline.batch.store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
-from pipeline.corrections import check_ids
 from pipeline.executors import local
-from pipeline.executors.outcome import Executor
-from pipeline.overrides import Override
+from pipeline.executors.local import Executor
+from pipeline.overrides import Override, check_ids
 
 __all__ = ["Progress", "build", "check_alone"]
 

@@ -1,10 +1,15 @@
-"""What a build asks of a disk beside whole files, and paths as text."""
+"""What a build asks of the file system beyond whole files: paths as text, one lock a folder, faults that pass."""
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
 
 
@@ -35,3 +40,70 @@ def _is_clean(text: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+# One build at a time in a folder, or several shards of one: a lock that the system takes away when its owner ends.
+
+
+_NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})
+"""What file systems say that have no locks, as some that a cluster shares; whoever builds there sees to it himself."""
+
+
+@contextmanager
+def locked(file: Path, *, shared: bool = False) -> Iterator[None]:
+    """Hold the lock of a data set folder, alone or (``shared``) beside others; ConfigError where it cannot be had."""
+    descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        try:
+            fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        except BlockingIOError:
+            owner = os.read(descriptor, 20).decode(errors="replace").strip() or "unknown"
+            raise ConfigError(
+                f"{file.parent.parent}: another build is at work in it (process {owner}); "
+                "wait until it has ended, or choose another --out"
+            ) from None
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+        os.truncate(descriptor, 0)
+        os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+# Transient faults, such as a full disk: what kept a house from being done says nothing about the house.
+
+
+_ERRORS = frozenset(
+    {
+        errno.EAGAIN,
+        errno.EBUSY,
+        errno.EDQUOT,
+        errno.EIO,
+        errno.EMFILE,
+        errno.ENFILE,
+        errno.ENOMEM,
+        errno.ENOSPC,
+        errno.EROFS,
+        errno.ESTALE,
+        errno.ETIMEDOUT,
+    }
+)
+_NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
+
+
+def transient_fault(error: BaseException) -> OSError | None:
+    """Return the transient fault that an error comes from, or None if it comes from none."""
+    for cause in _causes(error):
+        if isinstance(cause, OSError) and (cause.errno in _ERRORS or _NO_SCRATCH in str(cause)):
+            return cause
+    return None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = error.__cause__ or error.__context__

@@ -16,20 +16,19 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
+from pipeline.batch.disk import transient_fault
 from pipeline.batch.entry import Entry, Kept, Outcome, Refused, shown
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.plans import Plans
-from pipeline.batch.transient import transient_fault
 from pipeline.config import PipelineConfig
-from pipeline.corrections import corrected_level, without_level, word_on
 from pipeline.geometry.overlay import quiet
-from pipeline.overrides import Override
+from pipeline.overrides import Override, corrected_level, without_level, word_on
+from pipeline.png import top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
 from pipeline.sources.files import recorded, told_of
 from pipeline.timing import measured, timed
-from pipeline.top_view import top_view
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on

@@ -13,7 +13,7 @@ from houseexpo.errors import ConfigError
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
 from pipeline.batch.mirror import Mirror, mirrored
-from pipeline.batch.remote import is_url
+from pipeline.batch.store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
 from pipeline.sources.files import files_in

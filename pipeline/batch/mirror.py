@@ -24,7 +24,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
-from pipeline.batch.remote import faults, opened
+from pipeline.batch.store import faults, opened
 
 _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
 """A file's mode says how much of it is here."""

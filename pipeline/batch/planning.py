@@ -22,9 +22,8 @@ from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import recipe, versions
 from pipeline.batch.shards import Shard
 from pipeline.batch.stage_pictures import drawn_by_algorithm
-from pipeline.corrections import by_input, corrected_input
-from pipeline.executors.outcome import Executor, Failure, Limits
-from pipeline.overrides import Override
+from pipeline.executors.local import Executor, Failure, Limits
+from pipeline.overrides import Override, by_input, corrected_input
 from pipeline.rejection import Reason, Rejection
 
 Progress = Callable[[str, int, int], None]

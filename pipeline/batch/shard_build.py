@@ -17,9 +17,8 @@ from pipeline.batch.plans import DamagedPlanError, Plans, places_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import FolderStore, Store, open_store
 from pipeline.config_file import BuildConfig
-from pipeline.corrections import check_ids
-from pipeline.executors.outcome import Executor, Failure, Item, Limits, Result
-from pipeline.overrides import Override
+from pipeline.executors.local import Executor, Failure, Item, Limits, Result
+from pipeline.overrides import Override, check_ids
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Any
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
 from pipeline.executors import local
-from pipeline.executors.outcome import Failure, Item, Limits, Result
+from pipeline.executors.local import Failure, Item, Limits, Result
 
 _ITEMS = 8
 _AHEAD = 2  # tasks that wait for each core

@@ -20,8 +20,7 @@ from houseexpo.analysis.navigability import navigability, standing_pieces
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.tiling import grid_ring, grid_rings
 from houseexpo.plan import PlanObject, Reach, Room
-from pipeline.furnish.places import Standing
-from pipeline.furnish.room import CM, Furnishing, in_cm, is_plain
+from pipeline.furnish.room import CM, Furnishing, Standing, in_cm, is_plain
 
 ROBOT_M: Final = 0.2
 _Furniture = Mapping[int, list[Standing]]

@@ -16,6 +16,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
+from pipeline.png import top_view
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import base_id, level_id, list_files
@@ -26,7 +27,6 @@ from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
 from pipeline.sources.storeys.scale import above_zero, metres_of
 from pipeline.sources.storeys.size import TRIED, UPS, Frame3D, Wish, bad_units, detect, outside_of
-from pipeline.top_view import top_view
 from pipeline.values import Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")

@@ -24,7 +24,7 @@ from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
 from pipeline.executors import local
-from pipeline.executors.outcome import Executor
+from pipeline.executors.local import Executor
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Level

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from multiprocessing import forkserver
 from pathlib import Path
 
-from pipeline.batch.remote import opened
+from pipeline.batch.store import opened
 
 BUCKET = "houses"
 

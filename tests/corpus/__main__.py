@@ -15,7 +15,7 @@ from rich.table import Table
 
 from houseexpo.errors import ConfigError
 from pipeline.executors import local
-from pipeline.executors.outcome import Limits
+from pipeline.executors.local import Limits
 from tests.corpus import page, runs, truths
 from tests.corpus.figures import Rows, figures_of, quality_rows, verdict_rows
 from tests.corpus.manifest import KINDS, MANIFEST, File, checkout, fetch, load

@@ -25,8 +25,8 @@ import trimesh
 from PIL import Image
 
 from pipeline.geometry.mesh import Mesh
-from pipeline.html import page, table
 from pipeline.rejection import Rejection
+from pipeline.report_page import page, table
 from pipeline.sources import find, reader
 from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
 from pipeline.values import Level

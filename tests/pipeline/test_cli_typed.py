@@ -15,7 +15,7 @@ from houseexpo import progress
 from houseexpo.commands.app import make_app
 from houseexpo.plan import Frame
 from pipeline.inspection import _number
-from pipeline.plausible import implausible
+from pipeline.report import implausible
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, one_room
 

@@ -11,8 +11,7 @@ import trimesh
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from pipeline.corrections import by_input, check_ids, concerns, corrected_input, corrected_level, word_on
-from pipeline.overrides import Override
+from pipeline.overrides import Override, by_input, check_ids, concerns, corrected_input, corrected_level, word_on
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import lines, one_room, run_build

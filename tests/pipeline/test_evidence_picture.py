@@ -10,8 +10,17 @@ import shapely
 
 from houseexpo.drawing.scene import WALL
 from houseexpo.plan import Frame
-from pipeline.canvas import Canvas, ruler_ticks
-from pipeline.evidence_picture import DOORWAY, FLOOR, FURNITURE, LEAF, LINTEL, RAIL, draw_evidence
+from pipeline.pictures import (
+    DOORWAY,
+    EVIDENCE_FLOOR,
+    EVIDENCE_LINTEL,
+    EVIDENCE_RAIL,
+    FURNITURE,
+    LEAF,
+    Canvas,
+    draw_evidence,
+    ruler_ticks,
+)
 from pipeline.values import Doorway, Evidence
 
 BOUNDS = (0.0, 0.0, 9.0, 9.0)
@@ -34,12 +43,12 @@ EVERYTHING = Evidence(
 )
 COLOURS = {
     (1.5, 1.5): WALL,
-    (3.5, 1.5): LINTEL,
-    (5.5, 1.5): RAIL,
+    (3.5, 1.5): EVIDENCE_LINTEL,
+    (5.5, 1.5): EVIDENCE_RAIL,
     (7.5, 1.5): FURNITURE,
     (1.5, 3.5): DOORWAY,
     (3.5, 3.5): LEAF,
-    (5.5, 3.5): FLOOR,
+    (5.5, 3.5): EVIDENCE_FLOOR,
 }
 
 

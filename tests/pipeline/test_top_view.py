@@ -9,9 +9,9 @@ import pytest
 import trimesh
 from PIL import Image
 
+from pipeline.png import SIDE_PX, top_view
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.top_view import SIDE_PX, top_view
 from pipeline.values import Mesh
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.batch.ids import settle
+from pipeline.batch.assemble import settle
 
 
 def test_an_id_that_stands_alone_stays() -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
+from pipeline.batch.disk import locked
 from pipeline.batch.folder import Others
-from pipeline.batch.lock import locked
 from pipeline.batch.verify import verify
 from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build, three_rooms

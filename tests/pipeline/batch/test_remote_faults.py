@@ -7,8 +7,8 @@ import errno
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.remote import faults
-from pipeline.batch.transient import transient_fault
+from pipeline.batch.disk import transient_fault
+from pipeline.batch.store import faults
 
 
 class NoCredentialsError(Exception):

@@ -11,7 +11,7 @@ import pytest
 
 from houseexpo.errors import HouseExpoError
 from pipeline.executors import ray
-from pipeline.executors.outcome import Failure, Limits
+from pipeline.executors.local import Failure, Limits
 from tests.builders.batch import contents, one_room, run_build, slowly
 from tests.builders.needs import need
 from tests.pipeline.executors.test_local import behave

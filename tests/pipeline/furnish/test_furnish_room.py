@@ -10,9 +10,19 @@ import shapely
 
 from houseexpo.plan import Door, Room
 from houseexpo.plan.categories import LABELS, UNLABELLED
-from pipeline.furnish.boxes import apart, back_and_span, boxed, fronts, walls_of
 from pipeline.furnish.catalogue import WANTS
-from pipeline.furnish.room import COVERED, GAP_CM, Furnishing, in_cm, is_plain
+from pipeline.furnish.room import (
+    COVERED,
+    GAP_CM,
+    Furnishing,
+    apart,
+    back_and_span,
+    boxed,
+    fronts,
+    in_cm,
+    is_plain,
+    walls_of,
+)
 
 SEEDS = range(12)
 
