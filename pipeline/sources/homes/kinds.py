@@ -1,6 +1,6 @@
-"""The distributions of published plans that homes are drawn from: ``published.json``, which holds no plan.
+"""Draw what a home is asked to have from the distributions of published plans (``published.json``).
 
-``research/home_statistics.py`` writes it.
+The file holds distributions, no plan; ``research/home_statistics.py`` writes it.
 """
 
 from __future__ import annotations
@@ -205,7 +205,7 @@ def _as_shares(rows: npt.ArrayLike) -> _Floats:
 
 # What is asked of a home: numbers, labels and doors drawn together from the distributions of published plans.
 #
-# ``kinds.py`` draws them; here sides and areas of rooms are made of them.
+# Sides and areas of rooms follow from them.
 
 
 NAMELESS: Final = "Unlabelled"

@@ -1,7 +1,7 @@
-"""How spaces are joined: walls that are left out, so that two rectangles are one space, and a tree of doors.
+"""Shape and join the spaces of a home: rectangles joined into one space, L-shaped rooms, and a tree of doors.
 
-Published houses are trees of rooms: their outline has no holes, and whatever wall stood free between two ways round
-was lost with them. Made ones are, too.
+Published houses are trees of rooms: their outlines have no holes, and a wall that stood free between two ways round is
+lost. Made houses are trees, too.
 """
 
 from __future__ import annotations

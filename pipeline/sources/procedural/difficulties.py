@@ -1,4 +1,8 @@
-"""Make boxes into homes: rooms round a corner, bays, cut corners, slanted wings. Cells stay disjoint; cm throughout."""
+"""Turn boxes into homes, and plant the difficulties that the paper names.
+
+Rooms round a corner, bays, cut corners and slanted wings; closed cells, rooms without a door, detached garages, open
+fronts. Cells stay disjoint. Lengths are in centimetres.
+"""
 
 from __future__ import annotations
 

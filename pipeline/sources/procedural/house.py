@@ -1,4 +1,7 @@
-"""Walls that spell characters: strokes on a 2 x 4 grid, as people draw them with a floor planner's walls."""
+"""Make a house from its index and a seed: the same house whatever others are made.
+
+Every hundred houses hold each difficulty in the same share. Some houses have walls that spell characters.
+"""
 
 from __future__ import annotations
 
@@ -114,7 +117,7 @@ def _drawn(index: int, seed: int) -> str:
     return _ROLES[place] if place < len(_ROLES) else SOUND
 
 
-# Make a house from its index and a seed, alone: the same house whatever others are made.
+# The house itself.
 
 
 _STOREYS, _STOREY_SHARES = (1, 2, 3), (0.86, 0.12, 0.02)

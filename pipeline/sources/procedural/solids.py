@@ -1,4 +1,4 @@
-"""The closed mesh of a wall's slab with its holes. Slabs of one pattern of holes share their faces."""
+"""Closed meshes of slabs: a wall's slab with its holes, and a polygon's slab between two heights."""
 
 from __future__ import annotations
 

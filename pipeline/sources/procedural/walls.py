@@ -1,4 +1,4 @@
-"""Edges of cells, and which parts of them two cells share or the outside sees."""
+"""The walls of a storey: the edges of its cells, the slabs on them, and the doors and windows in them."""
 
 from __future__ import annotations
 
