@@ -1,7 +1,7 @@
 """Lay out the rooms of a storey: choose their labels and sizes, and divide rectangles among them.
 
-Numbers and labels follow the published counts. Rooms lie along a corridor, round a core, or in wings, as in homes. Cells
-are in whole centimetres, so that neighbours share their borders exactly.
+Numbers and labels follow the published counts. Rooms lie along a corridor, round a core, or in wings, as in homes.
+Cells are in whole centimetres, so that neighbours share their borders exactly.
 """
 
 from __future__ import annotations
