@@ -12,7 +12,7 @@ import numpy as np
 from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
-from pipeline.quality import judged
+from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate
 from pipeline.stages.cells import fill_cells
@@ -28,7 +28,7 @@ from pipeline.stages.planes import cut_planes
 from pipeline.stages.refine import refine
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
-from pipeline.timing import timed
+from pipeline.timing import time_stages
 from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
 
 
@@ -95,13 +95,13 @@ def _of_building(
         spaces, obstacles = furnish(level, whole.evidence, spaces)
         yield Snapshot("furnish", spaces, level.id)
     plan = vectorise(level, spaces, name_rooms(level, spaces), _provenance(level, whole.planes, spaces), obstacles)
-    quality = judged(weigh(level, whole.evidence, whole.layout, spaces))
+    quality = score_quality(weigh(level, whole.evidence, whole.layout, spaces))
     yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
 
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
     """Turn a level into plans, one a building; raise Rejection if none can be made."""
-    values = [snapshot.value for snapshot in timed(stages(level, config, rng), attrgetter("stage"))]
+    values = [snapshot.value for snapshot in time_stages(stages(level, config, rng), attrgetter("stage"))]
     return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 
 

@@ -83,7 +83,7 @@ def slurm(
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble the data set if all shards are done; return the exit code."""
-    from pipeline.batch.shard_build import DamagedShardsError, assembled, begun_at, left_of
+    from pipeline.batch.shard_build import DamagedShardsError, assemble_shards, begun_at, left_of
     from pipeline.display import watching
     from pipeline.report import index_rows
     from pipeline.report_page import write_report
@@ -96,7 +96,7 @@ def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     try:
         with (
             watching(check) as display,
-            assembled(begun, out, display.progress, partial=partial) as data_set,
+            assemble_shards(begun, out, display.progress, partial=partial) as data_set,
         ):
             if not data_set.unchanged:
                 write_report(data_set, display.progress)

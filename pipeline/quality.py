@@ -61,7 +61,7 @@ GROUNDS: Final = (
 )
 
 
-def judged(grounds: Mapping[str, float]) -> Quality:
+def score_quality(grounds: Mapping[str, float]) -> Quality:
     """Return the quality of a plan with these grounds, each 0 to 1; unknown grounds have no weight."""
     exponent = BIAS + sum(ground.weight * grounds.get(ground.name, 0.0) for ground in GROUNDS)
     kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}

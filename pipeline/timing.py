@@ -16,7 +16,7 @@ _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds by stage", d
 
 
 @contextmanager
-def measured() -> Iterator[dict[str, float]]:
+def collect_times() -> Iterator[dict[str, float]]:
     """Collect the seconds of each stage that runs meanwhile, by its name."""
     seconds: dict[str, float] = {}
     token = _seconds.set(seconds)
@@ -26,7 +26,7 @@ def measured() -> Iterator[dict[str, float]]:
         _seconds.reset(token)
 
 
-def timed(values: Iterable[Value], stage_of: Callable[[Value], str]) -> Iterator[Value]:
+def time_stages(values: Iterable[Value], stage_of: Callable[[Value], str]) -> Iterator[Value]:
     """Yield the values; the time that each one took to come is its stage's, that of a rejection the rejecting one's."""
     seconds, iterator = _seconds.get(), iter(values)
     while True:

@@ -508,7 +508,7 @@ def licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
     return tuple(found.values())
 
 
-def agreed(rights: Mapping[str, Rights]) -> Rights:
+def shared_rights(rights: Mapping[str, Rights]) -> Rights:
     """Return the licence and credit shared by all of these sources (R2)."""
     found = licences(rights)
     credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)

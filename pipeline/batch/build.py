@@ -17,9 +17,18 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from pipeline.batch import disk
-from pipeline.batch.assemble import DataSet, Parts, Rights, agreed, assemble, licences, public_names, rights_by_source
-from pipeline.batch.disk import locked
-from pipeline.batch.entry import Entry, ordered
+from pipeline.batch.assemble import (
+    DataSet,
+    Parts,
+    Rights,
+    assemble,
+    licences,
+    public_names,
+    rights_by_source,
+    shared_rights,
+)
+from pipeline.batch.disk import lock_folder
+from pipeline.batch.entry import Entry, sort_entries
 from pipeline.batch.folder import Folder, Others
 from pipeline.batch.job import Plan
 from pipeline.batch.journal import Journal
@@ -85,7 +94,7 @@ def build(
     if overrides and config.build.limit is None and others is not Others.ADD:  # else not all of the ids are known
         check_ids(overrides, (item for _, item in listing))
     folder.build.mkdir(parents=True, exist_ok=True)
-    with locked(folder.build / "lock"):
+    with lock_folder(folder.build / "lock"):
         folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
         with contextlib.closing(Journal(folder.build / _JOURNAL)) as journal:
             beside = _beside(journal, listing, folder, others)
@@ -96,7 +105,7 @@ def build(
             planning = Planning(listing, journal, Plans(FolderStore(out.absolute())), overrides, rehash, ended=ended)
             own = Rights(config.build.licence, config.build.credit)
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
-            batch = _Batch(planning, journal, beside, agreed(rights))
+            batch = _Batch(planning, journal, beside, shared_rights(rights))
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
             return replace(
                 data_set,
@@ -127,7 +136,7 @@ class _Batch:
             planning.run(plan, execute, progress)
             self._forget()
             self.journal.sync()
-            entries = ordered([*self.journal.current(), *planning.unfinished.values()])
+            entries = sort_entries([*self.journal.current(), *planning.unfinished.values()])
             sources = [*planning.listing.sources, *self.beside]
             asked = planning.listing.config, planning.overrides
             parts = Parts(folder, planning.plans, entries, sources, *asked, self.rights)

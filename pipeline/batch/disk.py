@@ -50,7 +50,7 @@ _NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})
 
 
 @contextmanager
-def locked(file: Path, *, shared: bool = False) -> Iterator[None]:
+def lock_folder(file: Path, *, shared: bool = False) -> Iterator[None]:
     """Hold the lock of a data set folder, alone or (``shared``) beside others; ConfigError where it cannot be had."""
     descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
     try:

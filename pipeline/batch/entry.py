@@ -106,7 +106,7 @@ def identity(item: Input) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
-def shown(item: Input, source: str) -> str:
+def label_of(item: Input, source: str) -> str:
     """Return what people know an input by: its file within the source, and which house of it where it holds many."""
     path, root = Path(item.path).absolute(), Path(source)
     name = str(path.relative_to(root.parent)) if path.is_relative_to(root.parent) else path.name
@@ -115,7 +115,7 @@ def shown(item: Input, source: str) -> str:
     return printable(f"{name} ({item.key})" if item.key else name)
 
 
-def ordered(entries: Iterable[Entry]) -> list[Entry]:
+def sort_entries(entries: Iterable[Entry]) -> list[Entry]:
     """Return entries in an order that depends on what came of them only, not on when or from where."""
     return sorted(
         entries, key=lambda entry: [(o.id, o.content if isinstance(o, Kept) else o.reason) for o in entry.outcomes]

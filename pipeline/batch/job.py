@@ -17,7 +17,7 @@ from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from pipeline.batch.disk import transient_fault
-from pipeline.batch.entry import Entry, Kept, Outcome, Refused, shown
+from pipeline.batch.entry import Entry, Kept, Outcome, Refused, label_of
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
@@ -27,8 +27,8 @@ from pipeline.png import top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
-from pipeline.sources.files import recorded, told_of
-from pipeline.timing import measured, timed
+from pipeline.sources.files import record_files, told_of
+from pipeline.timing import collect_times, time_stages
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on
@@ -92,7 +92,7 @@ class Job:
     def refused(self, rejection: Rejection, *, transient: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
-        file = shown(self.item, self.source)
+        file = label_of(self.item, self.source)
         return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], transient=transient, file=file)
 
 
@@ -106,7 +106,7 @@ def work(settings: Settings, job: Job) -> Entry:
         return job.refused(not_yet(error.strerror or str(error)), transient=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with recorded(*folders_of(job.item)) as names, measured() as seconds, quiet():
+    with record_files(*folders_of(job.item)) as names, collect_times() as seconds, quiet():
         try:
             outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house
@@ -120,7 +120,7 @@ def work(settings: Settings, job: Job) -> Entry:
         plans=[outcome for outcome in outcomes if isinstance(outcome, Kept)],
         refused=[outcome for outcome in outcomes if isinstance(outcome, Refused)],
         versions=dict(settings.versions),
-        file=shown(job.item, job.source),
+        file=label_of(job.item, job.source),
         stages={stage: round(value, 4) for stage, value in seconds.items()},
     )
 
@@ -142,7 +142,7 @@ def _outcomes(job: Job, settings: Settings) -> Iterator[Outcome]:
     """
     item, levels = job.item, list[str]()
     try:
-        for level in timed(reader(item.reader).read(item), lambda _: "source"):
+        for level in time_stages(reader(item.reader).read(item), lambda _: "source"):
             levels.append(level.id)
             if isinstance(level, RejectedLevel):
                 _raise_transient(level.rejection)

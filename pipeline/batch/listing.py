@@ -12,7 +12,7 @@ from pathlib import Path
 from houseexpo.errors import ConfigError
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
-from pipeline.batch.mirror import Mirror, mirrored
+from pipeline.batch.mirror import Mirror, mirror_of
 from pipeline.batch.store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
@@ -114,7 +114,7 @@ class Listing:
         if not is_url(source):
             return absolute(source)
         if source not in self._mirrors:
-            self._mirrors[source] = mirrored(source)
+            self._mirrors[source] = mirror_of(source)
         return str(self._mirrors[source][1])
 
     def _options(self) -> dict[str, str]:

@@ -24,7 +24,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
-from pipeline.batch.store import faults, opened
+from pipeline.batch.store import faults, file_system_of
 
 _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
 """A file's mode says how much of it is here."""
@@ -45,7 +45,7 @@ class Mirror:
 
     def lay(self) -> None:
         """Give every object a file (R1); raise ConfigError if there is nothing."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         found: Mapping[str, Any] = {}
         with suppress(FileNotFoundError), faults(self.url):  # no such bucket
             found = system.find(path, detail=True)
@@ -77,7 +77,7 @@ class Mirror:
 
     def fetch(self, file: Path) -> None:
         """Fetch the whole of a file."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         with self._written(file, _WHOLE) as partial, faults(self.url):
             system.get_file(f"{path}/{file.relative_to(self.root).as_posix()}", str(partial))
 
@@ -88,7 +88,7 @@ class Mirror:
             self._fetch_heads(bare[at : at + _AT_ONCE])
 
     def _fetch_heads(self, files: Sequence[Path]) -> None:
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         places = [f"{path}/{file.relative_to(self.root).as_posix()}" for file in files]
         sizes = [file.stat().st_size for file in files]
         with faults(self.url):
@@ -115,12 +115,12 @@ class Mirror:
             partial.unlink(missing_ok=True)
 
 
-def mirrored(url: str) -> tuple[Mirror, Path]:
+def mirror_of(url: str) -> tuple[Mirror, Path]:
     """Return the mirror of a source, laid out for listing, and where the source lies in it.
 
     That of a single file holds what lies beside it, too.
     """
-    system, path = opened(url)
+    system, path = file_system_of(url)
     with faults(url):
         single = bool(path) and system.exists(path) and system.info(path)["type"] == "file"
     whole = url.rstrip("/")

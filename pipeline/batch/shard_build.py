@@ -105,7 +105,7 @@ class DamagedShardsError(HouseExpoError):
 
 
 @contextmanager
-def assembled(begun: Begun, out: str, progress: Progress, *, partial: bool = False) -> Iterator[DataSet]:
+def assemble_shards(begun: Begun, out: str, progress: Progress, *, partial: bool = False) -> Iterator[DataSet]:
     """Yield the data set that the shards' plans make; what is not done by now is counted apart, and not planned.
 
     It lies in a folder of this machine; ``out`` holds it when this is left.

@@ -15,7 +15,7 @@ import numpy as np
 from houseexpo.floorplan import FloorPlan
 from pipeline.batch.job import Drawn
 from pipeline.config import PipelineConfig
-from pipeline.timing import timed
+from pipeline.timing import time_stages
 from pipeline.values import Level, RejectedLevel
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ def drawn_by_algorithm(
     """Plan a level as ``by_algorithm`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""
     from pipeline.algorithm import stages
 
-    seen = list(timed(stages(level, config, rng), attrgetter("stage")))
-    return list(timed(_outcomes(seen, level), lambda _: "pictures"))
+    seen = list(time_stages(stages(level, config, rng), attrgetter("stage")))
+    return list(time_stages(_outcomes(seen, level), lambda _: "pictures"))
 
 
 def _outcomes(seen: Sequence[Snapshot], level: Level) -> Iterator[Drawn | RejectedLevel]:

@@ -30,7 +30,7 @@ import msgspec
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL, write_whole
 from pipeline.batch import disk
-from pipeline.batch.disk import locked
+from pipeline.batch.disk import lock_folder
 from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest, Others
 
 _WITHOUT_CREDENTIALS: Final = frozenset(
@@ -45,7 +45,7 @@ def is_url(text: str) -> bool:
 
 
 @cache
-def opened(url: str) -> tuple[Any, str]:
+def file_system_of(url: str) -> tuple[Any, str]:
     """Return the file system of a URL and the path in it, without a slash at its end.
 
     Raises
@@ -199,7 +199,7 @@ class FolderStore:
         """Hold the folder's lock together with other shards."""
         Folder(self.root).check_links()
         (self.root / BUILD).mkdir(parents=True, exist_ok=True)
-        with locked(self.root / BUILD / "lock", shared=True):
+        with lock_folder(self.root / BUILD / "lock", shared=True):
             yield
 
     @contextlib.contextmanager
@@ -219,7 +219,7 @@ def open_store(place: str) -> Store:
     if not is_url(place):
         return FolderStore(Path(place).absolute())
 
-    opened(place)
+    file_system_of(place)
     return ObjectStore(place.rstrip("/"))
 
 
@@ -262,7 +262,7 @@ class ObjectStore:
 
     def check(self, parameters: str) -> None:  # noqa: ARG002 - what was begun tells of them
         """Raise ConfigError if there are objects that no build wrote."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         with faults(self.url):
             try:
                 names = {str(name).rstrip("/").rpartition("/")[2] for name in system.ls(path, detail=False)}
@@ -273,7 +273,7 @@ class ObjectStore:
 
     def put(self, name: str, data: bytes) -> None:
         """Write an object (R1)."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         try:
             with faults(self.url):
                 system.pipe_file(f"{path}/{name}", data)
@@ -288,7 +288,7 @@ class ObjectStore:
 
     def get(self, name: str) -> bytes:
         """Return an object; raise OSError if there is none."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         with faults(self.url):
             return bytes(system.cat_file(f"{path}/{name}"))
 
@@ -328,13 +328,13 @@ class ObjectStore:
 
     def _found(self, under: str) -> dict[str, int]:
         """Return names and sizes of the objects under a name, or of that one."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         with faults(self.url):
             found: Mapping[str, Any] = system.find(f"{path}/{under}", detail=True)
         return {str(name)[len(path) + 1 :]: int(info["size"]) for name, info in found.items()}
 
     def _fetch(self, names: Sequence[str], root: Path) -> None:
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         root.mkdir(parents=True, exist_ok=True)
         with faults(self.url):
             if names:
@@ -342,7 +342,7 @@ class ObjectStore:
 
     def _publish(self, root: Path, plans: set[str], beside: Sequence[str]) -> None:
         """Make the store hold what the folder holds; ``plans`` and ``beside`` are in it already."""
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         manifest = (root / MANIFEST).read_bytes()
         files = msgspec.json.decode(manifest, type=Manifest).files
         before, there = self._manifest(), self._kept()
@@ -395,7 +395,7 @@ class ObjectStore:
             return b""
 
     def _remove(self, names: Sequence[str]) -> None:
-        system, path = opened(self.url)
+        system, path = file_system_of(self.url)
         with faults(self.url), contextlib.suppress(FileNotFoundError):
             if names:
                 system.rm([f"{path}/{name}" for name in names])

@@ -47,7 +47,7 @@ class _Left(NamedTuple):
     def without(self, box: npt.NDArray[np.int64]) -> _Left:
         """Take a box away."""
         margins = (0, ROBOT_CM, WAY_CM)
-        boxes = (shapely.box(*grown(box, margin).tolist()) for margin in margins)
+        boxes = (shapely.box(*enlarge_boxes(box, margin).tolist()) for margin in margins)
         return _Left(*(shapely.difference(shape, taken) for shape, taken in zip(self, boxes, strict=True)))
 
 
@@ -102,17 +102,17 @@ class Furnishing:
 
     def _allowed(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Whether each place is free and has its front free (R1 to R3, R5)."""
-        zones = grown(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
+        zones = enlarge_boxes(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
         taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)
         others = [each for each in self.standing if each.piece.label != piece.by]
         kept = np.array([_zone(each) for each in others], dtype=np.int64).reshape(-1, 4)
-        good = apart(grown(boxes, GAP_CM), taken) & apart(zones, taken) & apart(boxes, kept)
+        good = apart(enlarge_boxes(boxes, GAP_CM), taken) & apart(zones, taken) & apart(boxes, kept)
         covered = float(np.prod(taken[:, 2:] - taken[:, :2], axis=1).sum())
         good &= covered + np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) <= COVERED * self._room.area
         near = np.flatnonzero(good)
         good[near] = shapely.covers(self._room, shapely.box(*zones[near].T))  # a zone holds its box
         near = np.flatnonzero(good)
-        good[near] = ~shapely.intersects(self._doors, shapely.box(*grown(boxes[near], -1).T))
+        good[near] = ~shapely.intersects(self._doors, shapely.box(*enlarge_boxes(boxes[near], -1).T))
         return np.asarray(good)
 
     def _flush_or_clear(self, box: npt.NDArray[np.int64]) -> bool:
@@ -167,7 +167,7 @@ def is_plain(shape: Polygon) -> bool:
 def _zone(standing: Standing) -> npt.NDArray[np.int64]:
     box = standing.box[None]
     if standing.piece.place == "middle":
-        return np.asarray(grown(box, standing.piece.front)[0])
+        return np.asarray(enlarge_boxes(box, standing.piece.front)[0])
     return np.asarray(fronts(box, np.array([standing.facing]), standing.piece.front)[0])
 
 
@@ -223,7 +223,7 @@ def walls_of(rings: list[npt.NDArray[np.int64]]) -> list[Edge]:
     return found
 
 
-def boxed(facing: int, back: int, start: int, width: int, depth: int) -> tuple[int, int, int, int]:
+def box_from_back(facing: int, back: int, start: int, width: int, depth: int) -> tuple[int, int, int, int]:
     """Return the box whose back lies at ``back`` and begins at ``start`` along it."""
     end = start + width
     far = back + depth * (1 if facing < 2 else -1)
@@ -244,7 +244,7 @@ def fronts(boxes: Boxes, facings: npt.NDArray[np.int64], reach: int) -> Boxes:
     return np.asarray(boxes + np.column_stack([np.minimum(ahead, 0), np.maximum(ahead, 0)]))
 
 
-def grown(boxes: Boxes, by: int) -> Boxes:
+def enlarge_boxes(boxes: Boxes, by: int) -> Boxes:
     """Return the boxes with a margin all round."""
     return np.asarray(boxes + np.array([-by, -by, by, by]))
 
@@ -319,7 +319,7 @@ def _at_walls(piece: Piece, width: int, walls: Sequence[Edge], rng: np.random.Ge
                 dislike = abs(start - room / 2) / 100 + chance
             else:
                 dislike = chance
-            yield boxed(wall.facing, wall.at, wall.low + start, width, piece.depth), wall.facing, dislike
+            yield box_from_back(wall.facing, wall.at, wall.low + start, width, piece.depth), wall.facing, dislike
 
 
 def _in_the_middle(piece: Piece, width: int, bounds: Boxes, rng: np.random.Generator) -> Iterator[_Found]:
@@ -348,7 +348,7 @@ def _beside(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_
     for anchor in anchors:
         back, start, end = back_and_span(anchor.box, anchor.facing)
         for begin, dislike in ((start - piece.gap - width, 0.0), (end + piece.gap, 0.5)):
-            yield boxed(anchor.facing, back, begin, width, piece.depth), anchor.facing, dislike
+            yield box_from_back(anchor.facing, back, begin, width, piece.depth), anchor.facing, dislike
 
 
 def _before(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_Found]:
@@ -359,7 +359,7 @@ def _before(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_
         depth = abs(int(FACINGS[anchor.facing] @ (anchor.box[2:] - anchor.box[:2])))
         begin = (start + end - width) // 2
         near = back + ahead * (depth + piece.gap)
-        yield boxed(anchor.facing, near, begin, width, piece.depth), (anchor.facing + 2) % 4, 0.0
+        yield box_from_back(anchor.facing, near, begin, width, piece.depth), (anchor.facing + 2) % 4, 0.0
 
 
 def _around(piece: Piece, width: int, anchors: Sequence[Standing], rng: np.random.Generator) -> Iterator[_Found]:
@@ -372,5 +372,5 @@ def _around(piece: Piece, width: int, anchors: Sequence[Standing], rng: np.rando
             for k in range(count):
                 middle = start + (2 * k + 1) * (end - start) // (2 * count)
                 edge = far + outward * piece.gap
-                box = boxed((facing + 2) % 4, edge, middle - width // 2, width, piece.depth)
+                box = box_from_back((facing + 2) % 4, edge, middle - width // 2, width, piece.depth)
                 yield box, facing, float(rng.random())

@@ -87,7 +87,7 @@ def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
         for hole in across:  # R2
             shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
             parts += [prism(shape, bottom, hole.bottom_m), prism(shape, hole.top_m, top)]
-    return united(parts)
+    return merge_meshes(parts)
 
 
 def openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
@@ -100,10 +100,10 @@ def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SMALLEST_M2]
     if top_m - bottom_m < FINEST_M or not polygons:
         return NOTHING
-    return united([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
+    return merge_meshes([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
 
 
-def united(parts: Iterable[Mesh]) -> Mesh:
+def merge_meshes(parts: Iterable[Mesh]) -> Mesh:
     """Put meshes into one, side by side."""
     meshes = [part for part in parts if len(part.faces)]
     if not meshes:
@@ -233,7 +233,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
 
 
-def deepened(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
+def deepen_opening(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     """R4, or None if the hole is in no wall."""
     step = REACH_M * np.array(hole.across)
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))

@@ -116,7 +116,7 @@ _hooked: list[bool] = []
 
 
 @contextmanager
-def recorded(*folders: Path) -> Iterator[set[str]]:
+def record_files(*folders: Path) -> Iterator[set[str]]:
     """Collect what is opened within the folders, found or not: named from the first of them, or in full."""
     if not _hooked:
         sys.addaudithook(_hear)
@@ -316,7 +316,7 @@ LARGEST_M = 1000.0
 Document = TypeVar("Document")
 
 
-def decoded(decoder: msgspec.json.Decoder[Document], data: bytes, name: str, advice: str) -> Document:
+def decode_document(decoder: msgspec.json.Decoder[Document], data: bytes, name: str, advice: str) -> Document:
     """Decode a document; raises Rejection (EMPTY, UNREADABLE) that says which key is wrong."""
     if not data.strip():
         raise Rejection("source", Reason.EMPTY, f"{name} is empty", advice)

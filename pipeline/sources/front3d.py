@@ -33,8 +33,17 @@ from shapely import LineString, Polygon
 from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, deepened, floor_of, one_each, openings, prism, standing, walls_around
-from pipeline.sources.files import LeftOut, check_file, check_lengths, decoded, level_id, single_input
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    deepen_opening,
+    floor_of,
+    one_each,
+    openings,
+    prism,
+    standing,
+    walls_around,
+)
+from pipeline.sources.files import LeftOut, check_file, check_lengths, decode_document, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.roles import labels_for
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
@@ -123,7 +132,7 @@ def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...
 
     Surfaces that no room refers to come in a last room without a name.
     """
-    scene = decoded(_DECODER, data, name, _ADVICE)
+    scene = decode_document(_DECODER, data, name, _ADVICE)
     surfaces: dict[str, Surface] = {}
     for mesh in _parts(scene.mesh, _Mesh, f"{name}: mesh", left_out):
         with nullcontext() if mesh.type == FLOOR else left_out.part():
@@ -281,7 +290,7 @@ def _level(floors: list[_Floor], rooms: Sequence[Chamber], above: float, provena
     height = floors[0].height_m
     top = _top(rooms, height, above)
     walls = walls_around([floor.shape for floor in floors], top)
-    holes = [hole for each in _holes(rooms, height, top) if (hole := deepened(each, walls)) is not None]
+    holes = [hole for each in _holes(rooms, height, top) if (hole := deepen_opening(each, walls)) is not None]
     named = tuple(_room(floor) for floor in floors)
     things = [thing for floor in floors for thing in floor.room.furniture]
     return Level(

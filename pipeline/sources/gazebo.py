@@ -24,7 +24,7 @@ import numpy as np
 
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import united
+from pipeline.sources.drawn_storeys import merge_meshes
 from pipeline.sources.files import check_file, level_id, single_input, told_of
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of
@@ -121,7 +121,7 @@ def _sorted(bodies: list[Body]) -> _Parts:
             body not in fixed or roles.get(id(body)) is Role.FURNITURE or (main is not None and _stands_in(body, main))
         )
     ]
-    return _Parts(united([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
+    return _Parts(merge_meshes([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
 
 
 def _role(body: Body) -> Role | None:
@@ -149,7 +149,7 @@ def _stretched(parts: _Parts, floor_z: float, factor: float) -> _Parts:
 def _building(fixed: list[Body]) -> Body | None:
     if not fixed:
         return None
-    low, high = _box(united([body.mesh for body in fixed]))
+    low, high = _box(merge_meshes([body.mesh for body in fixed]))
     areas = [float(np.prod(np.diff(_box(body.mesh), axis=0)[0, :2])) for body in fixed]
     best = int(np.argmax(areas))
     return fixed[best] if areas[best] >= SHARE * np.prod((high - low)[:2]) else None

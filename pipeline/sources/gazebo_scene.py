@@ -36,7 +36,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import NOTHING, clean, prism, united
+from pipeline.sources.drawn_storeys import NOTHING, clean, merge_meshes, prism
 from pipeline.sources.files import Element, LeftOut, parse_xml
 from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
 from pipeline.values import Mesh
@@ -112,7 +112,7 @@ class Frames:
         return here @ Frames(element, first).at(rest) if rest and element.tag == "model" else here  # P3
 
 
-def placed(model: Element, pose: Matrix, name: str) -> Matrix:
+def model_pose(model: Element, pose: Matrix, name: str) -> Matrix:
     """Return where a model's own frame is, given the pose of its placement frame."""
     frame = (model.get("placement_frame") or "").strip()
     return pose @ np.linalg.inv(Frames(model, name).at(frame)) if frame else pose
@@ -172,7 +172,7 @@ class Shapes:
         scale = numbers(shape.findtext("scale") or "1 1 1", 3, f"scale of {what}")
         path = self._places.find(uri, folder)
         if path is None or not path.is_file() or path.suffix.lower() not in SUFFIXES:
-            self.missing[named(uri)] = None
+            self.missing[shown_uri(uri)] = None
             return None
         if path not in self._meshes:
             self.files[path] = None
@@ -185,7 +185,7 @@ class Shapes:
         return Mesh(mesh.vertices * scale, mesh.faces[:, ::-1] if np.prod(scale) < 0 else mesh.faces)
 
 
-def named(uri: str) -> str:
+def shown_uri(uri: str) -> str:
     """Return a URI as a note may show it: without the folders of somebody's machine."""
     return uri if "://" in uri and not uri.startswith("file:") else Path(uri).name
 
@@ -338,13 +338,13 @@ class Scene:
             detail = f"{self._path.name} holds more than {MAX_MODELS:,} models"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave models out")
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
-        here = _Place(place.folder, place.files, placed(model, pose, name), fixed)
+        here = _Place(place.folder, place.files, model_pose(model, pose, name), fixed)
         frames = Frames(model, name)
         parts = []
         for link in model.findall("link"):
             with self.left_out.part():
                 parts.append(self._link(link, here, frames, name))
-        mesh = united(parts)
+        mesh = merge_meshes(parts)
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:
             detail = f"{self._path.name} has more than {MAX_FACES:,} faces"
@@ -359,10 +359,10 @@ class Scene:
         file = self._model_file(uri, place.folder)
         model = self._tree(file).find("model") if file is not None else None
         if file is None or model is None:
-            self._missing[named(uri)] = None
+            self._missing[shown_uri(uri)] = None
             return
         if file in place.files:
-            detail = f"{self._path.name}: model {named(uri)} includes itself"
+            detail = f"{self._path.name}: model {shown_uri(uri)} includes itself"
             raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
         name = include.findtext("name") or model.get("name") or ""
         own = Frames(self._tree(file), name).pose(model) if include.find("pose") is None else frames.pose(include)
@@ -395,7 +395,7 @@ class Scene:
                 missing += 1
             elif len(mesh.faces):
                 parts.append(_moved(mesh, self._thing_pose(thing, link, place, frames, name)))
-        return missing, united(parts)
+        return missing, merge_meshes(parts)
 
     @staticmethod
     def _thing_pose(thing: Element, link: Matrix, place: _Place, frames: Frames, name: str) -> Matrix:

@@ -57,13 +57,13 @@ from pipeline.sources.ifc_spaces import (
     footprint,
     is_room,
     level_of_door,
+    merge_parts,
     openings_of,
     rooms_of,
     shadow,
-    united,
 )
 from pipeline.sources.storeys.levels import Shift, near_shift
-from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut
+from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut_at_height
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 OFF_M = 0.6  # what lies farther from a storey's elevation is not of its floor
@@ -192,8 +192,8 @@ def _above(one: Standing, levels: Sequence[Standing]) -> float:
 
 def _wall_length(parts: Iterable[Part], floor: float) -> float:
     """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
-    surfaces = Surfaces.of(united(parts))
-    segments = cut(surfaces, surfaces.walls(), floor + TALL_M - MARGIN_M)
+    surfaces = Surfaces.of(merge_parts(parts))
+    segments = cut_at_height(surfaces, surfaces.walls(), floor + TALL_M - MARGIN_M)
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2
 
 

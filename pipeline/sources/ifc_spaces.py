@@ -48,7 +48,7 @@ STEP_M = 0.3  # a room's floor may have a step this high
 FLOOR_SHARE = 0.3  # flat faces at the bottom that are less of the shadow are no floor
 
 
-def united(parts: Iterable[Part]) -> Mesh:
+def merge_parts(parts: Iterable[Part]) -> Mesh:
     """Put the parts' triangles into one mesh."""
     meshes = [part.mesh for part in parts]
     if not meshes:

@@ -26,7 +26,7 @@ from shapely import Polygon
 
 from pipeline.sources.meshes.scene import Part, Scene
 from pipeline.sources.roles import Named, Role, labels_for, role_of_part, room_words
-from pipeline.sources.storeys.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Mesh, SourceObject, SourceOpening, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -142,7 +142,7 @@ def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
 def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
     """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
-    segments = cut(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + 0.45 * height + 1e-4)
+    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + 0.45 * height + 1e-4)
     if not len(segments):
         return False
     points = segments.reshape(-1, 2)

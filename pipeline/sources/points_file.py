@@ -28,7 +28,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
 
 
-def unpacked(data: bytes, size: int) -> bytes:
+def decompress_lzf(data: bytes, size: int) -> bytes:
     """Return the ``size`` bytes that were packed; raise ValueError if the data are not whole."""
     found = bytearray()
     at = 0
@@ -167,7 +167,7 @@ def _compressed(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Points:
     if size > LARGEST_PACKED or size != count * kind.itemsize:
         most = f"expected {count * kind.itemsize:,}, and {LARGEST_PACKED >> 20} MB at most"
         raise ValueError(f"its compressed points take {size:,} bytes, {most}; save it as binary")
-    data = unpacked(stream.read(packed), size)
+    data = decompress_lzf(stream.read(packed), size)
     axes, fields = [], dict(kind.fields or {})
     for axis in "xyz":
         field, start = fields[axis][:2]

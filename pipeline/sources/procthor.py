@@ -30,8 +30,8 @@ from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
-from pipeline.sources.files import base_id, check_lengths, decoded
-from pipeline.sources.recognise import opened
+from pipeline.sources.files import base_id, check_lengths, decode_document
+from pipeline.sources.recognise import open_unpacked
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -99,7 +99,7 @@ _HOUSE = msgspec.json.Decoder(House)
 
 def parse_house(data: bytes, name: str) -> House:
     """Read one house; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
-    house = decoded(_HOUSE, data, name, _ADVICE)
+    house = decode_document(_HOUSE, data, name, _ADVICE)
     corners = (corner for shape in _shapes(house) for corner in shape)
     check_lengths([(corner.x, corner.y, corner.z) for corner in corners], name, _ADVICE)
     return house
@@ -165,7 +165,7 @@ def content(item: Input) -> bytes:
     name = Path(item.path).name
     try:
         if not item.key:
-            with opened(Path(item.path)) as stream:
+            with open_unpacked(Path(item.path)) as stream:
                 data = bytes(stream.read(LONGEST_LINE))
         else:
             start, length = (int(part) for part in item.key.split(":"))
@@ -187,7 +187,7 @@ def _part(path: str, start: int, length: int) -> bytes:
     if (path, changed) not in _STREAMS:
         for old in list(_STREAMS):
             _STREAMS.pop(old).close()
-        stream = opened(Path(path))
+        stream = open_unpacked(Path(path))
         if not isinstance(stream, gzip.GzipFile):
             with stream:
                 stream.seek(start)
@@ -201,7 +201,7 @@ def _lines(file: Path) -> Iterator[tuple[int, int]]:
     """Yield start and length of each line that is not blank; what cannot be unpacked is one more line."""
     start = 0
     try:
-        with opened(file) as stream:
+        with open_unpacked(file) as stream:
             while line := stream.readline(LONGEST_LINE):
                 if line.strip():
                     yield start, len(line)
@@ -218,7 +218,7 @@ def _chained(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterat
 
 def _is_house(file: Path, line: tuple[int, int]) -> bool:
     """Whether a line is a whole JSON document: a house that is written over several lines has none."""
-    with opened(file) as stream:
+    with open_unpacked(file) as stream:
         stream.seek(line[0])
         text = stream.read(line[1]).strip()
     return bool(text.startswith(b"{") and text.endswith(b"}"))

@@ -126,7 +126,7 @@ def _is_json(path: Path) -> bool:
 def first_document(path: Path) -> bytes:
     """Return the whole of a JSON file, or the first line of a file that has one house a line; gzip is unpacked."""
     try:
-        with opened(path) as stream:
+        with open_unpacked(path) as stream:
             line = bytes(stream.readline(LONGEST_JSON))
             while line and not line.strip():
                 line = bytes(stream.readline(LONGEST_JSON))
@@ -135,7 +135,7 @@ def first_document(path: Path) -> bytes:
         return b""
 
 
-def opened(path: Path) -> Any:
+def open_unpacked(path: Path) -> Any:
     """Open a file that may be packed by gzip; the caller closes it."""
     with path.open("rb") as stream:
         packed = stream.read(2) == _GZIP

@@ -29,7 +29,7 @@ from pipeline.sources import mesh_file
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
-    deepened,
+    deepen_opening,
     floor_of,
     one_each,
     openings,
@@ -128,7 +128,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
     walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed(scan.walls), top)
     found = [Hole(d.shape, d.low_m - height, d.high_m - height, has_door=True) for d in scan.doors]
     found += [Hole(o.shape, o.low_m - height, o.high_m - height) for o in scan.openings]
-    holes = [hole for each in one_each(found) if (hole := deepened(each, walls)) is not None]  # R2
+    holes = [hole for each in one_each(found) if (hole := deepen_opening(each, walls)) is not None]  # R2
     rooms = _rooms(scan.floors, scan.sections)
     return Level(
         id="",

@@ -25,8 +25,8 @@ from houseexpo.errors import MissingDependencyError, installing
 from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import clean
-from pipeline.sources.files import check_lengths, decoded, members
-from pipeline.sources.meshes.scene import Part, Piece, placed, triangulated
+from pipeline.sources.files import check_lengths, decode_document, members
+from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
 
 THIN_M = 0.02
 _ADVICE = "export the scan again"
@@ -102,7 +102,7 @@ _DECODER = msgspec.json.Decoder(_Structure)
 
 def parse_scan(data: bytes, name: str) -> Scan:
     """Read the exported JSON; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
-    structure = decoded(_DECODER, data, name, _ADVICE)
+    structure = decode_document(_DECODER, data, name, _ADVICE)
     rooms: list[_Room] = [*structure.rooms] or [structure]  # R2
     return Scan(
         walls=tuple(_things((each for room in rooms for each in room.walls), name)),
@@ -231,13 +231,13 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
             if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(local)):
                 raise ValueError(f"the faces of {prim.GetName()} name vertices that it does not have")
-            faces = triangulated(local, corners, counts)[0]
+            faces = triangulate_polygons(local, corners, counts)[0]
             count += len(faces)
             if count > max_faces:
                 detail = f"{path.name} has more than {max_faces:,} faces"
                 raise Rejection("source", Reason.TOO_LARGE, detail, "simplify the mesh, or leave its furniture out")
             matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64).T  # rows there, columns here
-            vertices, faces = placed(local, faces, matrix)
+            vertices, faces = transform_triangles(local, faces, matrix)
             names = tuple(part for part in str(prim.GetPath()).split("/") if part)
             yield Piece(Part(names[:-1], names[-1]), vertices, faces)
 

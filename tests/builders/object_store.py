@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from multiprocessing import forkserver
 from pathlib import Path
 
-from pipeline.batch.store import opened
+from pipeline.batch.store import file_system_of
 
 BUCKET = "houses"
 
@@ -53,7 +53,7 @@ def forget() -> None:
     """Forget what was learned of another server."""
     import s3fs
 
-    opened.cache_clear()
+    file_system_of.cache_clear()
     s3fs.S3FileSystem.clear_instance_cache()
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
 from pipeline.overrides import Override
-from pipeline.quality import GROUNDS, check_quality, judged, main_grounds
+from pipeline.quality import GROUNDS, check_quality, main_grounds, score_quality
 from pipeline.rejection import Reason, Rejection
 from tests.builders.batch import lines, one_room, run_build
 from tests.builders.doubts import doubting
@@ -24,34 +24,34 @@ def plan(quality: Quality | None) -> FloorPlan:
 
 
 def test_a_plan_against_which_nothing_speaks_is_sure() -> None:
-    assert not judged({}).is_doubtful
-    assert judged({ground.name: 0.0 for ground in GROUNDS}).score == judged({}).score
+    assert not score_quality({}).is_doubtful
+    assert score_quality({ground.name: 0.0 for ground in GROUNDS}).score == score_quality({}).score
 
 
 @pytest.mark.parametrize("ground", GROUNDS, ids=lambda ground: ground.name)
 def test_each_ground_speaks_against_a_plan_the_more_of_it_there_is(ground) -> None:
     assert ground.weight <= 0
-    scores = [judged({ground.name: value}).score for value in (0.0, 0.5, 1.0)]
+    scores = [score_quality({ground.name: value}).score for value in (0.0, 0.5, 1.0)]
     assert scores == sorted(scores, reverse=True)
 
 
 def test_a_plan_against_which_everything_speaks_is_doubtful() -> None:
-    assert judged({ground.name: 1.0 for ground in GROUNDS}).is_doubtful
+    assert score_quality({ground.name: 1.0 for ground in GROUNDS}).is_doubtful
 
 
 def test_grounds_are_kept_to_four_digits_and_unknown_ones_weigh_nothing() -> None:
-    quality = judged({"cut_share": 1 / 3, "phase_of_the_moon": 1.0})
+    quality = score_quality({"cut_share": 1 / 3, "phase_of_the_moon": 1.0})
     assert quality.grounds == {"cut_share": 0.3333, "phase_of_the_moon": 1.0}
-    assert quality.score == judged({"cut_share": 1 / 3}).score
+    assert quality.score == score_quality({"cut_share": 1 / 3}).score
 
 
 def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     heaviest = min(GROUNDS, key=lambda ground: ground.weight)
-    said = main_grounds(judged({ground.name: 1.0 for ground in GROUNDS}), most=2)
+    said = main_grounds(score_quality({ground.name: 1.0 for ground in GROUNDS}), most=2)
     assert len(said) == 2
     assert said[0] == f"{heaviest.about}: 1.00"
-    assert main_grounds(judged({})) == []
-    assert main_grounds(judged({heaviest.name: 0.001})) == []
+    assert main_grounds(score_quality({})) == []
+    assert main_grounds(score_quality({heaviest.name: 0.001})) == []
 
 
 def test_a_plan_less_sure_than_asked_for_is_refused_with_its_grounds() -> None:

@@ -50,7 +50,7 @@ class _Around:
     wall_m: float
 
 
-def detailed(
+def add_details(
     spaces: list[shapely.Polygon], doors: tuple[Door, ...], asked: Details, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
     """Return the spaces with their details."""

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 import shapely
 
-from pipeline.sources.homes.details import Details, detailed, front_doors
+from pipeline.sources.homes.details import Details, add_details, front_doors
 from pipeline.sources.homes.kinds import draw_wish
-from pipeline.sources.homes.shaping import WIDE_M, Doorways, Shaped, doors, one_space, shaped
+from pipeline.sources.homes.shaping import WIDE_M, Doorways, Shaped, bend_rooms, doors, one_space
 from pipeline.sources.homes.slicing import Asked, lay_out
 from pipeline.sources.homes.values import Door, Home, NamedBox, Rect, Wish, on_grid
 
@@ -51,7 +51,7 @@ def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
     if rects is None:
         return None
     rects = [_on_grid(rect, wish.wall_m) for rect in rects]
-    found = one_space(rects, wish.wall_m) if alone else shaped(rects, wish.corners, wish.wall_m, rng)
+    found = one_space(rects, wish.wall_m) if alone else bend_rooms(rects, wish.corners, wish.wall_m, rng)
     return _walled(name, wish, found, rng)
 
 
@@ -75,7 +75,7 @@ def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> H
         for space in range(wish.spaces)
     ]
     ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
-    spaces = detailed(spaces, ways, Details(wish.corners, wish.oblique, wish.wall_m), rng)
+    spaces = add_details(spaces, ways, Details(wish.corners, wish.oblique, wish.wall_m), rng)
     if not _passable(spaces, ways):
         return None
     fronts = front_doors(spaces, wish.names, wish.wall_m, rng)

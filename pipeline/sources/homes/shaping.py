@@ -181,7 +181,7 @@ class Shaped:
     gaps: list[Joint]
 
 
-def shaped(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Generator) -> Shaped:
+def bend_rooms(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Generator) -> Shaped:
     """Give rooms about so many corners beyond four each."""
     found = Shaped(list(rects), list(range(len(rects))), [])
     left = corners * float(rng.uniform(*_SPENT))

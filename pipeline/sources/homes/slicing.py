@@ -50,7 +50,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
         if best is not None and cost >= best[0]:
             continue  # without a look at its doors
         doors = _doorways(rects, door_m)
-        if not joined(len(rects), doors) or _encloses(rects):
+        if not is_connected(len(rects), doors) or _encloses(rects):
             continue
         cost += _HUB * _without_hub(len(rects), doors)
         if best is None or cost < best[0]:
@@ -72,7 +72,7 @@ def borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, float, floa
     return dict(sorted(found.items()))
 
 
-def joined(count: int, ways: Iterable[tuple[int, int]]) -> bool:
+def is_connected(count: int, ways: Iterable[tuple[int, int]]) -> bool:
     """Whether these ways lead from any of ``count`` rectangles to any other."""
     group = list(range(count))
     for i, j in ways:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import Part, Piece, placed, triangulated
+from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
 
 Floats = npt.NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
     count = 0
     for names, geometry, symbols, matrix in _instances(root, by_id):
         for mesh in read_mesh(geometry, by_id):
-            vertices, faces = placed(mesh.vertices, mesh.faces, matrix)
+            vertices, faces = transform_triangles(mesh.vertices, mesh.faces, matrix)
             count += len(faces)
             if count > max_faces:
                 detail = f"{path.name} has more than {max_faces:,} faces, instances counted"
@@ -214,7 +214,7 @@ def read_mesh(geometry: Xml.Element, by_id: Ids) -> Iterator[DaeMesh]:
         corners = rows[:, offset]
         if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
             raise ValueError(f"a face names vertex {int(corners.max()):,} of {len(vertices):,}")
-        faces = triangulated(vertices, corners, counts)[0]
+        faces = triangulate_polygons(vertices, corners, counts)[0]
         used, packed = np.unique(faces, return_inverse=True)
         yield DaeMesh(vertices[used], packed.reshape(-1, 3).astype(np.int64), primitive.get("material", ""))
 

@@ -25,7 +25,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
 from pipeline.sources.files import check_file
 from pipeline.sources.meshes import collada, gltf, obj
-from pipeline.sources.meshes.scene import Part, Piece, Scene, triangulated
+from pipeline.sources.meshes.scene import Part, Piece, Scene, triangulate_polygons
 from pipeline.sources.named_scene import without_starting_cube
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
@@ -305,7 +305,9 @@ def load_off(path: Path, _max_faces: int) -> Iterator[Piece]:
     corners = np.array([corner for polygon in polygons for corner in polygon], np.int64)
     if len(corners) and not 0 <= corners.min() <= corners.max() < n_vertices:
         raise ValueError(f"a face names vertex {int(corners.max()):,} of {n_vertices:,}")
-    yield Piece(Part(), vertices, triangulated(vertices, corners, np.array([len(each) for each in polygons]))[0])
+    yield Piece(
+        Part(), vertices, triangulate_polygons(vertices, corners, np.array([len(each) for each in polygons]))[0]
+    )
 
 
 def declared_off(head: bytes) -> int | None:

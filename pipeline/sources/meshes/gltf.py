@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import Part, Piece, placed
+from pipeline.sources.meshes.scene import Part, Piece, transform_triangles
 
 Floats = npt.NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             found = _triangles(arrays, primitive)
             if found is None:
                 continue
-            vertices, faces = placed(*found, matrix)
+            vertices, faces = transform_triangles(*found, matrix)
             count += len(faces)
             if count > max_faces:
                 detail = f"{path.name} has more than {max_faces:,} faces, instances counted"

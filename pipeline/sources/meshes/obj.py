@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import Part, Piece, triangulated
+from pipeline.sources.meshes.scene import Part, Piece, triangulate_polygons
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -49,7 +49,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
         corners, counts = _corners(rows, lines.before[part])
         if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
             raise ValueError(f"a face names vertex {int(corners.max()) + 1:,} of {len(vertices):,}")
-        faces = triangulated(vertices, corners, counts)[0]
+        faces = triangulate_polygons(vertices, corners, counts)[0]
         used, packed = np.unique(faces, return_inverse=True)
         yield Piece(part, vertices[used], packed.reshape(-1, 3).astype(np.int64))
 

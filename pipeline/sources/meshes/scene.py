@@ -81,7 +81,7 @@ class Scene:
         return Scene(Mesh(self.mesh.vertices * factor, self.mesh.faces), self.owner, self.parts, self.left_out)
 
 
-def placed(
+def transform_triangles(
     vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64], matrix: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Put triangles at their place by a (4, 4) matrix; a mirroring one turns the faces over."""
@@ -98,7 +98,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 
-def triangulated(vertices: Floats, corners: Indices, counts: Indices) -> tuple[Indices, Indices]:
+def triangulate_polygons(vertices: Floats, corners: Indices, counts: Indices) -> tuple[Indices, Indices]:
     """Cut polygons into triangles.
 
     Parameters

@@ -121,7 +121,7 @@ def slant(cells: list[Cell], wing_from: float, rng: np.random.Generator) -> list
     ]
 
 
-def turned(cells: list[Cell], rng: np.random.Generator, oblique: bool) -> list[Cell]:
+def turn_house(cells: list[Cell], rng: np.random.Generator, oblique: bool) -> list[Cell]:
     """Turn and mirror the house as a whole: by quarter turns, or by any angle where it is to stand obliquely."""
     quarter = int(rng.integers(4))
     angle = float(rng.uniform(0.1, 0.7)) if oblique else 0.0

@@ -103,7 +103,7 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
             for _ in range(int(rng.integers(1, 3))):
                 cells = difficulties.chamfer(cells, rng)
         features += ["oblique"] if turned or cells is not before else []
-    return difficulties.turned(cells, rng, turned), features
+    return difficulties.turn_house(cells, rng, turned), features
 
 
 def _dividers(cells: list[Cell], rng: np.random.Generator) -> list[Wall]:

@@ -47,7 +47,7 @@ from pipeline.sources.storeys.surfaces import (
     PlanGrid,
     Surfaces,
     WallProfile,
-    cut,
+    cut_at_height,
     weighted_quantile,
 )
 from pipeline.values import Mesh
@@ -188,7 +188,7 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
             free[other.cells > 0] = 0
     free = grid.opened(free, HALF_ROOM_M)
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
-    segments = np.concatenate([cut(surfaces, walls, layer.top + height) for height in (CLEAR_M - 0.05, 2.15)])
+    segments = np.concatenate([cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - 0.05, 2.15)])
     standing = grid.trace(segments) & grid.grown(free, WALL_REACH_M)
     region = _filled(free & _hull(standing))
     area = grid.area(region)
@@ -201,7 +201,7 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
 
 def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
     """Return the convex hull of the walls that stand a metre over ``foot``: the most that a storey there can hold."""
-    return _hull(grid.trace(cut(surfaces, walls, foot + 1.0)))
+    return _hull(grid.trace(cut_at_height(surfaces, walls, foot + 1.0)))
 
 
 def _hull(mask: Cells) -> Cells:

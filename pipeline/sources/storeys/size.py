@@ -100,7 +100,7 @@ def detect(
     step = -(-len(mesh.faces) // MAX_FACES)
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
-    shapes = {axis: shape for axis in candidates if (shape := measured(surfaces, UPS[axis]))}
+    shapes = {axis: shape for axis in candidates if (shape := measure_shape(surfaces, UPS[axis]))}
     if convention.binding and convention.metres is not None and convention.up in shapes:
         shapes[convention.up] = _undivided(shapes[convention.up], convention.metres)
     if not shapes:  # no wall on any axis: the search for levels says so
@@ -124,7 +124,7 @@ def detect(
 
 def bad_units(mesh: Mesh, found: Frame3D, name: str) -> Rejection:
     """Return the rejection of a mesh of which the scale that was tried (R7) gives no rooms."""
-    shape = measured(Surfaces.of(mesh), UPS[found.up])
+    shape = measure_shape(Surfaces.of(mesh), UPS[found.up])
     if shape is None:  # there were walls when the scale was tried
         return Rejection("source", Reason.NO_LEVEL, f"{name}: no wall stands", "look at it in a viewer")
     return _bad_units(shape, found.up, None, Wish(), name)
@@ -274,7 +274,7 @@ class Shape:
         return WIDTH_M[0] <= narrow and LONGEST_AT_MIN_M <= wide <= WIDTH_M[1]
 
 
-def measured(surfaces: Surfaces, axis: int) -> Shape | None:
+def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
     """Measure the mesh as it stands on one axis, or None if it has no wall then."""
     walls = surfaces.walls(axis)
     if not walls.any():
@@ -378,7 +378,7 @@ def _area_over_height(heights: Floats, area: Floats, edges: Floats) -> Floats:
 
 def outside_of(upright: Mesh, name: str) -> Rejection | None:
     """Return the rejection NO_INTERIOR of a z-up mesh in an unknown unit, or None if it may have rooms (R1)."""
-    shape = measured(Surfaces.of(upright), 2)
+    shape = measure_shape(Surfaces.of(upright), 2)
     if shape is None or shape.storey <= 0:
         return None
     usual = Mesh(upright.vertices * (USUAL_STOREY_M / shape.storey), upright.faces)

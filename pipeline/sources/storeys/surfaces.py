@@ -107,7 +107,7 @@ def _ramp_sum(at: Floats, start: Floats, weight: Floats) -> Floats:
     return at * slope - offset
 
 
-def cut(surfaces: Surfaces, walls: Bools, height: float) -> Floats:
+def cut_at_height(surfaces: Surfaces, walls: Bools, height: float) -> Floats:
     """Segments (k, 2, 2) in plan where the chosen faces cross a height; faces that only touch it give none."""
     return cut_faces(surfaces, walls, height)[0]
 

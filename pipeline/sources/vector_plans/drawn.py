@@ -28,7 +28,16 @@ from houseexpo.plan import Frame
 from pipeline.geometry.overlay import polygons_of
 from pipeline.geometry.regions import opened
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, deepened, floor_of, one_each, openings, standing, walls_around
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    deepen_opening,
+    floor_of,
+    one_each,
+    openings,
+    standing,
+    walls_around,
+)
 from pipeline.sources.files import LeftOut, level_id
 from pipeline.sources.roles import labels_for
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
@@ -205,7 +214,7 @@ def _level(storey: Storey, name: str) -> Level:
     else:
         top = WALL_M
         walls = walls_around(shapes, top)  # R3
-        holes = [deep for hole in one_each(storey.holes) if (deep := deepened(hole, walls)) is not None]
+        holes = [deep for hole in one_each(storey.holes) if (deep := deepen_opening(hole, walls)) is not None]
     named = [each for each in storey.rooms if each.polygon is not None or each.box is not None]
     return Level(
         id="",

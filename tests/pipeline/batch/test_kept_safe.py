@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.disk import locked
+from pipeline.batch.disk import lock_folder
 from pipeline.batch.folder import Others
 from pipeline.batch.verify import verify
 from pipeline.overrides import Override
@@ -177,7 +177,7 @@ def test_links_are_neither_followed_nor_removed(street: Path, out: Path, tmp_pat
 
 
 def test_two_builds_into_one_folder_do_not_meet(street: Path, out: Path) -> None:
-    with locked(out / ".build" / "lock"), pytest.raises(ConfigError, match=f"process {os.getpid()}"):
+    with lock_folder(out / ".build" / "lock"), pytest.raises(ConfigError, match=f"process {os.getpid()}"):
         run_build([street], out)
     assert run_build([street], out).unchanged  # a lock file alone holds nobody up
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
-from pipeline.batch.mirror import mirrored
+from pipeline.batch.mirror import mirror_of
 from pipeline.batch.shard_build import begun_at, left_of
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
 from tests.builders.needs import need
@@ -144,7 +144,7 @@ def test_pictures_of_the_stages_go_with_the_plans(bucket: Any, street: Path, tmp
 def test_a_source_is_fetched_as_far_as_it_is_read_and_another_place_is_none_of_it(bucket: Any, tmp_path: Path) -> None:
     bucket.pipe_file(f"{BUCKET}/in/street/../../out.ply", b"ply")
     bucket.pipe_file(f"{BUCKET}/in/street/large.ply", b"ply\n" + bytes(1 << 20))
-    mirror, place = mirrored(SOURCE)
+    mirror, place = mirror_of(SOURCE)
     found = {file.relative_to(place).as_posix() for file in place.rglob("*") if file.is_file()}
     assert found == {"a.ply", "b.ply", "c.ply", "far/e.obj", "g_refuse.glb", "large.ply", *_split(found), "z.ply"}
     large = place / "large.ply"

@@ -17,7 +17,7 @@ from pipeline.furnish.room import (
     Furnishing,
     apart,
     back_and_span,
-    boxed,
+    box_from_back,
     fronts,
     in_cm,
     is_plain,
@@ -136,7 +136,7 @@ def test_boxes_stand_with_their_backs_at_the_wall_and_face_the_room() -> None:
     walls = {(edge.facing, edge.at): (edge.low, edge.high) for edge in walls_of([ring])}
     assert walls == {(1, 0): (0, 400), (2, 400): (0, 300), (3, 300): (0, 400), (0, 0): (0, 300)}
     for facing, at in walls:
-        box = np.array(boxed(facing, at, 50, 100, 60))
+        box = np.array(box_from_back(facing, at, 50, 100, 60))
         assert shapely.box(0, 0, 400, 300).covers(shapely.box(*box.tolist()))
         assert back_and_span(box, facing) == (at, 50, 150)
         zone = fronts(box[None], np.array([facing]), 40)[0]

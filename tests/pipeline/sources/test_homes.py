@@ -13,11 +13,11 @@ from houseexpo.plan.categories import LABELS
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
-from pipeline.sources.homes.details import Details, detailed, front_doors
+from pipeline.sources.homes.details import Details, add_details, front_doors
 from pipeline.sources.homes.house import home_id, make_home
 from pipeline.sources.homes.level import digest, level_of
-from pipeline.sources.homes.shaping import Doorways, doors, one_space, shaped
-from pipeline.sources.homes.slicing import Asked, borders, joined, lay_out
+from pipeline.sources.homes.shaping import Doorways, bend_rooms, doors, one_space
+from pipeline.sources.homes.slicing import Asked, borders, is_connected, lay_out
 from pipeline.sources.homes.values import Door, Home, on_grid
 from pipeline.sources.procedural import scene_id
 
@@ -130,13 +130,15 @@ def test_borders_of_rectangles() -> None:
         (0, 2): (2.0, 0.0, 2.0, False),
         (1, 2): (2.0, 2.0, 3.0, True),
     }
-    assert joined(3, borders(rects))
-    assert not joined(4, borders(rects))
+    assert is_connected(3, borders(rects))
+    assert not is_connected(4, borders(rects))
 
 
 def test_a_room_goes_round_a_smaller_one_and_keeps_its_area() -> None:
     rects = [(0.0, 0.0, 2.0, 5.0), (2.0, 0.0, 8.0, 5.0)]
-    found = next(f for seed in range(60) if len((f := shaped(rects, 3, 0.1, np.random.default_rng(seed))).rects) == 3)
+    found = next(
+        f for seed in range(60) if len((f := bend_rooms(rects, 3, 0.1, np.random.default_rng(seed))).rects) == 3
+    )
     areas = [
         sum(shapely.box(*r).area for r, k in zip(found.rects, found.space_of, strict=True) if k == s) for s in (0, 1)
     ]
@@ -147,11 +149,11 @@ def test_a_room_goes_round_a_smaller_one_and_keeps_its_area() -> None:
 
 def test_a_room_without_corners_to_spare_stays_as_it_is() -> None:
     rects = [(0.0, 0.0, 2.0, 5.0), (2.0, 0.0, 8.0, 5.0)]
-    assert shaped(rects, 0, 0.1, np.random.default_rng(0)).rects == rects
+    assert bend_rooms(rects, 0, 0.1, np.random.default_rng(0)).rects == rects
 
 
 def test_no_wall_reaches_into_a_small_room() -> None:
-    assert shaped([(0.0, 0.0, 3.0, 2.9)], 8, 0.1, np.random.default_rng(0)).gaps == []
+    assert bend_rooms([(0.0, 0.0, 3.0, 2.9)], 8, 0.1, np.random.default_rng(0)).gaps == []
 
 
 DOORWAYS = Doorways((0.8,), 0, 0.1)
@@ -195,7 +197,7 @@ def test_details_give_the_corners_that_are_asked_for() -> None:
     for corners in (0, 4, 7, 12):
         found = []
         for seed in range(8):
-            ((space,),) = (detailed([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(seed)),)
+            ((space,),) = (add_details([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(seed)),)
             found.append(shapely.get_num_coordinates(shapely.simplify(space, 0.03)) - 5)
         assert np.median(found) == pytest.approx(corners, abs=0.5)
 
@@ -203,7 +205,7 @@ def test_details_give_the_corners_that_are_asked_for() -> None:
 def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
     room, door = shapely.box(0.0, 0.0, 2.4, 2.0), Door((1.0, -0.1, 1.75, 0.0), (0, 1))
     for seed in range(12):
-        ((space,),) = (detailed([room], (door,), Details(12, 0.0, 0.1), np.random.default_rng(seed)),)
+        ((space,),) = (add_details([room], (door,), Details(12, 0.0, 0.1), np.random.default_rng(seed)),)
         place = shapely.buffer(space, -0.22)
         assert isinstance(place, shapely.Polygon)
         assert place.distance(shapely.box(*door.rect)) == pytest.approx(0.22, abs=0.01)

@@ -13,7 +13,7 @@ from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.walls import section as wall_section
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import ifc, mesh_file
-from pipeline.sources.storeys.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level
 
 pytest.importorskip("ifcopenshell")
@@ -53,7 +53,7 @@ def section_area(level: Level, height: float) -> shapely.Geometry:
 def section(level: Level, height: float) -> shapely.Geometry:
     """Outline of what stands at a height, from the raw segments."""
     surfaces = Surfaces.of(level.walls)
-    return shapely.union_all(shapely.linestrings(cut(surfaces, surfaces.walls(), height)), grid_size=1e-4)
+    return shapely.union_all(shapely.linestrings(cut_at_height(surfaces, surfaces.walls(), height)), grid_size=1e-4)
 
 
 @pytest.mark.parametrize(("schema", "unit_m"), [("IFC4", 1.0), ("IFC4", 0.001), ("IFC2X3", 1.0), ("IFC2X3", 0.01)])

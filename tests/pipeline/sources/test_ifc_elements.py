@@ -7,7 +7,7 @@ import shapely
 pytest.importorskip("ifcopenshell")
 
 from pipeline.sources import ifc
-from pipeline.sources.storeys.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level
 from tests.builders.ifc import TinyBuilding
 
@@ -29,7 +29,7 @@ class Room:
     def stands(self, folder, box=(1, 1, 7, 5), height=1.0) -> bool:
         """Whether a wall stands in a part of the plan at a height."""
         walls = Surfaces.of(self.level(folder).walls)
-        lines = shapely.union_all(shapely.linestrings(cut(walls, walls.walls(), height)))
+        lines = shapely.union_all(shapely.linestrings(cut_at_height(walls, walls.walls(), height)))
         return bool(lines.intersects(shapely.box(*box)))
 
 

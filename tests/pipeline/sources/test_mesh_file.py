@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
 from pipeline.sources import mesh_file
-from pipeline.sources.storeys.surfaces import Surfaces, cut
+from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level, Mesh
 from tests.builders.mesh_files import Y_UP, read, write
 from tests.builders.meshes import (
@@ -24,14 +24,14 @@ from tests.builders.meshes import (
 
 def plan_length(level: Level, height: float) -> float:
     surfaces = Surfaces.of(level.walls)
-    segments = cut(surfaces, surfaces.walls(), height)
+    segments = cut_at_height(surfaces, surfaces.walls(), height)
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
 
 
 def section_points(level: Level, height: float) -> np.ndarray:
     """Ends of the section's segments in the source's plan axes, sorted."""
     surfaces = Surfaces.of(level.walls)
-    ends = cut(surfaces, surfaces.walls(), height).reshape(-1, 2)
+    ends = cut_at_height(surfaces, surfaces.walls(), height).reshape(-1, 2)
     matrix = np.asarray(level.frame.matrix)
     points = np.round(ends @ matrix[:, :2].T + matrix[:, 2], 4)
     return np.unique(points, axis=0)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from pipeline.sources.meshes.scene import triangulated
+from pipeline.sources.meshes.scene import triangulate_polygons
 
 NOTCHED = np.array([(0, 0), (1, 0), (1, 2), (2, 2), (2, 0), (4, 0), (4, 3), (0, 3)], float)  # a wall with its door hole
 
@@ -11,7 +11,7 @@ NOTCHED = np.array([(0, 0), (1, 0), (1, 2), (2, 2), (2, 0), (4, 0), (4, 3), (0, 
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_notch_stays_open_and_the_winding_is_kept(axes, way):
     ring = np.column_stack([NOTCHED, np.zeros(8)])[::way][:, axes]
-    faces, owner = triangulated(ring, np.arange(8), np.array([8]))
+    faces, owner = triangulate_polygons(ring, np.arange(8), np.array([8]))
     mesh = trimesh.Trimesh(ring, faces, process=False)
     normal = np.cross(ring - ring[0], np.roll(ring, -1, axis=0) - ring[0]).sum(axis=0)
     assert mesh.area == pytest.approx(10.0)
@@ -21,6 +21,6 @@ def test_a_notch_stays_open_and_the_winding_is_kept(axes, way):
 
 def test_polygons_of_several_sizes_keep_their_order():
     ring = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-    faces, owner = triangulated(ring, np.array([0, 1, 2, 0, 1, 2, 3, 1, 0]), np.array([3, 4, 2]))
+    faces, owner = triangulate_polygons(ring, np.array([0, 1, 2, 0, 1, 2, 3, 1, 0]), np.array([3, 4, 2]))
     assert faces.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
     assert owner.tolist() == [0, 1, 1]
