@@ -74,7 +74,7 @@ class DataSet:
 
 @dataclass(frozen=True)
 class Parts:
-    """What a data set is put together from; ``entries`` are ``entry.ordered``, ``rights`` what the sources agree on."""
+    """What a data set is put together from: sorted entries, plans, and the rights on which the sources agree."""
 
     folder: Folder
     plans: Plans
