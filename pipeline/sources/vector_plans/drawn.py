@@ -147,7 +147,7 @@ def hole_at(
 
 def through(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
-    reached = deepened(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
+    reached = deepen_opening(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
     if reached is None or reached.shape.area < 0.5 * hole.shape.area:
         return hole
     return reached

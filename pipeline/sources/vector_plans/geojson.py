@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut, decoded
+from pipeline.sources.files import LeftOut, decode_document
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, called, storey_of
 
@@ -49,7 +49,7 @@ def draw(path: Path) -> Drawing:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
         )
-    found = decoded(_DECODER, path.read_bytes(), path.name, _ADVICE)
+    found = decode_document(_DECODER, path.read_bytes(), path.name, _ADVICE)
     left_out = LeftOut()
     levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
     for number, feature in enumerate(found.features):

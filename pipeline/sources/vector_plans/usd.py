@@ -21,7 +21,7 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
-from pipeline.sources.meshes.scene import triangulated
+from pipeline.sources.meshes.scene import triangulate_polygons
 from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
@@ -139,7 +139,7 @@ def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
     if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(points)):
         raise ValueError("its faces name vertices that it does not have")
-    return points, triangulated(points, corners, counts)[0]
+    return points, triangulate_polygons(points, corners, counts)[0]
 
 
 def _label(prim: Any) -> tuple[str, tuple[str, ...]]:
