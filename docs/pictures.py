@@ -1,7 +1,7 @@
-"""Draw the pictures of ``docs/algorithm.md`` and ``docs/guide-homes.md``: ``make pictures``.
+"""Draw the pictures of ``docs/algorithm.md``, ``docs/guide-homes.md`` and ``docs/readers``: ``make pictures``.
 
 Three of the houses of ``procedural:60?style=test --seed 2019``: one in which a wall is cut, one with a chimney, one
-with a garage that stands apart.
+with a garage that stands apart. The pages for readers show one home of the demo data set.
 """
 
 from __future__ import annotations
@@ -12,8 +12,11 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from matplotlib import pyplot as plt
+from matplotlib.patches import Rectangle
 from PIL import Image
 
+import houseexpo
 from houseexpo.drawing.draw import contact_sheet, draw_plan
 from pipeline.algorithm import plan_house
 from pipeline.config import PipelineConfig
@@ -21,8 +24,11 @@ from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
 from pipeline.sources import find, reader
 
-HOMES, N_HOMES = Path(__file__).parent / "images" / "homes.png", 24
-FOLDER = Path(__file__).parent / "images" / "stages"
+IMAGES = Path(__file__).parent / "images"
+HOMES, N_HOMES = IMAGES / "homes.png", 24
+SHOWN = "02e6f576bc6267912cff75dbb691589f"
+"""The home of the demo data set that the pages for readers show."""
+FOLDER = IMAGES / "stages"
 CONFIG = BuildConfig(BuildOptions(sources=("procedural:60?style=test",), seed=2019))
 HOUSES = {
     "b16a83220d643acf43c072de5df74a54": (
@@ -57,6 +63,51 @@ def draw_homes(file: Path = HOMES) -> None:
     Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
 
 
+def draw_readers(folder: Path = IMAGES) -> None:
+    """Write a home beside its ROS map, its grids, and the rooms that are found in its published form."""
+    (item,) = (item for item in find("procedural:300", seed="2019") if item.id == SHOWN)
+    (level,) = reader(item.reader).read(item)
+    plan = plan_house(level, PipelineConfig(), np.random.default_rng(0))
+    with tempfile.TemporaryDirectory() as made:
+        ros = houseexpo.export([plan], "ros", Path(made) / "ros")
+        (published,) = houseexpo.export([plan], "json", Path(made) / "json")
+        ros_map = np.asarray(Image.open(next(file for file in ros if file.suffix == ".pgm")))
+        bare = houseexpo.load_plan(published)
+    grey, none = "gray", {"left": False, "bottom": False, "labelleft": False, "labelbottom": False}
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
+    plan.plot(left, title="the plan")
+    right.imshow(ros_map, cmap=grey, vmin=0, vmax=255)
+    right.set_title("its ROS map")
+    right.tick_params(**none)
+    figure.savefig(folder / "reader_robotics.png", dpi=90)
+
+    figure, axes = plt.subplots(1, 4, figsize=(12, 3.2), layout="constrained")
+    rooms = np.ma.masked_less(plan.room_grid(), 0)
+    axes[0].imshow(plan.grid(), origin="lower", cmap="gray_r")
+    axes[1].imshow(rooms, origin="lower", cmap="tab10")
+    axes[2].imshow(plan.distance_field(), origin="lower")
+    plan.plot(axes[3], labels=False)
+    graph = plan.graph()
+    for one, other in graph.edges():
+        ends = [graph.nodes[room]["position"] for room in (one, other)]
+        axes[3].plot(*zip(*ends, strict=True), "o-", color="black", zorder=9)
+    for axis, title in zip(axes, ("grid", "room_grid", "distance_field", "graph"), strict=True):
+        axis.set(title=title, xlabel="", ylabel="")
+        axis.tick_params(**none)
+    figure.savefig(folder / "reader_learning.png", dpi=90)
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
+    bare.plot(left, rooms=False, labels=False, doors=False, title="as published: an outline and labelled boxes")
+    for label, boxes in bare.room_category.items():
+        for x1, y1, x2, y2 in boxes:
+            left.add_patch(Rectangle((x1, y1), x2 - x1, y2 - y1, fill=False, linestyle=":", zorder=9))
+            left.annotate(label.replace("_", " "), ((x1 + x2) / 2, (y1 + y2) / 2), ha="center", fontsize=8, zorder=9)
+    houseexpo.with_rooms(bare).plot(right, title="with_rooms: rooms and doors")
+    figure.savefig(folder / "reader_archive.png", dpi=90)
+
+
 if __name__ == "__main__":
     draw()
     draw_homes()
+    draw_readers()

@@ -20,7 +20,7 @@ def test_what_each_dependency_weighs() -> None:
     found = {each.name.lower().replace("_", "-"): each for each in distributions()}
     weight = {name: _megabytes(each) for name, each in found.items()}
     together = _closure(base, found)
-    table = Table("library", "its files", "with what only it needs", title="Base installation, MB")
+    table = Table("library", "its files", "with its own dependencies", title="Base installation, MB")
     for name in sorted(base, key=weight.__getitem__, reverse=True):
         alone = together - _closure(base - {name}, found)
         table.add_row(name, f"{weight[name]:.1f}", f"{sum(weight[each] for each in alone | {name}):.1f}")
