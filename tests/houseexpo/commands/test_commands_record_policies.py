@@ -104,7 +104,7 @@ def test_what_fails_is_said_in_a_line(tmp_path: Path, words: list[str], asked: l
 def test_a_policy_is_refused_where_it_would_see_or_act_otherwise(tmp_path: Path, words: list[str]) -> None:
     file, config = tmp_path / "mine.py", SimulatorConfig(pixels_per_metre=16.0)
     assert words
-    with pytest.raises(ConfigError, match="expected an environment with discrete actions, found frontier ones"):
+    with pytest.raises(ConfigError, match="expected an environment with discrete actions, found frontier actions"):
         policy_of("frontier", ExplorationEnv(ROOM, config, actions="frontier"))
     with pytest.raises(ConfigError, match="expected an environment that shows 'dict', found 'map'"):
         policy_of(f"{file}:ranges", ExplorationEnv(ROOM, config))

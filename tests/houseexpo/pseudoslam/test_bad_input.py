@@ -155,9 +155,9 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
         (
             WALL,
             {"trajectories": (Trajectory(Circle(0.2), (0, 4), ((3, 3, 0), (5, 3, 0))),)},
-            r"trajectories\[0\]: at 1\.\d+ s, at \(3\.\d+, 3\.00\) m, its shape meets a wall .* 'wall'; lead it round",
+            r"trajectories\[0\]: at 1\.\d+ s, at \(3\.\d+, 3\.00\) m, its shape meets .* 'wall'; move the trajectory",
         ),
-        (HALL, {"people": PeopleConfig(200, least=200)}, "people.least: 200 people .* find no place .* ask for fewer"),
+        (HALL, {"people": PeopleConfig(200, least=200)}, "people.least: 200 people .* do not fit .* ask for fewer"),
         (
             FIELD,
             {"pixels_per_metre": 200.0},
