@@ -13,7 +13,7 @@ R6  A place with some evidence of a door (``geometry.cut_places``) is cut before
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
-R8  Where nothing in a storey shows a door, no lintel, leaf or entrance, where its passages are is unknown. They are
+R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unknown where its passages are. They are
     cut, and each cut and a note say that it stands for an unknown one.
 """
 
@@ -46,8 +46,7 @@ AROUND = 4.0
 """So many radii of the disc beyond a cut the floor is looked at."""
 NO_EVIDENCE = "no evidence: the nearest wall"
 NO_WALL = "no evidence: the nearest way, through more than wall"
-UNKNOWN = "unknown: the source shows no door in this storey"
-DOORS = frozenset({"door", "entrance"})
+UNKNOWN = "unknown: the source shows no door inside this storey"
 _Cut: TypeAlias = tuple[npt.NDArray[np.float64], Bridge, str]
 """The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
@@ -94,9 +93,12 @@ def connect(
 
 
 def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
-    """R8."""
-    shown = evidence.doorways or evidence.leaves or any(passage.kind in DOORS for passage in spaces.passages)
-    return not shown and evidence.lintels.is_empty
+    """R8: whether nothing is seen of a door but at the entrances."""
+    if any(passage.kind == "door" for passage in spaces.passages):
+        return False
+    seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
+    outer = united([p.bridge.strip(deeper_m=BESIDE_M, wider_m=BESIDE_M) for p in spaces.passages if p.leads_outside])
+    return all(shape.within(outer) for shape in seen)
 
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:

@@ -47,6 +47,7 @@ NEAR_M: Final = 0.35
 SAME: Final = 0.02
 MARGIN_M: Final = 0.5
 CELL_M: Final = 0.02
+JAMB_M: Final = 0.05
 MOST_CELLS: Final = 16_000_000
 
 Stroke = tuple[float, float, float, float]
@@ -210,7 +211,9 @@ def rooms_of(level: Level, storey: Storey) -> list[Polygon]:
 
 def _strokes(storey: Storey) -> Iterable[list[float]]:
     yield from (list(stroke) for stroke in (*storey.walls, *storey.open))
-    yield from ([*door.a, *door.b] for door in storey.doors)
+    for door in storey.doors:  # a little into both jambs
+        beyond = (np.asarray(door.b) - door.a) / max(float(np.hypot(*np.subtract(door.b, door.a))), 1e-9) * JAMB_M
+        yield [*(np.asarray(door.a) - beyond), *(door.b + beyond)]
 
 
 def compare(truth: Truth, levels: Sequence[Level], plans: Sequence[Mapping[str, Any]]) -> Found:

@@ -51,6 +51,13 @@ def test_where_a_storey_shows_no_door_each_cut_stands_for_an_unknown_one() -> No
     assert found.notes == {"cuts": 2, "doors_unknown": 1}
 
 
+def test_an_entrance_says_nothing_of_the_doors_inside() -> None:
+    front = [*shell((0.0, 0.0, 7.2, 3.0), front=[Hole(1.0, 1.9)]), *wall((4.0, 0.0, 4.2, 3.0))]
+    stages = snapshots(level(front))
+    found = connected(stages["isolated"], evidence=stages["evidence"])
+    assert sorted((passage.kind, passage.why) for passage in found.passages) == [("cut", UNKNOWN), ("entrance", "")]
+
+
 def test_where_a_storey_shows_a_door_a_cut_stands_for_none() -> None:
     found = connected(before(three_rooms([Hole(1.0, 1.9)])), evidence=seen())
     assert [passage.why for passage in found.passages if passage.kind == "cut"] == [NO_EVIDENCE]
