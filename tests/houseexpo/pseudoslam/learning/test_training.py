@@ -121,7 +121,7 @@ def test_a_run_that_is_killed_goes_on_as_if_it_had_not_been(tmp_path: Path) -> N
     assert not (tmp_path / "killed" / "policy.pt").exists()
     done = subprocess.run([*command, "--resume"], env=environ, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert "goes on from" in done.stdout
+    assert "continues from" in done.stdout
     run(tmp_path / "whole", tiny(steps=1280))
     assert_same_run(tmp_path / "killed", tmp_path / "whole")
 
@@ -133,7 +133,7 @@ def test_what_is_damaged_is_passed_over_for_the_one_before(tmp_path: Path, caplo
     last.write_bytes(last.read_bytes()[:-1000])
     said: list[str] = []
     run(tmp_path / "b", resume=True, say=said.append)
-    assert said[0] == f"goes on from {first}"
+    assert said[0] == f"continues from {first}"
     assert "found it damaged" in caplog.text
     assert_same_run(tmp_path / "a", tmp_path / "b")
     for file in (tmp_path / "b" / "checkpoints").iterdir():
