@@ -27,6 +27,9 @@ HEAD_BYTES = 1 << 16
 LONGEST_JSON = 1 << 28
 """Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
 
+_MESHES = frozenset({".dae", ".glb", ".gltf", ".obj", ".off", ".stl"})
+"""Suffixes that no family of drawn plans claims, so that none of them is asked."""
+
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
 _PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
@@ -78,7 +81,7 @@ def recognise(path: Path) -> str | None:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
-    if is_drawn(path, head):
+    if suffix not in _MESHES and is_drawn(path, head):
         return "vector_plans"
     if suffix in _SKIPPED:
         return None
