@@ -10,7 +10,7 @@ from houseexpo.errors import ConfigError
 from pipeline.sources import find
 
 
-@pytest.mark.parametrize("name", ["house.usda", "house.FBX", "house.dwg"])
+@pytest.mark.parametrize("name", ["house.blend", "house.FBX", "house.dwg"])
 @pytest.mark.parametrize("folder", [False, True])
 def test_a_file_of_a_design_program_is_refused_with_how_to_export_it(tmp_path: Path, name: str, folder: bool) -> None:
     (tmp_path / name).write_text("#usda 1.0")
