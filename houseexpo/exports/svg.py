@@ -11,6 +11,7 @@ import shapely
 from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.scene import FURNITURE
 from houseexpo.exports.encoding import Files, number
+from houseexpo.exports.openings import passages
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
@@ -28,12 +29,13 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     """Write ``<id>.svg`` with a view box in metres, x right, and y flipped to run down as in SVG.
 
     The house is shown as seen from above (mirrored plans are mirrored back), at 50 pixels per metre. Layers are groups:
-    ``walls``, ``free-space``, ``rooms``, ``doors`` and, if the plan has furniture, ``objects``. Rooms and objects have
-    their label as a title. For pictures with a scale bar and a legend, use ``houseexpo.svg``.
+    ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has furniture, ``objects``. Rooms
+    and objects have their label as a title. For pictures with a scale bar and a legend, use ``houseexpo.svg``.
     """
     turned = oriented(plan, orientation)
     walls = turned.walls(wall_thickness)
     x1, y1, x2, y2 = shapely.total_bounds(walls).tolist()
+    entrances = [each for each in passages(turned, wall_thickness) if each.door.kind == "entrance"]
     box = f"{number(x1)} {number(-y2)} {number(x2 - x1)} {number(y2 - y1)}"
     wide, high = number((x2 - x1) * _PIXELS_A_METRE), number((y2 - y1) * _PIXELS_A_METRE)
     lines = [
@@ -43,6 +45,7 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         *_layer("free-space", [(turned.free_space, _FREE, "free space")]),
         *_layer("rooms", [(room.polygon, colour(room.label), room.label) for room in turned.rooms]),
         *_layer("doors", [(door.polygon, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
+        *_layer("entrances", [(each.shape, _DOOR, each.door.kind) for each in entrances]),
         *_layer("objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.objects]),
         "</svg>\n",
     ]

@@ -182,8 +182,8 @@ def _points(head: bytes) -> str | None:
 # Files of design programs that no reader opens, and what to do about them.
 
 
-_SCENES = frozenset((".usd", ".usda", ".usdc", ".usdz", ".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
-_DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg", ".dxf"))
+_SCENES = frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
+_DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg"))
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:

@@ -9,7 +9,7 @@ from houseexpo.exports import FORMATS
 from pipeline.cli_build import from_python
 from tests.builders.round_trip import labels, likeness, through
 
-FORMS = {"dxf": "", "geojson": "", "ifc": "", "mjcf": "", "rmf": ".building.yaml", "usd": ""}
+FORMS = {"dxf": "", "geojson": "", "ifc": "", "mjcf": "", "rmf": ".building.yaml", "svg": "", "usd": ""}
 NEEDS = {"dxf": "ezdxf", "ifc": "ifcopenshell", "usd": "pxr"}
 """The formats, and how the name of the file ends that is read."""
 QUICK, MANY = 3, 30

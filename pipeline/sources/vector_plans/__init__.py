@@ -7,15 +7,19 @@ whether it is of that family, and ``draw(path)``, which reads it as a ``Drawing`
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
-from pipeline.sources.files import check_file, single_input
+from pipeline.rejection import Rejection
+from pipeline.sources.files import check_file, single_input, slug
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 
-FAMILIES = ("rmf", "mjcf", "usd", "dxf", "geojson")
+FAMILIES = ("rmf", "mjcf", "usd", "dxf", "geojson", "scene_text", "annotations", "svg", "tables")
+MANY = "tables"
+"""The family whose files hold many plans: its module also has ``keys(path)``, and ``draw(path, key)``."""
 _HEAD_BYTES = 1 << 16
 
 
@@ -37,8 +41,21 @@ def is_drawn(path: Path, head: bytes) -> bool:
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
-    """List one file."""
-    yield single_input(path, "vector_plans", options)
+    """List one file, or the plans in it; one that cannot be read is listed as one, so that its reader says why."""
+    single = single_input(path, "vector_plans", options)
+    with Path(path).open("rb") as stream:
+        head = stream.read(_HEAD_BYTES)
+    tables: Any = import_module(f"{__name__}.{MANY}")
+    found: Any = _family(Path(path), head)
+    if found is not tables:
+        yield single
+        return
+    try:
+        keys = tables.keys(Path(path))
+    except Rejection:
+        keys = [""]
+    for key in keys or [""]:
+        yield replace(single, id=f"{single.id}_{slug(key)}" if key else single.id, key=key)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -50,7 +67,9 @@ def read(item: Input) -> Iterator[Level]:
     family = _family(path, head)
     if family is None:  # listed, and changed since
         family = cast("Family", import_module(f"{__name__}.{FAMILIES[0]}"))
-    yield from levels_of(item, family.draw(path), path, dict(item.options).get("file", path.name))
+    many: Any = family
+    drawing = many.draw(path, item.key) if item.key else family.draw(path)
+    yield from levels_of(item, drawing, path, dict(item.options).get("file", path.name))
 
 
 def _family(path: Path, head: bytes) -> Family | None:

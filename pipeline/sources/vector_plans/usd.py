@@ -20,7 +20,7 @@ import numpy as np
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LeftOut, report
 from pipeline.sources.meshes.scene import triangulate_polygons
 from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
@@ -84,6 +84,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
             raise ValueError(file.name)
         for asset in sorted(layer.GetCompositionAssetDependencies()):
             inner = (file.parent / asset).resolve()
+            report(inner)
             if ":" in asset or folder not in inner.parents or not inner.is_file():
                 told = f"refers to {Path(asset).name[:80]!r}, which is not beside it"
                 raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)

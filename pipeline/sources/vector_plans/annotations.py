@@ -1,0 +1,194 @@
+"""Annotations of panorama data sets: Structured3D (``annotation_3d.json``) and ZInD (``zind_data.json``).
+
+Formats: bertjiazheng/Structured3D, data_organization.md (junctions, lines, planes, semantics, planeLineMatrix,
+lineJunctionMatrix; millimetres, z up); ZInD as its readers describe it (scale_meters_per_coordinate and redraw, a
+floor's rooms with vertices, doors, openings, windows and pins). Both draw rooms at the faces of their walls.
+
+R1  A Structured3D room is its floor plane: the lines of that plane close its polygon. A door is the plan area of its
+    planes. ``outwall`` and windows are passed over.
+R2  A ZInD room is a polygon of ``redraw``; a pin in it names it. A door is a line, which may be in both of its rooms.
+R3  A ZInD floor without a scale takes the one that makes its median door DOOR_M wide, and the plan says that it is a
+    guess.
+R4  A room or door that cannot be read is left out, with a note.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon
+
+from pipeline.geometry.overlay import polygons_of
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import Hole, clean
+from pipeline.sources.files import LeftOut
+from pipeline.sources.vector_plans.drawn import DOOR_M as HIGH_M
+from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room
+from pipeline.values import SourceRoom
+
+LARGEST_BYTES = 1 << 28
+DOOR_M = 0.8
+_THIN_M = 0.02
+_MM = 0.001
+_NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
+_ADVICE = "copy it again from the data set"
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By the keys that only they have."""
+    if path.suffix.lower() != ".json":
+        return False
+    structured = path.name.lower().startswith("annotation_3d") or (b'"junctions"' in head and b'"lineID"' not in head)
+    return (
+        (structured and b"{" in head)
+        or path.name.lower() == "zind_data.json"
+        or b'"scale_meters_per_coordinate"' in head
+    )
+
+
+def draw(path: Path) -> Drawing:
+    """Read an annotation; raise Rejection if it cannot be read or has no room."""
+    if path.stat().st_size > LARGEST_BYTES:
+        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", _ADVICE)
+    try:
+        found = json.loads(path.read_bytes())
+    except (ValueError, RecursionError) as error:
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", _ADVICE) from None
+    if not isinstance(found, dict):
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected an object", _ADVICE)
+    left_out = LeftOut()
+    if "redraw" in found or "scale_meters_per_coordinate" in found:
+        return _zind(found, path, left_out)
+    return Drawing("structured3d", (_structured3d(found, path, left_out),), left_out)
+
+
+def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Storey:
+    """R1."""
+    try:
+        points = np.array([each["coordinate"] for each in found["junctions"]], np.float64).reshape(-1, 3) * _MM
+        lines = [np.flatnonzero(row) for row in found["planeLineMatrix"]]
+        ends = [np.flatnonzero(row) for row in found["lineJunctionMatrix"]]
+        planes, semantics = list(found["planes"]), list(found["semantics"])
+    except (KeyError, TypeError, ValueError) as error:
+        detail = f"{path.name}: {type(error).__name__}: {str(error)[:120]}"
+        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
+    if not np.isfinite(points).all():
+        raise Rejection("source", Reason.NOT_FINITE, f"{path.name} has a junction that is not finite", _ADVICE)
+
+    def edges(plane: int) -> Iterator[np.ndarray]:
+        yield from (points[ends[line][:2]] for line in lines[plane] if len(ends[line]) >= 2)
+
+    rooms, holes, heights = [], [], []
+    for number, each in enumerate(semantics):
+        try:
+            kind, members = str(each["type"]), [int(plane) for plane in each["planeID"]]
+            if kind == "door":
+                area = np.concatenate([edge for plane in members for edge in edges(plane)])
+                holes.append((shapely.convex_hull(shapely.MultiPoint(area[:, :2])), area[:, 2].min(), area[:, 2].max()))
+            elif kind not in _NO_ROOMS:
+                floor = next(plane for plane in members if planes[plane]["type"] == "floor")
+                sides = list(edges(floor))
+                shape = _closed(sides)
+                rooms.append(room(kind if kind != "undefined" else "", shape))
+                heights.append(float(np.median([side[:, 2] for side in sides])))
+        except (KeyError, TypeError, ValueError, IndexError, StopIteration, AttributeError):
+            left_out.add(f"semantics {number} cannot be read")
+    height = float(np.median(heights)) if heights else 0.0
+    made = [hole for shape, low, top in holes if (hole := _across(shape, low - height, top - height)) is not None]
+    return Storey(rooms=tuple(rooms), holes=tuple(made), height_m=height)
+
+
+def _closed(sides: Sequence[np.ndarray]) -> Polygon:
+    """The polygon that some edges (2, 3) close; ValueError if they close none."""
+    lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=1e-4)
+    areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > 1e-4]
+    if not areas:
+        raise ValueError("no area")
+    return polygons_of(shapely.union_all(areas))[0]
+
+
+def _across(shape: Any, low: float, top: float) -> Hole | None:
+    if isinstance(shape, LineString):
+        shape = shape.buffer(_THIN_M / 2, cap_style="flat")
+    box = shapely.minimum_rotated_rectangle(shape)
+    if not isinstance(box, Polygon):
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(*sides.T)
+    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
+    return Hole(box, low, top, has_door=True, across=(float(x), float(y)))
+
+
+def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
+    """R2, R3."""
+    floors, scales = found.get("redraw"), found.get("scale_meters_per_coordinate")
+    if not isinstance(floors, dict) or not floors:
+        detail = f"{path.name}: expected redraw, the drawn floor plan, found none"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "leave the tour out")
+    storeys, guessed = [], False
+    for number, (name, rooms) in enumerate(sorted(floors.items())):
+        if not isinstance(rooms, dict):
+            left_out.add(f"floor {str(name)[:40]} cannot be read")
+            continue
+        doors = [
+            (line, kind == "doors")
+            for each in rooms.values()
+            if isinstance(each, dict)
+            for kind in ("doors", "openings")
+            for line in _segments(each.get(kind))
+        ]
+        scale = scales.get(name) if isinstance(scales, dict) else None
+        if not isinstance(scale, int | float) or not 0 < scale < 100:
+            wide = [math.dist(*line) for line, leaf in doors if leaf]
+            if not wide or not np.median(wide) > 0:
+                left_out.add(f"floor {str(name)[:40]} has no scale, and no door to guess it from")
+                continue
+            scale, guessed = DOOR_M / float(np.median(wide)), True
+        drawn = [made for key, each in rooms.items() if (made := _room(key, each, scale, left_out)) is not None]
+        holes = []
+        for (a, b), leaf in doors:
+            line = LineString([np.array(a) * scale, np.array(b) * scale])
+            hole = _across(line, 0.0, HIGH_M) if line.length > 0.3 else None
+            holes += [Hole(hole.shape, 0.0, HIGH_M, leaf, hole.across)] if hole else []
+        storeys.append(
+            Storey(rooms=tuple(drawn), holes=tuple(holes), height_m=3.0 * number, about={"floor_name": str(name)})
+        )
+    return Drawing("zind", tuple(storeys), left_out, ("scale",) if guessed else ())
+
+
+def _room(key: str, found: Any, scale: float, left_out: LeftOut) -> SourceRoom | None:
+    try:
+        shape = clean(np.array(found["vertices"], np.float64)[:, :2] * scale)
+    except (KeyError, TypeError, ValueError, IndexError):
+        shape = None
+    if shape is None:
+        left_out.add(f"{key[:40]} has no polygon that can be read")
+        return None
+    pins = found.get("pins")
+    words = [str(pin.get("label") or "") for pin in pins if isinstance(pin, dict)] if isinstance(pins, list) else []
+    return room(next((word for word in words if word), ""), shape)
+
+
+def _segments(found: Any) -> Iterator[tuple[Point, Point]]:
+    """Lines from pairs of points, or, flat, from triples of two points and a pair of heights."""
+    if not isinstance(found, list) or not found:
+        return
+    try:
+        pairs = np.array(found, np.float64)
+    except (TypeError, ValueError):
+        return
+    if pairs.ndim == 3 and pairs.shape[1] >= 2 and pairs.shape[2] >= 2:
+        ends = pairs[:, :2, :2]
+    elif pairs.ndim == 2 and len(pairs) % 3 == 0 and pairs.shape[1] == 2:
+        ends = pairs.reshape(-1, 3, 2)[:, :2]
+    else:
+        return
+    for a, b in ends[np.isfinite(ends).all(axis=(1, 2))].tolist():
+        yield (a[0], a[1]), (b[0], b[1])

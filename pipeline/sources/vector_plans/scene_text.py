@@ -1,0 +1,148 @@
+"""Layouts as text: SpatialLM (``wall_0=Wall(...)``) and Aria Synthetic Environments (``make_wall, id=0, ...``).
+
+Formats: manycore-research/SpatialLM (Wall: ax, ay, az, bx, by, bz, height, thickness; Door and Window: wall, x, y, z,
+width, height; Bbox: class, x, y, z, angle_z, sx, sy, sz) and facebookresearch/scenescript (make_wall: a_x .. b_z,
+height, thickness; make_door, make_window: wall0_id, position_x .. z, width, height; make_bbox). Metres, z up.
+
+R1  A wall without a thickness is THIN_M thick about its line.
+R2  A door stands in its wall, its middle at its position. A window is none.
+R3  What names a wall that is not there, or has a number that cannot be read, is left out, with a note.
+R4  No room has a name: rooms are what the walls enclose.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from shapely import Polygon
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import Hole, Wall, prism
+from pipeline.sources.files import LeftOut
+from pipeline.sources.vector_plans.drawn import LARGEST_M, THIN_M, Drawing, Point, Storey, hole_at, strips
+from pipeline.values import SourceObject
+
+LARGEST_BYTES = 1 << 24
+_SPATIAL: Final = re.compile(r"^\s*(\w+)\s*=\s*(Wall|Door|Window|Bbox)\(([^()]*)\)\s*$")
+_ARIA: Final = re.compile(r"^\s*make_(wall|door|window|bbox)\s*,(.*)$")
+_FIELDS: Final = {
+    "wall": ("a_x", "a_y", "a_z", "b_x", "b_y", "b_z", "height", "thickness"),
+    "door": ("wall0_id", "position_x", "position_y", "position_z", "width", "height"),
+    "bbox": ("class", "position_x", "position_y", "position_z", "angle_z", "scale_x", "scale_y", "scale_z"),
+}
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By a line of either language."""
+    return path.suffix.lower() in {".txt", ".csv"} and (
+        re.search(rb"(?m)^\s*make_wall\s*,", head) is not None
+        or re.search(rb"(?m)^\s*\w+\s*=\s*Wall\(", head) is not None
+    )
+
+
+def draw(path: Path) -> Drawing:
+    """Read a layout; raise Rejection if it has no wall."""
+    if path.stat().st_size > LARGEST_BYTES:
+        raise Rejection(
+            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a layout"
+        )
+    left_out = LeftOut()
+    lines: dict[str, tuple[Point, Point]] = {}
+    thick: dict[float, list[tuple[Point, Point]]] = {}
+    feet, tops = [], []
+    things = list(_things(path.read_text("utf-8", "replace"), left_out))
+    for name, kind, said in things:
+        if kind == "wall":
+            found = [_number(said, field) for field in _FIELDS["wall"][:7]]
+            if not all(map(math.isfinite, found)) or max(map(abs, found)) > LARGEST_M:
+                left_out.add(f"wall {name[:40]} has a number that cannot be read")
+                continue
+            line = ((found[0], found[1]), (found[3], found[4]))
+            lines[name] = line
+            wide = _number(said, "thickness")
+            thick.setdefault(round(wide, 3) if 0.01 < wide < 2 else THIN_M, []).append(line)
+            feet.append(min(found[2], found[5]))
+            tops.append(found[6])
+    if not lines:
+        detail = f"{path.name}: expected walls, found none"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "leave the file out")
+    foot, top = float(np.median(feet)), float(np.median(tops))
+    walls = [part for wide, found_ in sorted(thick.items()) for part in strips(found_, wide)]
+    holes = [hole for each in things if (hole := _door(each, lines, walls, foot, left_out)) is not None]
+    objects = [thing for each in things if (thing := _thing(each, foot)) is not None]
+    storey = Storey(
+        walls=tuple(Wall(wall, 0.0, top) for wall in walls),
+        holes=tuple(holes),
+        furniture=tuple(objects),
+        height_m=foot,
+        all_named=bool(holes),
+    )
+    return Drawing("layout text", (storey,), left_out)
+
+
+def _things(text: str, left_out: LeftOut) -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Yield (name, kind, fields) of each line."""
+    for number, line in enumerate(text.splitlines()):
+        spatial, aria = _SPATIAL.match(line), _ARIA.match(line)
+        if spatial:
+            kind = spatial[2].lower()
+            values = [each.strip() for each in spatial[3].split(",")]
+            yield spatial[1], kind, dict(zip(_FIELDS.get(kind, _FIELDS["door"]), values, strict=False))
+        elif aria:
+            pairs = [each.split("=", 1) for each in aria[2].split(",") if "=" in each]
+            said = {key.strip(): value.strip() for key, value in pairs}
+            yield said.get("id", str(number)), aria[1], said
+        elif line.strip():
+            left_out.add(f"line {number + 1} is no wall, door, window or bbox: {line.strip()[:40]!r}")
+
+
+def _door(
+    each: tuple[str, str, dict[str, str]],
+    lines: dict[str, tuple[Point, Point]],
+    walls: list[Polygon],
+    foot: float,
+    left_out: LeftOut,
+) -> Hole | None:
+    """R2."""
+    name, kind, said = each
+    if kind != "door":
+        return None
+    line = lines.get(said.get("wall0_id", ""))
+    at = np.array([_number(said, "position_x"), _number(said, "position_y")])
+    width, height, middle = (_number(said, field) for field in ("width", "height", "position_z"))
+    if line is None or not np.isfinite([*at, width, height, middle]).all():
+        left_out.add(f"door {name[:40]} names no wall that is there, or has a number that cannot be read")
+        return None
+    a, b = np.array(line[0]), np.array(line[1])
+    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    on = a + along * float((at - a) @ along)
+    step = along * width / 2
+    bottom = max(0.0, middle - height / 2 - foot)
+    return hole_at(
+        tuple(on - step), tuple(on + step), walls, has_door=True, bottom_m=bottom, top_m=middle + height / 2 - foot
+    )
+
+
+def _thing(each: tuple[str, str, dict[str, str]], foot: float) -> SourceObject | None:
+    name, kind, said = each
+    if kind != "bbox":
+        return None
+    x, y, z, turn, *size = (_number(said, field) for field in _FIELDS["bbox"][1:])
+    if not np.isfinite([x, y, z, turn, *size]).all() or min(size) <= 0:
+        return None
+    cos, sin = math.cos(turn), math.sin(turn)
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(size[:2]) / 2
+    shape = Polygon(corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y))
+    return SourceObject((said.get("class", name),), prism(shape, z - size[2] / 2 - foot, z + size[2] / 2 - foot))
+
+
+def _number(said: dict[str, str], field: str) -> float:
+    try:
+        return float(said.get(field, "nan"))
+    except ValueError:
+        return math.nan

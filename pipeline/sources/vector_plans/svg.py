@@ -1,0 +1,197 @@
+"""SVG plans: CubiCasa5k (``model.svg``), and our own export.
+
+Format: CubiCasa/CubiCasa5k; groups with ``class`` "Wall External", "Door Swing Beside", "Window Regular", "Space
+Bedroom" and their like, each with a polygon; pixels, y down; storeys beside each other in groups "Floorplan".
+
+R1  A group is what the first word of its class, or its id, says. Doors and windows stand in their walls; a door of
+    the class "None" has no leaf. Fixed furniture is passed over.
+R2  CubiCasa names no scale: its median door is DOOR_M wide, and the plan says that this is a guess. Our export is in
+    metres.
+R3  Entities, scripts and references to other files are not looked at; a document that declares an entity is refused.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+from shapely import Polygon
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.files import Element, LeftOut, parse_xml
+from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
+
+DOOR_M = 0.8
+_OWN: Final = b'<g id="free-space">'
+_KINDS: Final = {
+    "wall": "wall",
+    "column": "wall",
+    "railing": "wall",
+    "door": "door",
+    "space": "room",
+    "window": "skipped",
+}
+_NAMES: Final = {
+    "Undefined": "",
+    "UserDefined": "",
+    "Outdoor": "Terrace",
+    "Outdoor Balcony": "Balcony",
+    "DraughtLobby": "Entryway",
+    "Entry Lobby": "Entryway",
+    "Bath Shower": "Bathroom",
+    "Closet WalkIn": "Wardrobe",
+}
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By its name, and by the groups of either."""
+    if path.suffix.lower() != ".svg":
+        return False
+    return (
+        _OWN in head
+        or path.name.lower() == "model.svg"
+        or b'class="Wall' in head
+        or b'id="Wall"' in head
+        or b"<!ENTITY" in head
+    )
+
+
+def draw(path: Path) -> Drawing:
+    """Read a plan; raise Rejection if it cannot be read, has no walls or rooms, or no door that gives its scale."""
+    data = path.read_bytes()
+    root = parse_xml(data, path.name)
+    own = _OWN in data
+    left_out = LeftOut()
+    floors: dict[int, list[tuple[str, str, npt.NDArray[np.float64]]]] = {}
+    for floor, kind, word, points in _shapes(root, own):
+        floors.setdefault(floor, []).append((kind, word, points))
+    scale = 1.0
+    if not own:
+        doors = [
+            float(np.ptp(points, axis=0).max()) for floor in floors.values() for k, _, points in floor if k == "door"
+        ]
+        if not doors or not np.median(doors) > 0:
+            detail = f"{path.name}: expected a door, which gives the scale, found none"
+            raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
+        scale = DOOR_M / float(np.median(doors))
+    storeys = [storey_of(_features(found, scale), 3.0 * n) for n, (_, found) in enumerate(sorted(floors.items()))]
+    if not any(storey.walls or storey.rooms for storey in storeys):
+        raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected groups of walls, found none", "leave it out")
+    return Drawing("svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own else ("scale",))
+
+
+def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: float) -> Features:
+    drawn = Features()
+    for kind, word, points in found:
+        area = ring(points * (scale, -scale))
+        if area is None:
+            continue
+        if kind == "wall":
+            drawn.wall_areas.append(area)
+        elif kind == "door":
+            drawn.door_areas.append((area, word not in {"None", "opening", "cut"}))
+        elif kind == "room":
+            label = _NAMES.get(word, word)
+            drawn.rooms.append((area, (label,) if label else (), label))
+    return _unholed(drawn)
+
+
+def _unholed(drawn: Features) -> Features:
+    """Rooms of our export have their holes as further rings: a ring inside a room of the same name is one of these."""
+    kept: list[tuple[Polygon, tuple[str, ...], str]] = []
+    for area, words, label in sorted(drawn.rooms, key=lambda each: -each[0].area):
+        outer = next((i for i, (other, _, name) in enumerate(kept) if name == label and other.contains(area)), None)
+        if outer is None:
+            kept.append((area, words, label))
+        else:
+            rest = kept[outer][0].difference(area)
+            kept[outer] = (rest if isinstance(rest, Polygon) else kept[outer][0], *kept[outer][1:])
+    drawn.rooms = kept
+    return drawn
+
+
+def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArray[np.float64]]]:
+    """Yield (number of the storey, kind, word, points (n, 2) in the file's units)."""
+    count = 0
+    waiting: list[tuple[Element, npt.NDArray[np.float64], int, str, str]] = [(root, np.eye(3), 0, "", "")]
+    while waiting:
+        element, at, floor, kind, word = waiting.pop()
+        name = element.tag.rsplit("}", 1)[-1]
+        at = at @ _transform(element.get("transform", ""))
+        words = element.get("class", "").split()
+        if "Floorplan" in words:
+            count += 1
+            floor = count
+        if "FixedFurniture" in words or name in {"defs", "text", "style", "script"}:
+            continue
+        if own:
+            mark = element.get("id", "")
+            kind = "skipped" if mark == "free-space" else called(mark) or kind
+            title = element.findtext("title", "")
+            word = title or word
+        elif words or element.get("id"):
+            first = (words or [element.get("id", "")])[0].lower()
+            if first in _KINDS:
+                kind, word = (
+                    _KINDS[first],
+                    " ".join(words[1:]) if first == "space" else (words[1] if len(words) > 1 else ""),
+                )
+        if name in {"polygon", "path"} and kind in {"wall", "door", "room"}:
+            rings = _points(element.get("points", "")) if name == "polygon" else _path(element.get("d", ""))
+            yield from ((floor, kind, word, r @ at[:2, :2].T + at[:2, 2]) for r in rings)
+            if not own:  # a door's other shapes show its leaf
+                kind = "" if kind == "door" else kind
+            continue
+        children = list(element)
+        if not own and kind == "door":  # of a door, the first polygon is the hole
+            polygons = [child for child in children if child.tag.endswith("polygon")]
+            children = polygons[:1]
+        waiting += [(child, at, floor, kind, word) for child in reversed(children)]
+
+
+def _points(text: str) -> list[npt.NDArray[np.float64]]:
+    numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", text)]
+    points = np.array(numbers[: len(numbers) // 2 * 2]).reshape(-1, 2)
+    return [points] if len(points) >= 3 and np.isfinite(points).all() else []
+
+
+def _path(text: str) -> list[npt.NDArray[np.float64]]:
+    """The rings of a path of absolute lines (M, L, H, V, Z), as our export writes it."""
+    rings: list[list[tuple[float, float]]] = []
+    for command, rest in re.findall(r"([MLHVZmlhvz])([^MLHVZmlhvz]*)", text):
+        numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
+        here = rings[-1][-1] if rings and rings[-1] else (0.0, 0.0)
+        if command == "M":
+            rings.append([])
+        if command in "ML":
+            rings[-1] += list(zip(numbers[::2], numbers[1::2], strict=False))
+        elif command == "H":
+            rings[-1] += [(x, here[1]) for x in numbers]
+        elif command == "V":
+            rings[-1] += [(here[0], y) for y in numbers]
+    return [np.array(ring_) for ring_ in rings if len(ring_) >= 3]
+
+
+def _transform(text: str) -> npt.NDArray[np.float64]:
+    """The matrix of matrix(...), translate(...), scale(...) and rotate(...)."""
+    found = np.eye(3)
+    for name, rest in re.findall(r"(matrix|translate|scale|rotate)\(([^)]*)\)", text):
+        v = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
+        step = np.eye(3)
+        if name == "matrix" and len(v) == 6:
+            step[:2] = [[v[0], v[2], v[4]], [v[1], v[3], v[5]]]
+        elif name == "translate" and v:
+            step[:2, 2] = (v[0], v[1] if len(v) > 1 else 0.0)
+        elif name == "scale" and v:
+            step[0, 0], step[1, 1] = v[0], v[1] if len(v) > 1 else v[0]
+        elif name == "rotate" and len(v) == 1:
+            cos, sin = math.cos(math.radians(v[0])), math.sin(math.radians(v[0]))
+            step[:2, :2] = [[cos, -sin], [sin, cos]]
+        found = found @ step
+    return found

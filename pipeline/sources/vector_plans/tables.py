@@ -1,0 +1,258 @@
+"""Data sets of many plans in one file: Swiss Dwellings and MSD (``geometries.csv``), and ResPlan (``ResPlan.pkl``).
+
+Formats: Swiss Dwellings 3.0 (a row a shape: floor_id, entity_type area, separator, opening or feature,
+entity_subtype, geometry as WKT, metres); Modified Swiss Dwellings, the same with ``geom``; ResPlan (a list of plans,
+each a mapping of room kinds, wall, door, front_door, window and inner to shapely geometries in units of its own, and
+``area`` in square metres).
+
+R1  A plan of a table is a floor: all rows of one ``floor_id``.
+R2  ResPlan's scale is the root of ``area`` over the area of ``inner``; a plan without either is refused.
+R3  A pickle is read without running anything of it: of all globals that it may name, only shapely's geometries are
+    made, by our own hands; numbers of numpy become numbers; what else numpy, networkx and collections have
+    becomes nothing; any other name ends the reading.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import pickle
+import struct
+import sys
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from pipeline.geometry.overlay import polygons_of
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.files import LeftOut
+from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.vector_plans.features import Features, storey_of
+
+LARGEST_BYTES = 1 << 31
+MOST_ROWS = 10_000_000
+_ADVICE = "copy it again from the data set"
+_GEOMETRY: Final = ("geometry", "geom")
+_WALLS: Final = frozenset({"WALL", "COLUMN", "RAILING"})
+_DOORS: Final = frozenset({"DOOR", "ENTRANCE_DOOR"})
+_ROOMS: Final = {
+    "STOREROOM": "Storage",
+    "CORRIDORS_AND_HALLS": "Hallway",
+    "LIVING_DINING": "Living_Room",
+    "KITCHEN_DINING": "Kitchen",
+    "STAIRCASE": "",
+    "ELEVATOR": "Passenger_elevator",
+    "NOT_DEFINED": "",
+    "living": "Living_Room",
+    "bedroom": "Bedroom",
+    "bathroom": "Bathroom",
+    "kitchen": "Kitchen",
+    "balcony": "Balcony",
+    "storage": "Storage",
+    "stair": "",
+    "veranda": "Terrace",
+    "garden": "",
+    "parking": "Garage",
+}
+_RESPLAN_ROOMS: Final = ("living", "bedroom", "bathroom", "kitchen", "balcony", "storage", "stair", "veranda")
+
+
+def claims(path: Path, head: bytes) -> bool:
+    """By the columns of the table, or by the first bytes of a pickle that names shapely."""
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        first = head.split(b"\n", 1)[0]
+        return b"entity_subtype" in first and b"floor_id" in first
+    return suffix in {".pkl", ".pickle"} and head[:1] == b"\x80"
+
+
+def keys(path: Path) -> list[str]:
+    """Return the names of the plans in a file; raise Rejection if it cannot be read."""
+    return list(_plans(path))
+
+
+def draw(path: Path, key: str = "") -> Drawing:
+    """Read one plan of a file; raise Rejection if it cannot be read or has no such plan."""
+    plans = _plans(path)
+    found = plans.get(key) if key else next(iter(plans.values()), None)
+    if found is None:
+        raise Rejection("source", Reason.NO_LEVEL, f"{path.name} holds no plan {key[:40]!r}", _ADVICE)
+    if path.suffix.lower() == ".csv":
+        return _floor(found)
+    return _resplan(found, path, key)
+
+
+def _plans(path: Path) -> Mapping[str, Any]:
+    status = path.stat()
+    if status.st_size > LARGEST_BYTES:
+        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {status.st_size >> 20} MB", "divide it")
+    return _read(str(path), status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=1)
+def _read(path: str, _modified: int, _size: int) -> Mapping[str, Any]:
+    """The plans of a file, which is read once for all of them."""
+    return _table(Path(path)) if path.lower().endswith(".csv") else _pickled(Path(path))
+
+
+def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
+    """R1: (entity_type, entity_subtype, WKT) of each row, by floor."""
+    csv.field_size_limit(min(sys.maxsize, 1 << 26))
+    floors: dict[str, list[tuple[str, str, str]]] = {}
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            for number, row in enumerate(csv.DictReader(stream)):
+                if number > MOST_ROWS:
+                    raise Rejection(
+                        "source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_ROWS:,} rows", "divide it"
+                    )
+                shape = next((row[name] for name in _GEOMETRY if row.get(name)), "")
+                key = str(row.get("floor_id") or "")
+                floors.setdefault(key, []).append(
+                    (row.get("entity_type") or "", row.get("entity_subtype") or "", shape)
+                )
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {str(error)[:120]}", _ADVICE) from None
+    return floors
+
+
+def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
+    left_out, drawn = LeftOut(), Features()
+    shapes = shapely.from_wkt([row[2] for row in rows], on_invalid="ignore")
+    for number, ((kind, subtype, _), shape) in enumerate(zip(rows, shapes, strict=True)):
+        areas = _areas(shape)
+        if not areas:
+            left_out.add(f"row {number} of the floor, {subtype[:30]}, has no area that can be read")
+        elif subtype in _WALLS:
+            drawn.wall_areas += areas
+        elif subtype in _DOORS:
+            drawn.door_areas += [(area, True) for area in areas]
+        elif kind == "area":
+            label = _ROOMS.get(subtype, subtype.replace("_", " ").lower())
+            drawn.rooms += [(area, (subtype.replace("_", " ").lower(),), label) for area in areas]
+        elif kind == "feature":
+            drawn.objects += [(subtype.lower(), area, 1.0) for area in areas]
+    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=1e-4))
+    return Drawing("swiss-dwellings", (storey_of(drawn),), left_out)
+
+
+def _resplan(found: Any, path: Path, key: str) -> Drawing:
+    """R2."""
+    plan = {str(name).lower(): value for name, value in found.items()} if isinstance(found, dict) else {}
+    inner = shapely.union_all(_areas(plan.get("inner"))).area
+    area = plan.get("area")
+    if not isinstance(area, int | float) or not (math.isfinite(area) and area > 1) or not inner > 0:
+        detail = f"{path.name}: plan {key[:40]} has no area and inner, which give its scale"
+        raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
+    scale = math.sqrt(float(area) / inner)
+
+    def areas(name: str) -> list[Polygon]:
+        return [shapely.transform(part, lambda points: points * scale) for part in _areas(plan.get(name))]
+
+    drawn = Features(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=1e-4)))
+    drawn.door_areas = [(part, True) for name in ("door", "front_door") for part in areas(name)]
+    drawn.rooms = [(part, (name,), _ROOMS[name]) for name in _RESPLAN_ROOMS for part in areas(name)]
+    return Drawing("resplan", (storey_of(drawn),), LeftOut())
+
+
+def _areas(shape: Any) -> list[Polygon]:
+    if isinstance(shape, _Shape):
+        shape = shape.geometry
+    if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
+        return []
+    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > 1e-6]
+
+
+class _Shape:
+    """A geometry of shapely, from the WKB in a pickle (shapely 1: as state; shapely 2: as an argument)."""
+
+    def __init__(self, *arguments: Any) -> None:
+        self.geometry: Any = None
+        if arguments:
+            self.__setstate__(arguments[0])
+
+    def __setstate__(self, state: Any) -> None:
+        if isinstance(state, bytes):
+            self.geometry = shapely.from_wkb(state, on_invalid="ignore")
+
+
+class _Nothing:
+    """What stands for a thing that no plan needs: it takes whatever a pickle gives it, and keeps none of it."""
+
+    def __new__(cls, *_: Any, **__: Any) -> _Nothing:
+        return super().__new__(cls)
+
+    def __init__(self, *_: Any, **__: Any) -> None: ...
+
+    def __setstate__(self, _: Any) -> None: ...
+
+    def __setitem__(self, _: Any, __: Any) -> None: ...
+
+    def __call__(self, *_: Any, **__: Any) -> _Nothing:
+        return self
+
+    def append(self, _: Any) -> None:
+        """Take a part."""
+
+    def extend(self, _: Any) -> None:
+        """Take parts."""
+
+
+class _Kind:
+    """numpy's dtype, of which only its name counts."""
+
+    def __init__(self, name: Any = "", *_: Any) -> None:
+        self.name = str(name)
+
+    def __setstate__(self, _: Any) -> None: ...
+
+
+def _scalar(kind: Any, data: Any = b"") -> Any:
+    """A number of numpy."""
+    formats = {"f8": "<d", "f4": "<f", "i8": "<q", "i4": "<i", "u1": "<B", "b1": "<?"}
+    form = formats.get(kind.name.lstrip("<|=")) if isinstance(kind, _Kind) else None
+    good = form is not None and isinstance(data, bytes) and len(data) == struct.calcsize(form)
+    return struct.unpack(form, data)[0] if good and form else _Nothing()
+
+
+class _Reader(pickle._Unpickler):  # noqa: SLF001 - the compiled one's memo can be blown up
+    """R3."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return what stands for a name; raise UnpicklingError for any that is not listed."""
+        root = module.split(".", maxsplit=1)[0]
+        if root == "shapely" and (name in {"from_wkb", "loads"} or module.startswith("shapely.geometry")):
+            return _Shape
+        if root == "numpy":
+            return {"dtype": _Kind, "scalar": _scalar}.get(name, _Nothing)
+        if root == "networkx" or (root == "collections" and name in {"OrderedDict", "defaultdict"}):
+            return _Nothing
+        raise pickle.UnpicklingError(f"it names {module[:60]}.{name[:60]}, which no plan needs")
+
+    def persistent_load(self, _: Any) -> Any:
+        """Nothing is loaded from elsewhere."""
+        raise pickle.UnpicklingError("it refers to something outside of it")
+
+
+def _pickled(path: Path) -> dict[str, Any]:
+    try:
+        found = _Reader(io.BytesIO(path.read_bytes())).load()
+    except Exception as error:  # noqa: BLE001 - broken bytes lead the reader to any
+        detail = f"{path.name} is not read: {str(error)[:160] or type(error).__name__}"
+        raise Rejection("source", Reason.UNREADABLE, detail, "take it from the data set itself") from None
+    return dict(_named(found))
+
+
+def _named(found: Any) -> Iterator[tuple[str, Any]]:
+    plans = found if isinstance(found, list) else [found] if isinstance(found, dict) and "wall" in found else found
+    pairs = plans.items() if isinstance(plans, dict) else enumerate(plans) if isinstance(plans, list) else ()
+    for number, plan in pairs:
+        if isinstance(plan, dict):
+            mark = plan.get("id", number)
+            yield str(mark if isinstance(mark, int | str) else number)[:60], plan
