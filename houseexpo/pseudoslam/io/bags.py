@@ -25,6 +25,16 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.pseudoslam.io.ros_messages import (
+    FIELDS,
+    NANOSECONDS,
+    Fields,
+    Message,
+    laser_scan,
+    occupancy_grid,
+    odometry,
+    transforms,
+)
 from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -93,78 +103,36 @@ class BagWriter:
     def write(self, simulator: Simulator, state: State) -> None:
         """Write the robot's map and sensor data; call this at the start of the episode and after each step."""
         seconds = _START_S + float(state.counts.steps) * simulator.config.step_s
+        now = round(seconds * NANOSECONDS)
         believed = simulator.believed_pose(state)
         if self._start is None:
             self._start = believed
         here = relative(self._start, believed)
-        moved = [
-            self._transform(seconds, "map", "odom", self._start),
-            self._transform(seconds, "odom", "base_link", here),
-        ]
         messages = {
-            "/tf": self._of("TFMessage", "tf2_msgs", transforms=moved),
-            "/odom": self._odometry(seconds, here),
-            "/scan": self._scan(seconds, simulator, state),
-            "/map": self._map(seconds, simulator, state),
-        }  # fmt: skip
+            "/tf": transforms([(now, "map", "odom", self._start), (now, "odom", "base_link", here)]),
+            "/odom": odometry(now, "odom", "base_link", here),  # without speeds, since the robot moves in steps
+            "/scan": _scan(now, simulator, state),
+            "/map": occupancy_grid(now, "map", simulator.map(state)),
+        }
         for topic, message in messages.items():
-            data = self._types.serialize_cdr(message, TOPICS[topic])
-            self._writer.write(self._topics[topic], round(seconds * 1e9), data)
+            data = self._types.serialize_cdr(self._of(*message), message.type)
+            self._writer.write(self._topics[topic], now, data)
 
-    def _of(self, name: str, package: str = "geometry_msgs", **parts: Any) -> Any:
-        """Return a message; ROS's types have no type annotations."""
-        return self._types.types[f"{package}/msg/{name}"](**parts)
+    def _of(self, kind: str, fields: Fields) -> Any:  # a message of rosbags, whose types have no annotations
+        return self._types.types[kind](**{name: self._part(FIELDS[kind][name], part) for name, part in fields.items()})
 
-    def _header(self, seconds: float, frame: str) -> Any:
-        nanoseconds = round(seconds * 1e9)
-        stamp = self._of("Time", "builtin_interfaces", sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-        return self._of("Header", "std_msgs", stamp=stamp, frame_id=frame)
+    def _part(self, kind: str, part: Any) -> Any:  # a field
+        if isinstance(part, dict):
+            return self._of(kind, part)
+        return [self._part(kind.removesuffix("[]"), one) for one in part] if isinstance(part, list) else part
 
-    def _quaternion(self, heading: float) -> Any:
-        return self._of("Quaternion", x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2))
 
-    def _pose(self, pose: Pose) -> Any:
-        x, y, heading = pose
-        return self._of("Pose", position=self._of("Point", x=x, y=y, z=0.0), orientation=self._quaternion(heading))
-
-    def _transform(self, seconds: float, parent: str, child: str, pose: Pose) -> Any:
-        x, y, heading = pose
-        moved = self._of("Transform", translation=self._vector(x, y), rotation=self._quaternion(heading))
-        return self._of("TransformStamped", header=self._header(seconds, parent), child_frame_id=child, transform=moved)
-
-    def _vector(self, x: float, y: float) -> Any:
-        return self._of("Vector3", x=x, y=y, z=0.0)
-
-    def _odometry(self, seconds: float, here: Pose) -> Any:
-        """Return the odometry message, without speeds, since the robot moves in steps."""
-        unsaid = np.zeros(36)
-        still = self._of("Twist", linear=self._vector(0.0, 0.0), angular=self._vector(0.0, 0.0))
-        return self._of(
-            "Odometry", "nav_msgs", header=self._header(seconds, "odom"), child_frame_id="base_link",
-            pose=self._of("PoseWithCovariance", pose=self._pose(here), covariance=unsaid),
-            twist=self._of("TwistWithCovariance", twist=still, covariance=unsaid),
-        )  # fmt: skip
-
-    def _scan(self, seconds: float, simulator: Simulator, state: State) -> Any:
-        laser = simulator.config.laser
-        ranges = _ranges_m(simulator, state)
-        half, step = math.radians(laser.fov_deg) / 2, math.radians(laser.resolution_deg)
-        return self._of(
-            "LaserScan", "sensor_msgs", header=self._header(seconds, "base_link"), angle_min=-half,
-            angle_max=-half + (len(ranges) - 1) * step, angle_increment=step, time_increment=0.0,
-            scan_time=simulator.config.step_s, range_min=0.0, range_max=laser.range_m, ranges=ranges,
-            intensities=np.zeros(0, np.float32),
-        )  # fmt: skip
-
-    def _map(self, seconds: float, simulator: Simulator, state: State) -> Any:
-        grid = simulator.map(state)
-        rows, cols = grid.data.shape
-        header = self._header(seconds, "map")
-        info = self._of(
-            "MapMetaData", "nav_msgs", map_load_time=header.stamp, resolution=grid.resolution, width=cols, height=rows,
-            origin=self._pose((*grid.origin, 0.0)),
-        )  # fmt: skip
-        return self._of("OccupancyGrid", "nav_msgs", header=header, info=info, data=grid.data.ravel())
+def _scan(now: int, simulator: Simulator, state: State) -> Message:
+    laser = simulator.config.laser
+    return laser_scan(
+        now, "base_link", _ranges_m(simulator, state), first_rad=-math.radians(laser.fov_deg) / 2,
+        step_rad=math.radians(laser.resolution_deg), scan_s=simulator.config.step_s, least_m=0.0, most_m=laser.range_m,
+    )  # fmt: skip
 
 
 def _ranges_m(simulator: Simulator, state: State) -> npt.NDArray[np.float32]:

@@ -1,0 +1,179 @@
+"""``houseexpo ros``: simulated robots in a running ROS 2 graph."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from houseexpo.errors import ConfigError
+
+if TYPE_CHECKING:
+    from houseexpo.floorplan import FloorPlan
+    from houseexpo.pseudoslam.config import SimulatorConfig
+    from houseexpo.pseudoslam.io.poses import Pose
+
+_RANGE_M, _RESOLUTION_DEG = 12.0, 1.0
+"""A common laser's, if no configuration is given; it looks all round."""
+
+
+def ros(
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+    ] = None,
+    plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="the first")] = None,
+    robots: Annotated[int, typer.Option(help="Number of robots; several are /robot1, /robot2, ...")] = 1,
+    people: Annotated[int | None, typer.Option(help="Number of people who walk.", show_default="none")] = None,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(help="Start 'x,y,degrees' in the plan's frame; once for each robot.", show_default="at random"),
+    ] = None,
+    laser_noise: Annotated[
+        float | None, typer.Option(help="Standard deviation of a range, metres.", show_default="0")
+    ] = None,
+    odometry_noise: Annotated[
+        float | None,
+        typer.Option(help="Standard deviation of each step's way and turn, as a share of it.", show_default="0"),
+    ] = None,
+    maps: Annotated[
+        Literal["none", "slam", "house"],
+        typer.Option("--map", help="Topic map: none, the robot's own map as it grows, or the whole house."),
+    ] = "none",
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second; inf: as fast as possible.")] = 1.0,
+    stepped: Annotated[bool, typer.Option("--stepped", help="Go on only by /houseexpo/step.")] = False,
+    wall_time: Annotated[
+        bool, typer.Option("--wall-time", help="Stamps of the wall clock and no /clock, without use_sim_time.")
+    ] = False,
+    rate: Annotated[float, typer.Option(help="Ticks of simulated time: odom, tf and clock a second.")] = 50.0,
+    scan_hz: Annotated[float, typer.Option(help="Scans a second.")] = 10.0,
+    base_frame: Annotated[str, typer.Option(help="Frame of the robot.")] = "base_footprint",
+    scan_frame: Annotated[str, typer.Option(help="Frame of the laser.")] = "base_scan",
+    static_tf: Annotated[
+        bool, typer.Option(help="Publish tf_static; switch it off beside a robot_state_publisher.")
+    ] = True,
+    domain: Annotated[int | None, typer.Option(help="ROS domain.", show_default="ROS_DOMAIN_ID, or 0")] = None,
+    local: Annotated[bool, typer.Option("--local", help="Talk only to programs on this machine.")] = False,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="YAML file of a SimulatorConfig.", show_default="a laser of 12 m that looks all round"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of starts, people and noise.")] = 0,
+    seconds: Annotated[
+        float | None, typer.Option("--for", help="Simulated seconds after which to end.", show_default="at Ctrl-C")
+    ] = None,
+) -> None:
+    """Put simulated robots into a running ROS 2 graph, in place of Gazebo and without a ROS installation.
+
+    Topics and frames are those of nav2's loopback simulator: cmd_vel and initialpose in; clock, tf, odom, scan and map
+    out.
+    """
+    from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.ros.dds import Network
+    from houseexpo.pseudoslam.ros.fleet import Fleet
+    from houseexpo.pseudoslam.ros.node import Node, NodeConfig
+
+    shown = console()
+
+    def say(text: str) -> None:
+        shown.print(text, highlight=False, soft_wrap=True)
+
+    if not 1.0 <= rate <= 1000.0:
+        raise ConfigError(f"rate: expected a number from 1 to 1000, found {rate:g}")
+    node_config = NodeConfig(
+        scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
+        base=base_frame, scan=scan_frame,
+    )  # fmt: skip
+    simulated = _config(config, people, laser_noise, odometry_noise)
+    starts = [_pose(text) for text in start or ()]
+    houses = _Houses(dataset, plan)
+
+    def fleet_in(one: FloorPlan, starts: list[Pose]) -> Fleet:
+        return Fleet(one, simulated, robots=robots, seed=seed, starts=starts, tick_s=1.0 / rate)
+
+    network = Network(domain, local=True if local else None, warn=say)
+    try:
+        with shown.status("making the house ready"):
+            fleet = fleet_in(houses.first, starts)
+            node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
+        say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; Ctrl-C ends it")
+        stop = threading.Event()
+        with _stopped_by_signals(stop):
+            node.run(stop, float("inf") if seconds is None else seconds)
+        say(f"ended after {node.now_s - 1.0:.1f} simulated seconds")
+    finally:
+        network.close()
+
+
+class _Houses:
+    """The plan to begin with, and others of the same data set."""
+
+    def __init__(self, dataset: Path | None, plan: str | None) -> None:
+        from houseexpo.commands.given import data_set, is_plan_file
+        from houseexpo.dataset.plan_files import load_plan
+
+        self._data = None
+        if dataset is not None and is_plan_file(dataset):
+            self.first = load_plan(dataset)
+        else:
+            self._data = data_set(dataset)
+            self.first = self._data[plan] if plan else self._data[0]
+
+    def named(self, plan_id: str) -> FloorPlan:
+        if self._data is None:
+            raise ConfigError(f"house {plan_id!r}: there is only {self.first.id!r}; start with a data set to choose")
+        found: FloorPlan = self._data[plan_id]
+        return found
+
+
+def _config(
+    path: Path | None, people: int | None, laser_noise: float | None, odometry_noise: float | None
+) -> SimulatorConfig:
+    from dataclasses import replace
+
+    from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
+
+    if path:
+        config = SimulatorConfig.from_yaml(path)
+    else:
+        config = SimulatorConfig(laser=LaserConfig(_RANGE_M, 360.0, _RESOLUTION_DEG))
+    noise = config.noise
+    if laser_noise is not None:
+        noise = replace(noise, laser_m=laser_noise)
+    if odometry_noise is not None:
+        noise = replace(noise, odometry_way=odometry_noise, odometry_turn=odometry_noise)
+    walkers = config.people if people is None else replace(config.people, number=people)
+    return replace(config, noise=noise, people=walkers)
+
+
+def _pose(text: str) -> Pose:
+    from math import isfinite, radians
+
+    try:
+        x, y, *rest = (float(part) for part in text.split(","))
+        (degrees,) = rest or [0.0]
+    except ValueError:
+        x = y = degrees = float("nan")
+    if not all(map(isfinite, (x, y, degrees))):
+        raise ConfigError(f"start: expected x,y or x,y,degrees, for instance 2.5,1,90; found {text!r}")
+    return x, y, radians(degrees)
+
+
+class _stopped_by_signals:  # noqa: N801  # a context manager, used like a function
+    """Set an event at Ctrl-C or SIGTERM instead of ending at once, so that the graph is left in order."""
+
+    def __init__(self, stop: threading.Event) -> None:
+        self._stop = stop
+
+    def __enter__(self) -> None:
+        def ended(_number: int, _frame: FrameType | None) -> None:
+            self._stop.set()
+
+        self._before = {number: signal.signal(number, ended) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Simulated robots in a running ROS 2 graph, without a ROS installation: ``houseexpo ros``."""

@@ -1,0 +1,356 @@
+"""The topics of simulated robots: a light stand-in for Gazebo, with the contract of nav2's loopback simulator.
+
+Each robot, in its namespace if there are several:
+
+=================  ==============================================  ===============================================
+topic              type                                            what
+=================  ==============================================  ===============================================
+``cmd_vel`` in     Twist, TwistStamped                             velocity; stops when none came for a second
+``initialpose`` in PoseWithCovarianceStamped                       puts the robot there
+``odom`` out       Odometry                                        by the wheels, with their noise
+``scan`` out       LaserScan                                       in the frame of the laser
+``map`` out        OccupancyGrid, latched                          the robot's map, or the house, if asked for
+``tf`` out         TFMessage                                       ``map`` to ``odom`` to ``base_footprint``
+``tf_static`` out  TFMessage, latched                              ``base_footprint`` to ``base_link`` and the laser
+=================  ==============================================  ===============================================
+
+For all robots: ``/clock`` (Clock) out; ``/houseexpo/reset`` (Empty), ``/houseexpo/house`` (String: the id of another
+plan) and, if time is stepped, ``/houseexpo/step`` (UInt32: ticks to go on) in; ``/houseexpo/event`` (String) out, which
+says what came of them.
+
+``map`` to ``odom`` is exact: it is the localisation of a SLAM that never fails.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Literal, Protocol
+
+import numpy as np
+
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.grids.raster import free_mask
+from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.pseudoslam.io.ros_messages import (
+    NANOSECONDS,
+    Fields,
+    Message,
+    clock,
+    heading_of,
+    laser_scan,
+    occupancy_grid,
+    odometry,
+    transforms,
+)
+from houseexpo.pseudoslam.ros.dds import Quality, Subscription
+from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
+from houseexpo.pseudoslam.simulator import OccupancyGrid
+
+Maps = Literal["none", "slam", "house"]
+
+_START_NS: Final = NANOSECONDS
+"""The clock's start: programs take a time of 0 for "unknown"."""
+_STALE_S: Final = 1.0
+"""Time without a velocity after which a robot stops, as in nav2's loopback simulator."""
+_BEHIND_S: Final = 0.5
+"""Delay after which the simulation no longer tries to catch up with the wall clock."""
+_MAP_S: Final = 1.0
+_FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
+"""The highest velocities; higher ones are mistakes."""
+_STEPS_MOST: Final = 1_000_000
+_TF, _LATCHED, _SENSOR = Quality(100), Quality(1, latched=True), Quality(5)
+
+
+class Graph(Protocol):
+    """What the node needs of a network, see ``dds.Network``."""
+
+    def advertise(self, topic: str, kind: str, quality: Quality) -> None: ...
+    def publish(self, topic: str, message: Message) -> None: ...
+    def has_subscribers(self, topic: str) -> bool: ...
+    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription: ...
+
+
+@dataclass(frozen=True)
+class NodeConfig:
+    """How the robots appear in the graph.
+
+    Parameters
+    ----------
+    scan_hz
+        Scans a second of simulated time.
+    range_min_m
+        The shortest range that a scan reports.
+    maps
+        What ``map`` has: nothing, the map that each robot makes, or the whole house.
+    speed
+        Simulated seconds per second; infinite for as fast as possible.
+    stepped
+        Whether time stands still until ``/houseexpo/step`` asks for ticks.
+    wall_time
+        Whether stamps are the wall clock's, and ``/clock`` is silent, for programs without ``use_sim_time``.
+    static
+        Whether to publish ``tf_static``; not beside a robot_state_publisher.
+    base, scan
+        Frames of the robot and of its laser.
+    """
+
+    scan_hz: float = 10.0
+    range_min_m: float = 0.05
+    maps: Maps = "none"
+    speed: float = 1.0
+    stepped: bool = False
+    wall_time: bool = False
+    static: bool = True
+    base: str = "base_footprint"
+    scan: str = "base_scan"
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.scan_hz) and self.scan_hz > 0):
+            raise ConfigError(f"scan-hz: expected a number above 0, found {self.scan_hz:g}")
+        if not self.speed > 0:
+            raise ConfigError(f"speed: expected a number above 0, or inf, found {self.speed:g}")
+        if self.stepped and self.wall_time:
+            raise ConfigError("stepped: time that is stepped cannot be the wall clock's; leave --wall-time out")
+
+
+@dataclass(eq=False)
+class _Endpoints:
+    """One robot's topics, and what it was told last."""
+
+    prefix: str
+    commands: tuple[Subscription, ...]
+    placed: Subscription
+    velocity: Velocity = Velocity()
+    told_s: float = -math.inf
+
+
+class Node:
+    """The robots of a fleet in a graph. ``tick`` goes on by one tick, ``run`` goes on in time.
+
+    Parameters
+    ----------
+    house
+        Called with a plan's id; returns the fleet in that house, or raises HouseExpoError.
+    say
+        Called with a sentence about what happened.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        fleet: Fleet,
+        config: NodeConfig,
+        *,
+        house: Callable[[str], Fleet] | None = None,
+        say: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self._graph, self.fleet, self._config, self._house, self._say = graph, fleet, config, house, say
+        self._tick_ns = round(fleet.tick_s * NANOSECONDS)
+        self._now_ns = _START_NS
+        self._next_scan_ns = self._next_map_ns = self._now_ns
+        laser = fleet.config.laser
+        beams = max(round(laser.fov_deg / laser.resolution_deg), 1)
+        self._step_rad = math.radians(laser.fov_deg) / beams
+        self._angles = -math.radians(laser.fov_deg) / 2 + self._step_rad * np.arange(beams)
+        names = [""] if len(fleet) == 1 else [f"/robot{k + 1}" for k in range(len(fleet))]
+        self._ends = [self._endpoints(name) for name in names]
+        self._reset = graph.subscribe("/houseexpo/reset", "std_msgs/msg/Empty")
+        self._chosen = graph.subscribe("/houseexpo/house", "std_msgs/msg/String")
+        self._steps = graph.subscribe("/houseexpo/step", "std_msgs/msg/UInt32")
+        self._due = 0
+        graph.advertise("/houseexpo/event", "std_msgs/msg/String", Quality())
+        if not config.wall_time:
+            graph.advertise("/clock", "rosgraph_msgs/msg/Clock", Quality())
+        self._published_map: list[bytes] = [b""] * len(self._ends)
+        self._report()
+
+    @property
+    def now_s(self) -> float:
+        """The simulated time, seconds."""
+        return self._now_ns / NANOSECONDS
+
+    def run(self, stop: threading.Event, seconds: float = math.inf) -> None:
+        """Go on until ``stop`` is set or so many simulated seconds have passed.
+
+        If the machine is too slow or was suspended, time goes on more slowly instead of in jumps.
+        """
+        tick_s = self.fleet.tick_s
+        ends_ns = self._now_ns + seconds * NANOSECONDS
+        due = time.monotonic()
+        while not stop.is_set() and self._now_ns < ends_ns:
+            if self._config.stepped:
+                self._due += sum(min(int(m.fields["data"]), _STEPS_MOST) for m in self._steps.take())
+                if self._due == 0:
+                    self._listen()
+                    stop.wait(tick_s)
+                    continue
+                self._due -= 1
+                self.tick()
+                continue
+            self.tick()
+            due += tick_s / self._config.speed
+            wait = due - time.monotonic()
+            if wait > 0:
+                stop.wait(wait)
+            elif wait < -_BEHIND_S:
+                due = time.monotonic()
+
+    def tick(self) -> None:
+        """Do what was asked for, go on by one tick, and publish."""
+        self._listen()
+        now_s = self.now_s
+        for end in self._ends:
+            if now_s - end.told_s > _STALE_S:
+                end.velocity = Velocity()
+        self.fleet.advance([end.velocity for end in self._ends])
+        self._now_ns += self._tick_ns
+        self._report()
+
+    def _endpoints(self, prefix: str) -> _Endpoints:
+        graph = self._graph
+        graph.advertise(f"{prefix}/odom", "nav_msgs/msg/Odometry", Quality())
+        graph.advertise(f"{prefix}/scan", "sensor_msgs/msg/LaserScan", _SENSOR)
+        graph.advertise(f"{prefix}/tf", "tf2_msgs/msg/TFMessage", _TF)
+        if self._config.maps != "none":
+            graph.advertise(f"{prefix}/map", "nav_msgs/msg/OccupancyGrid", _LATCHED)
+        if self._config.static:
+            graph.advertise(f"{prefix}/tf_static", "tf2_msgs/msg/TFMessage", _LATCHED)
+            still, base = (0.0, 0.0, 0.0), self._config.base
+            frames = [name for name in dict.fromkeys(["base_link", self._config.scan]) if name != base]
+            graph.publish(f"{prefix}/tf_static", transforms([(_START_NS, base, name, still) for name in frames]))
+        kinds = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+        commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in kinds)
+        placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
+        return _Endpoints(prefix, commands, placed)
+
+    def _listen(self) -> None:
+        """Take what arrived: velocities, poses, and what was asked of the simulation."""
+        for k, end in enumerate(self._ends):
+            for command in end.commands:
+                for message in command.take():
+                    self._command(end, message.fields.get("twist", message.fields))
+            for message in end.placed.take():
+                self._try(f"{end.prefix}/initialpose", lambda fields=message.fields, k=k: self._put(k, fields))
+        if self._reset.take():
+            self.fleet.reset()
+            self._begin_again("reset")
+        for message in self._chosen.take():
+            self._try("/houseexpo/house", lambda fields=message.fields: self._move_house(str(fields["data"])))
+
+    def _command(self, end: _Endpoints, twist: Fields) -> None:
+        ahead, left, turning = (
+            float(twist[part][axis]) for part, axis in (("linear", "x"), ("linear", "y"), ("angular", "z"))
+        )
+        if not all(map(math.isfinite, (ahead, left, turning))):
+            self._tell(f"{end.prefix}/cmd_vel: a velocity that is no number was passed over")
+            return
+        if math.hypot(ahead, left) > _FASTEST_M_S or abs(turning) > _FASTEST_RAD_S:
+            self._tell(
+                f"{end.prefix}/cmd_vel: expected at most {_FASTEST_M_S:g} m/s and {_FASTEST_RAD_S:g} rad/s, "
+                f"found {ahead:g} and {left:g} m/s, {turning:g} rad/s; it was passed over"
+            )
+            return
+        end.velocity, end.told_s = Velocity(ahead, left, turning), self.now_s
+
+    def _put(self, robot: int, fields: Fields) -> None:
+        frame, pose = fields["header"]["frame_id"], fields["pose"]["pose"]
+        if frame not in {"", "map"}:
+            raise ConfigError(f"initialpose: expected a pose in the frame 'map', found {frame!r}")
+        x, y = float(pose["position"]["x"]), float(pose["position"]["y"])
+        heading = heading_of(pose["orientation"])
+        if not all(map(math.isfinite, (x, y, heading))):
+            raise ConfigError(f"initialpose: expected finite numbers, found x {x}, y {y}, heading {heading}")
+        self.fleet.place(robot, (x, y, heading))
+        self._tell(f"robot {robot + 1} was put at ({x:.2f}, {y:.2f}) m")
+
+    def _move_house(self, plan_id: str) -> None:
+        if self._house is None:
+            raise ConfigError("there is only one house; start with a data set to choose others")
+        self.fleet = self._house(plan_id)
+        self._begin_again(f"house {plan_id}")
+
+    def _begin_again(self, what: str) -> None:
+        for end in self._ends:
+            end.velocity, end.told_s = Velocity(), -math.inf
+        self._published_map = [b""] * len(self._ends)
+        self._next_map_ns = self._now_ns
+        self._tell(what)
+
+    def _try(self, topic: str, act: Callable[[], None]) -> None:
+        """Do what a message asks for; if that is impossible, say why and go on."""
+        try:
+            act()
+        except HouseExpoError as error:
+            self._tell(f"{topic}: {error}")
+
+    def _tell(self, text: str) -> None:
+        self._say(text)
+        self._graph.publish("/houseexpo/event", Message("std_msgs/msg/String", {"data": text}))
+
+    def _report(self) -> None:
+        """Publish the clock, poses, and the scans and maps that are due."""
+        config, graph, fleet = self._config, self._graph, self.fleet
+        stamp = time.time_ns() if config.wall_time else self._now_ns
+        if not config.wall_time:
+            graph.publish("/clock", clock(stamp))
+        scans, maps = self._now_ns >= self._next_scan_ns, self._now_ns >= self._next_map_ns
+        if scans:
+            self._next_scan_ns += round(NANOSECONDS / config.scan_hz)
+        if maps:
+            self._next_map_ns += round(_MAP_S * NANOSECONDS)
+        for k, end in enumerate(self._ends):
+            wheels = fleet.odometry(k)
+            moved = fleet.velocity(k)
+            graph.publish(
+                f"{end.prefix}/tf",
+                transforms(
+                    [(stamp, "map", "odom", origin_of(fleet.pose(k), wheels)), (stamp, "odom", config.base, wheels)]
+                ),
+            )
+            speed = moved.ahead_m_s, moved.left_m_s, moved.turn_rad_s
+            graph.publish(f"{end.prefix}/odom", odometry(stamp, "odom", config.base, wheels, speed))
+            if scans:
+                graph.publish(f"{end.prefix}/scan", self._scan(k, stamp))
+            if maps and config.maps != "none" and (config.maps == "house" or graph.has_subscribers(f"{end.prefix}/map")):
+                self._send_map(k, stamp)
+
+    def _scan(self, robot: int, stamp: int) -> Message:
+        config, most_m = self._config, self.fleet.config.laser.range_m
+        ranges = self.fleet.scan(robot, self._angles, config.range_min_m, most_m)
+        return laser_scan(
+            stamp, config.scan, ranges, first_rad=float(self._angles[0]), step_rad=self._step_rad,
+            scan_s=1.0 / config.scan_hz, least_m=config.range_min_m, most_m=most_m,
+        )  # fmt: skip
+
+    def _send_map(self, robot: int, stamp: int) -> None:
+        """Publish a map that has changed since the last time."""
+        grid = self.fleet.map(robot) if self._config.maps == "slam" else _whole(self.fleet)
+        data = grid.data.tobytes()
+        if data != self._published_map[robot]:
+            self._published_map[robot] = data
+            self._graph.publish(f"{self._ends[robot].prefix}/map", occupancy_grid(stamp, "map", grid))
+
+
+def origin_of(pose: Pose, seen: Pose) -> Pose:
+    """Return the pose in the map of the frame in which ``pose`` is ``seen``."""
+    inverse = relative(seen, (0.0, 0.0, 0.0))
+    x, y, heading = pose
+    cos, sin = math.cos(heading), math.sin(heading)
+    return (
+        x + inverse[0] * cos - inverse[1] * sin,
+        y + inverse[0] * sin + inverse[1] * cos,
+        math.remainder(heading + inverse[2], 2 * math.pi),
+    )
+
+
+def _whole(fleet: Fleet) -> OccupancyGrid:
+    """Return the house as a map: free inside, occupied along the walls, unknown elsewhere."""
+    free, frame = free_mask(fleet.plan, fleet.config.pixels_per_metre, y_up=True)
+    near = np.pad(free, 1)
+    beside: Any = near[:-2, 1:-1] | near[2:, 1:-1] | near[1:-1, :-2] | near[1:-1, 2:]
+    data = np.where(free, 0, np.where(beside, 100, -1)).astype(np.int8)
+    return OccupancyGrid(data, frame.cell_m, frame.origin_m)
