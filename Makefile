@@ -20,7 +20,7 @@ ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn puffer readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn puffer ros readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -50,6 +50,9 @@ learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-
 puffer: learn ## put PufferLib 3, without its own games, into .venv/puffer: it asks for another NumPy than the rest does
 	@test -d $(VENV)/puffer/pufferlib || NO_OCEAN=1 NO_TRAIN=1 PYTHONPATH=$(CURDIR)/tests/builders/pufferlib_setup \
 	  $(PIP) --no-deps --no-build-isolation --target $(VENV)/puffer pufferlib==3.0.0 gym==0.26.2 gym-notices==0.1.0
+
+ros: setup ## install CycloneDDS for `houseexpo ros`, and ROS 2's Python with Fast DDS, which judges it in the tests
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[ros-tests]'
 
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'

@@ -55,6 +55,9 @@ def ros(
     static_tf: Annotated[
         bool, typer.Option(help="Publish tf_static; switch it off beside a robot_state_publisher.")
     ] = True,
+    map_odom_tf: Annotated[
+        bool, typer.Option(help="Publish map to odom; switch it off beside a SLAM or a localisation.")
+    ] = True,
     domain: Annotated[int | None, typer.Option(help="ROS domain.", show_default="ROS_DOMAIN_ID, or 0")] = None,
     local: Annotated[bool, typer.Option("--local", help="Talk only to programs on this machine.")] = False,
     config: Annotated[
@@ -84,7 +87,7 @@ def ros(
     if not 1.0 <= rate <= 1000.0:
         raise ConfigError(f"rate: expected a number from 1 to 1000, found {rate:g}")
     node_config = NodeConfig(
-        scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
+        scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf, localised=map_odom_tf,
         base=base_frame, scan=scan_frame,
     )  # fmt: skip
     simulated = _config(config, people, laser_noise, odometry_noise)
@@ -99,7 +102,10 @@ def ros(
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
-        say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; Ctrl-C ends it")
+        say(
+            f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
+            "Ctrl-C ends it"
+        )
         stop = threading.Event()
         with _stopped_by_signals(stop):
             node.run(stop, float("inf") if seconds is None else seconds)
@@ -112,8 +118,8 @@ class _Houses:
     """The plan to begin with, and others of the same data set."""
 
     def __init__(self, dataset: Path | None, plan: str | None) -> None:
-        from houseexpo.commands.given import data_set, is_plan_file
-        from houseexpo.dataset.plan_files import load_plan
+        from houseexpo.commands.arguments import data_set, is_plan_file
+        from houseexpo.floorplan import load_plan
 
         self._data = None
         if dataset is not None and is_plan_file(dataset):

@@ -133,7 +133,10 @@ def odometry(
             "header": _header(nanoseconds, frame),
             "child_frame_id": child,
             "pose": {"pose": _pose(pose), "covariance": unknown},
-            "twist": {"twist": {"linear": _xyz(ahead, left), "angular": _xyz(0.0, 0.0, turning)}, "covariance": unknown},
+            "twist": {
+                "twist": {"linear": _xyz(ahead, left), "angular": _xyz(0.0, 0.0, turning)},
+                "covariance": unknown,
+            },
         },
     )
 

@@ -35,8 +35,8 @@ _BY_NAME: Final = (
     "<CycloneDDS><Domain><Compatibility><IgnoreTypeInformation>1.1,1.15</IgnoreTypeInformation></Compatibility>"
     "</Domain></CycloneDDS>"
 )
-"""Types of RTI Connext (1.1) and Fast DDS (1.15) are compared by name, as rmw_cyclonedds does: they have other hashes, and
-CycloneDDS would take them for different ones."""
+"""Types of RTI Connext (1.1) and Fast DDS (1.15) are compared by name, as rmw_cyclonedds does: they describe the same
+types with other hashes, and CycloneDDS would take them for different ones."""
 _DOMAIN_MOST: Final = 232
 """The largest domain whose ports fit below 65,536 (DDSI-RTPS 2.5, 9.6.1.1)."""
 _BLOCKED_NS: Final = 100_000_000
@@ -200,7 +200,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         if policy is not None:  # else it is the other type of the same topic, which has a reader of its own
             warn(f"{topic}: a {who} of {kind} does not fit, its {policy} differs from what ROS 2 expects here")
 
-    class Heard(Listener):  # type: ignore[misc]  # cyclonedds has no types
+    class Heard(Listener):
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(_WAITING):
                 if subscription is not None and sample.sample_info.valid_data:
@@ -212,7 +212,8 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         def on_offered_incompatible_qos(self, _writer: Any, status: Any) -> None:
             unfit(status, "subscriber")
 
-    return Heard()
+    heard: Any = Heard  # cyclonedds has few types
+    return heard()
 
 
 @cache
@@ -233,8 +234,9 @@ def _type(kind: str) -> Any:
 
 
 def _field_type(kind: str) -> Any:
-    from cyclonedds.idl import types as idl
+    from cyclonedds.idl import types as idl_types
 
+    idl: Any = idl_types
     if found := re.fullmatch(r"(.+)\[(\d*)\]", kind):
         inner, size = _field_type(found[1]), found[2]
         return idl.array[inner, int(size)] if size else idl.sequence[inner]

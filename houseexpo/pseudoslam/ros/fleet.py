@@ -18,16 +18,14 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.dynamics import PeopleConfig
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
-from houseexpo.pseudoslam.io.poses import Pose, relative, wrapped
-from houseexpo.pseudoslam.kernels.motion.bodies import STATIC, stamp_disc, there
-from houseexpo.pseudoslam.kernels.planning.flow import no_flow
-from houseexpo.pseudoslam.kernels.sensing.ranges import cast
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
+from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people, stamp_disc
+from houseexpo.pseudoslam.kernels.planning.fields import no_flow
+from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round
-from houseexpo.pseudoslam.step_params import scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import look_round, scratch_of, step_params_of
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 
@@ -110,6 +108,8 @@ class Fleet:
         self._world = world_for(plan, self.config)
         self._walls = _segments(plan)
         self._robots: list[_Robot] = []
+        self._static: npt.NDArray[np.uint8] = self._world.occupied
+        self._obstacles: npt.NDArray[np.uint8] = np.zeros_like(self._static)
         self._place(robots)
 
     def __len__(self) -> int:
@@ -145,7 +145,7 @@ class Fleet:
                     f"plan {self.plan.id!r}; take fewer or smaller robots, or a larger house"
                 ) from error
             if k == 0:
-                self._static = state.occupied & STATIC
+                self._static = (state.occupied & STATIC).astype(np.uint8)
                 self._obstacles = ((self._static != 0) & (self._world.occupied == 0)).astype(np.uint8)
             else:
                 state.occupied[:] = self._static
@@ -183,7 +183,7 @@ class Fleet:
         """Return the centres of the people (n, 2), metres."""
         if not self._robots:
             return np.empty((0, 2))
-        people = there(self._robots[0].state.episode.bodies.people)
+        people = placed_people(self._robots[0].state.episode.bodies.people)
         return self._world.frame.points_from_pixels(np.column_stack([people["x"], people["y"]]))
 
     def place(self, robot: int, pose: Pose) -> None:
@@ -203,7 +203,7 @@ class Fleet:
         made = initial_state(
             replace(self._world, occupied=one.state.occupied), replace(one.simulator.config, people=PeopleConfig(),
             obstacles=ObstaclesConfig()), one.simulator.params, scratch_of(self.config), np.random.default_rng(0),
-            pose_m=(x, y, wrapped(heading)), own=False,
+            pose_m=(x, y, wrap_angle(heading)), own=False,
         )  # fmt: skip
         one.state.pose_px[:] = made.pose_px
         one.state.believed_px[:] = made.pose_px
@@ -225,7 +225,7 @@ class Fleet:
         way = math.hypot(velocity.ahead_m_s, velocity.left_m_s) * tick_s
         aside = math.atan2(velocity.left_m_s, velocity.ahead_m_s) if way else 0.0
         if abs(aside) > math.pi / 2:  # backward, so that a robot without sideways motion does not turn round
-            aside, way = wrapped(aside + math.pi), -way
+            aside, way = wrap_angle(aside + math.pi), -way
         if not (abs(way) <= FURTHEST_M and abs(turn) <= math.pi):
             raise ConfigError(
                 f"velocity: expected at most {FURTHEST_M / tick_s:g} m/s and {math.pi / tick_s:.0f} rad/s, "
@@ -236,7 +236,7 @@ class Fleet:
         free = math.copysign(self._free_way(number, (x, y), course, way), way)
         robot.simulator.move(robot.state, turn / 2 + aside, free)
         for pose_px in (robot.state.pose_px, robot.state.believed_px):
-            pose_px[2] = wrapped(heading + turn)
+            pose_px[2] = wrap_angle(heading + turn)
         now = self.pose(number)
         went = math.copysign(math.hypot(now[0] - x, now[1] - y), way)
         robot.odometry = self._wheels(robot, relative(before, now), abs(went), turn)
@@ -253,7 +253,7 @@ class Fleet:
         x, y, heading = robot.odometry
         cos, sin = math.cos(heading), math.sin(heading)
         ahead, left = scale * step[0], scale * step[1]
-        return x + ahead * cos - left * sin, y + ahead * sin + left * cos, wrapped(heading + turned)
+        return x + ahead * cos - left * sin, y + ahead * sin + left * cos, wrap_angle(heading + turned)
 
     def _refresh(self, number: int) -> None:
         """Draw what stands and moves into a robot's cells: other robots a little smaller, see ``_free_way``."""
@@ -298,7 +298,7 @@ class Fleet:
         x, y, heading = self.pose(robot)
         directions = heading + angles_rad
         cos, sin = np.cos(directions), np.sin(directions)
-        ranges = _to_segments(self._walls, x, y, cos, sin, most_m)
+        ranges = _to_segments(self._walls, (x, y), cos, sin, most_m)
         for centres, radius in ((self._others(robot), self.radius_m), (self.people_m(), self.config.people.radius_m)):
             for centre in centres:
                 ranges = np.minimum(ranges, _to_disc(centre - (x, y), radius, cos, sin))
@@ -339,10 +339,10 @@ def _segments(plan: FloorPlan) -> Floats:
     return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
 
 
-def _to_segments(walls: Floats, x: float, y: float, cos: Floats, sin: Floats, most_m: float) -> Floats:
+def _to_segments(walls: Floats, at: tuple[float, float], cos: Floats, sin: Floats, most_m: float) -> Floats:
     """Return the distances (beams,) to the nearest segment, infinite where a beam meets none."""
-    start = walls[:, :2] - (x, y)
-    end = walls[:, 2:] - (x, y)
+    start = walls[:, :2] - at
+    end = walls[:, 2:] - at
     near = (np.minimum(start, end) <= most_m).all(axis=1) & (np.maximum(start, end) >= -most_m).all(axis=1)
     start, along = start[near], (end - start)[near]
     found = np.full(len(cos), np.inf)

@@ -27,10 +27,12 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final, Literal, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.grids.raster import free_mask
@@ -68,10 +70,17 @@ _TF, _LATCHED, _SENSOR = Quality(100), Quality(1, latched=True), Quality(5)
 class Graph(Protocol):
     """What the node needs of a network, see ``dds.Network``."""
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None: ...
-    def publish(self, topic: str, message: Message) -> None: ...
-    def has_subscribers(self, topic: str) -> bool: ...
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription: ...
+    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+        """Offer messages of a type on a topic."""
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Write a message on a topic that was advertised."""
+
+    def has_subscribers(self, topic: str) -> bool:
+        """Return whether anybody listens to a topic."""
+
+    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+        """Listen to messages of a type on a topic."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +103,8 @@ class NodeConfig:
         Whether stamps are the wall clock's, and ``/clock`` is silent, for programs without ``use_sim_time``.
     static
         Whether to publish ``tf_static``; not beside a robot_state_publisher.
+    localised
+        Whether to publish ``map`` to ``odom``; not beside a SLAM or a localisation, which do.
     base, scan
         Frames of the robot and of its laser.
     """
@@ -105,6 +116,7 @@ class NodeConfig:
     stepped: bool = False
     wall_time: bool = False
     static: bool = True
+    localised: bool = True
     base: str = "base_footprint"
     scan: str = "base_scan"
 
@@ -124,7 +136,7 @@ class _Endpoints:
     prefix: str
     commands: tuple[Subscription, ...]
     placed: Subscription
-    velocity: Velocity = Velocity()
+    velocity: Velocity = field(default_factory=Velocity)
     told_s: float = -math.inf
 
 
@@ -155,7 +167,8 @@ class Node:
         laser = fleet.config.laser
         beams = max(round(laser.fov_deg / laser.resolution_deg), 1)
         self._step_rad = math.radians(laser.fov_deg) / beams
-        self._angles = -math.radians(laser.fov_deg) / 2 + self._step_rad * np.arange(beams)
+        first = -math.radians(laser.fov_deg) / 2
+        self._angles: npt.NDArray[np.float64] = np.array([first + self._step_rad * k for k in range(beams)])
         names = [""] if len(fleet) == 1 else [f"/robot{k + 1}" for k in range(len(fleet))]
         self._ends = [self._endpoints(name) for name in names]
         self._reset = graph.subscribe("/houseexpo/reset", "std_msgs/msg/Empty")
@@ -234,12 +247,12 @@ class Node:
                 for message in command.take():
                     self._command(end, message.fields.get("twist", message.fields))
             for message in end.placed.take():
-                self._try(f"{end.prefix}/initialpose", lambda fields=message.fields, k=k: self._put(k, fields))
+                self._try(f"{end.prefix}/initialpose", partial(self._put, k, message.fields))
         if self._reset.take():
             self.fleet.reset()
             self._begin_again("reset")
         for message in self._chosen.take():
-            self._try("/houseexpo/house", lambda fields=message.fields: self._move_house(str(fields["data"])))
+            self._try("/houseexpo/house", partial(self._move_house, str(message.fields["data"])))
 
     def _command(self, end: _Endpoints, twist: Fields) -> None:
         ahead, left, turning = (
@@ -265,6 +278,7 @@ class Node:
         if not all(map(math.isfinite, (x, y, heading))):
             raise ConfigError(f"initialpose: expected finite numbers, found x {x}, y {y}, heading {heading}")
         self.fleet.place(robot, (x, y, heading))
+        self._ends[robot].velocity = Velocity()  # it was meant for the other place
         self._tell(f"robot {robot + 1} was put at ({x:.2f}, {y:.2f}) m")
 
     def _move_house(self, plan_id: str) -> None:
@@ -305,17 +319,15 @@ class Node:
         for k, end in enumerate(self._ends):
             wheels = fleet.odometry(k)
             moved = fleet.velocity(k)
-            graph.publish(
-                f"{end.prefix}/tf",
-                transforms(
-                    [(stamp, "map", "odom", origin_of(fleet.pose(k), wheels)), (stamp, "odom", config.base, wheels)]
-                ),
-            )
+            frames = [(stamp, "odom", config.base, wheels)]
+            if config.localised:
+                frames.insert(0, (stamp, "map", "odom", origin_of(fleet.pose(k), wheels)))
+            graph.publish(f"{end.prefix}/tf", transforms(frames))
             speed = moved.ahead_m_s, moved.left_m_s, moved.turn_rad_s
             graph.publish(f"{end.prefix}/odom", odometry(stamp, "odom", config.base, wheels, speed))
             if scans:
                 graph.publish(f"{end.prefix}/scan", self._scan(k, stamp))
-            if maps and config.maps != "none" and (config.maps == "house" or graph.has_subscribers(f"{end.prefix}/map")):
+            if maps and config.maps != "none":
                 self._send_map(k, stamp)
 
     def _scan(self, robot: int, stamp: int) -> Message:
@@ -327,7 +339,9 @@ class Node:
         )  # fmt: skip
 
     def _send_map(self, robot: int, stamp: int) -> None:
-        """Publish a map that has changed since the last time."""
+        """Publish a map that has changed since the last time; a growing one only if somebody listens."""
+        if self._config.maps == "slam" and not self._graph.has_subscribers(f"{self._ends[robot].prefix}/map"):
+            return
         grid = self.fleet.map(robot) if self._config.maps == "slam" else _whole(self.fleet)
         data = grid.data.tobytes()
         if data != self._published_map[robot]:

@@ -1,0 +1,85 @@
+"""A node of real rclpy that judges ``houseexpo ros``: drives the robot, and prints what it heard as JSON.
+
+Run it as ``python -m tests.builders.ros_judge SECONDS``, with ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import sys
+import time
+from typing import Any
+
+
+def judge(seconds: float) -> dict[str, Any]:
+    """Listen for ``seconds`` after the first clock; from a third on, drive ahead at 0.2 m/s; at two thirds, be put."""
+    import rclpy
+    from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
+    from nav_msgs.msg import OccupancyGrid, Odometry
+    from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+    from rosgraph_msgs.msg import Clock
+    from sensor_msgs.msg import LaserScan
+    from std_msgs.msg import String
+
+    rclpy.init()
+    node = rclpy.create_node("judge")
+    heard: dict[str, list[Any]] = {name: [] for name in ("clock", "odom", "scan", "map", "event", "late_ms")}
+
+    def keep(name: str) -> Any:
+        def heard_one(message: Any, info: dict[str, int]) -> None:
+            heard[name].append(message)
+            if name == "odom":
+                heard["late_ms"].append((info["received_timestamp"] - info["source_timestamp"]) / 1e6)
+
+        return heard_one
+
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(Clock, "clock", keep("clock"), qos_profile_sensor_data)
+    node.create_subscription(Odometry, "odom", keep("odom"), 50)
+    node.create_subscription(LaserScan, "scan", keep("scan"), qos_profile_sensor_data)
+    node.create_subscription(OccupancyGrid, "map", keep("map"), latched)
+    node.create_subscription(String, "houseexpo/event", keep("event"), 10)
+    drive = node.create_publisher(TwistStamped, "cmd_vel", 10)
+    put = node.create_publisher(PoseWithCovarianceStamped, "initialpose", 10)
+    waited = time.monotonic()
+    while not heard["clock"] and time.monotonic() - waited < 60.0:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    began, placed, odom_when_placed = time.monotonic(), False, 0.0
+    scan_still: list[float] = []
+    while (gone := time.monotonic() - began) < seconds:
+        rclpy.spin_once(node, timeout_sec=0.02)
+        if gone > seconds / 3 and not placed:
+            if not scan_still and heard["scan"]:
+                scan_still = list(heard["scan"][-1].ranges)
+            message = TwistStamped()
+            message.twist.linear.x = 0.2
+            drive.publish(message)
+        if gone > seconds * 2 / 3 and not placed:
+            placed, odom_when_placed = True, heard["odom"][-1].pose.pose.position.x
+            pose = PoseWithCovarianceStamped()
+            pose.header.frame_id = "map"
+            pose.pose.pose.position.x, pose.pose.pose.position.y = 1.0, 1.0
+            pose.pose.pose.orientation.w = 1.0
+            put.publish(pose)
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in heard["odom"]]
+    scan, grid = heard["scan"][-1], heard["map"][-1]
+    infos = node.get_publishers_info_by_topic("/scan")
+    return {
+        "topics": {name: kinds for name, kinds in node.get_topic_names_and_types() if not name.startswith("/ro")},
+        "counts": {name: len(messages) for name, messages in heard.items()},
+        "gaps_ns": sorted({b - a for a, b in itertools.pairwise(stamps)}),
+        "odom_x": odom_when_placed,
+        "frames": [heard["odom"][-1].header.frame_id, heard["odom"][-1].child_frame_id, scan.header.frame_id],
+        "scan_still": scan_still,
+        "scan_last": list(scan.ranges),
+        "angles": [scan.angle_min, scan.angle_increment, len(scan.ranges)],
+        "map": [grid.info.width, grid.info.height, grid.info.resolution, len(grid.data)],
+        "events": [message.data for message in heard["event"]],
+        "late_ms": sorted(heard["late_ms"]),
+        "reliability": [str(info.qos_profile.reliability) for info in infos],
+    }
+
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps(judge(float(sys.argv[1]))) + "\n")

@@ -1,0 +1,106 @@
+"""``houseexpo ros`` against a node of real rclpy with Fast DDS, in another process on this machine."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo import FloorPlan
+from tests.builders.needs import need
+
+HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
+DOMAIN = 77
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+
+@pytest.fixture(autouse=True)
+def _needs() -> None:
+    need(modules=["cyclonedds", "rclpy"], how="make ros")
+
+
+def surroundings() -> dict[str, str]:
+    """Return the environment of both sides: only this machine, and a domain of their own for each test process."""
+    return {
+        **os.environ,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(DOMAIN + os.getpid() % 100),
+    }
+
+
+def started(plan: Path, *options: str) -> subprocess.Popen[str]:
+    """Start the command; return when it says that the robots are there."""
+    words = [sys.executable, "-m", "houseexpo", "ros", str(plan), *options]
+    process = subprocess.Popen(words, env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    said = ""
+    while "Ctrl-C ends it" not in said:
+        line = process.stdout.readline()
+        assert line, said
+        said += line
+    return process
+
+
+def ended(process: subprocess.Popen[str]) -> str:
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=30)
+    assert process.returncode == 0, said
+    return said
+
+
+@pytest.mark.slow
+def test_rclpy_hears_drives_and_puts_the_robot(tmp_path: Path) -> None:
+    HALL.save(tmp_path / "hall.json")
+    process = started(tmp_path / "hall.json", "--start", "2,2", "--map", "slam")
+    try:
+        words = [sys.executable, "-m", "tests.builders.ros_judge", "12"]
+        judged = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=False)
+    finally:
+        said = ended(process)
+    assert judged.returncode == 0, judged.stderr
+    found: dict[str, Any] = json.loads(judged.stdout.splitlines()[-1])
+    topics = found["topics"]
+    assert topics["/clock"] == ["rosgraph_msgs/msg/Clock"]
+    assert sorted(topics["/cmd_vel"]) == [TWIST, STAMPED]
+    assert topics["/tf"] == topics["/tf_static"] == ["tf2_msgs/msg/TFMessage"]
+    assert found["frames"] == ["odom", "base_footprint", "base_scan"]
+    assert found["gaps_ns"] == [20_000_000]  # 50 a second, none lost
+    first, step, beams = found["angles"]
+    angles = first + step * np.arange(beams)
+    assert np.allclose(found["scan_still"], to_walls(2.0, 2.0, angles), atol=0.01)
+    assert np.allclose(found["scan_last"], to_walls(1.0, 1.0, angles), atol=0.01)  # it was put there
+    assert 0.4 < found["odom_x"] < 1.0  # 4 s at 0.2 m/s, less what it took to find each other
+    assert found["map"][3] == found["map"][0] * found["map"][1] > 0
+    assert found["events"] == ["robot 1 was put at (1.00, 1.00) m"]
+    assert "robot 1 was put at" in said
+
+
+def to_walls(x: float, y: float, angles: np.ndarray[Any, np.dtype[np.float64]]) -> list[float]:
+    """Return the way in each direction to the walls of the hall, which is 8 x 4 m."""
+    ways = []
+    for angle in angles.tolist():
+        right, up = math.cos(angle), math.sin(angle)
+        across = (8.0 - x) / right if right > 1e-12 else -x / right if right < -1e-12 else math.inf
+        along = (4.0 - y) / up if up > 1e-12 else -y / up if up < -1e-12 else math.inf
+        ways.append(min(across, along))
+    return ways
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_no_process_and_bad_words_are_told(tmp_path: Path) -> None:
+    HALL.save(tmp_path / "hall.json")
+    said = ended(started(tmp_path / "hall.json", "--robots", "2", "--people", "1"))
+    assert "simulated seconds" in said
+    words = [sys.executable, "-m", "houseexpo", "ros", str(tmp_path / "hall.json"), "--start", "1,1", "--start", "1,1"]
+    refused = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=False)
+    assert refused.returncode == 2
+    assert "starts: expected at most one for each of 1 robots, found 2" in refused.stderr + refused.stdout
+    assert "Traceback" not in refused.stderr
