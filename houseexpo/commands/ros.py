@@ -87,8 +87,8 @@ def ros(
     if not 1.0 <= rate <= 1000.0:
         raise ConfigError(f"rate: expected a number from 1 to 1000, found {rate:g}")
     node_config = NodeConfig(
-        scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf, localised=map_odom_tf,
-        base=base_frame, scan=scan_frame,
+        scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
+        localised=map_odom_tf, base=base_frame, scan=scan_frame,
     )  # fmt: skip
     simulated = _config(config, people, laser_noise, odometry_noise)
     starts = [_pose(text) for text in start or ()]
@@ -102,12 +102,12 @@ def ros(
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
-        say(
-            f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
-            "Ctrl-C ends it"
-        )
         stop = threading.Event()
         with _stopped_by_signals(stop):
+            say(
+                f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
+                "Ctrl-C ends it"
+            )
             node.run(stop, float("inf") if seconds is None else seconds)
         say(f"ended after {node.now_s - 1.0:.1f} simulated seconds")
     finally:
