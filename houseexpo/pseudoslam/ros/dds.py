@@ -200,7 +200,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         if policy is not None:  # else it is the other type of the same topic, which has a reader of its own
             warn(f"{topic}: a {who} of {kind} does not fit, its {policy} differs from what ROS 2 expects here")
 
-    class Heard(Listener):
+    class Heard(Listener):  # type: ignore[misc]  # mypy sees nothing of cyclonedds
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(_WAITING):
                 if subscription is not None and sample.sample_info.valid_data:
@@ -212,8 +212,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         def on_offered_incompatible_qos(self, _writer: Any, status: Any) -> None:
             unfit(status, "subscriber")
 
-    heard: Any = Heard  # cyclonedds has few types
-    return heard()
+    return Heard()
 
 
 @cache
@@ -234,9 +233,8 @@ def _type(kind: str) -> Any:
 
 
 def _field_type(kind: str) -> Any:
-    from cyclonedds.idl import types as idl_types
+    from cyclonedds.idl import types as idl
 
-    idl: Any = idl_types
     if found := re.fullmatch(r"(.+)\[(\d*)\]", kind):
         inner, size = _field_type(found[1]), found[2]
         return idl.array[inner, int(size)] if size else idl.sequence[inner]
