@@ -76,7 +76,8 @@ def config_from(
     names = [f.name for f in fields(kind)]  # type: ignore[arg-type]  # a dataclass
     hints = get_type_hints(kind)
     given = {
-        name: _made(hints[name], part, _join(key, name), convert) for name, part in entries(value, key, names, beside)
+        name: _field_value(hints[name], part, _join(key, name), convert)
+        for name, part in entries(value, key, names, beside)
     }
     for f in fields(kind):  # type: ignore[arg-type]
         if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
@@ -116,7 +117,7 @@ def typed(value: Any, hint: Any, key: str) -> Any:
         raise ConfigError(f"{key} = {value!r}: {text[0].lower()}{text[1:]}") from None
 
 
-def _made(hint: Any, value: object, key: str, convert: Convert | None) -> Any:
+def _field_value(hint: Any, value: object, key: str, convert: Convert | None) -> Any:
     """Return the value of a field."""
     if is_dataclass(hint):
         return config_from(hint, value, key, convert=convert)  # type: ignore[arg-type]  # a dataclass, no object
@@ -125,12 +126,12 @@ def _made(hint: Any, value: object, key: str, convert: Convert | None) -> Any:
     if kinds := _alternatives(hint):
         return _one_of(kinds, value, key)
     if get_origin(hint) in {Union, types.UnionType}:
-        return None if value is None else _made(get_args(hint)[0], value, key, None)
+        return None if value is None else _field_value(get_args(hint)[0], value, key, None)
     if get_origin(hint) is tuple:
         if not isinstance(value, list | tuple):
             raise ConfigError(f"{key}: expected a list, found {value!r}")
         kind = get_args(hint)[0]
-        return tuple(_made(kind, part, f"{key}[{i}]", None) for i, part in enumerate(value))
+        return tuple(_field_value(kind, part, f"{key}[{i}]", None) for i, part in enumerate(value))
     if hint is bool and not isinstance(value, bool):
         raise ConfigError(f"{key}: expected true or false, found {value!r}")
     return value

@@ -174,10 +174,10 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
 
 def record_shards(out: str, record: BuildRecord) -> None:
     """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
-    from houseexpo.dataset.build_record import FILE, encoded, note_built_here
+    from houseexpo.dataset.build_record import FILE, encode_record, note_built_here
     from pipeline.batch.store import FolderStore, open_store
 
-    store, data = open_store(out), encoded(record)
+    store, data = open_store(out), encode_record(record)
     if isinstance(store, FolderStore):
         note_built_here(store.root, record)
     with suppress(FileNotFoundError):

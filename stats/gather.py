@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.readable import Broken, readable
+from houseexpo.dataset.readable import Broken, open_readable
 from houseexpo.errors import ConfigError, DatasetError, PlanError
 from houseexpo.workers import cores
 from stats.record import VERSION, Record, record_with_audit, record_with_rooms
@@ -78,7 +78,7 @@ def measured(path: Path, *, geometry: bool = False, workers: int | None = None) 
             data_set = open_dataset(path)
             found = records(data_set, geometry=geometry, workers=workers)
         except (PlanError, DatasetError) as error:
-            data_set, broken = opened.enter_context(readable(path))
+            data_set, broken = opened.enter_context(open_readable(path))
             broken = broken or (Broken(path.name, str(error)),)
             found = records(data_set, geometry=geometry, workers=workers)
         if not len(data_set):

@@ -48,7 +48,7 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
     """
     if odd := [radius for radius in radii if not 0 <= radius < math.inf]:
         raise PlanError(f"expected radii of 0 m or more, found {odd[0]!r}", "navigability")
-    standing = _Pieces(straightened(space.free_space if isinstance(space, PlanData) else space))
+    standing = _Pieces(straighten_walls(space.free_space if isinstance(space, PlanData) else space))
     said = cache(Navigability)  # most radii of a plan have the same figures
     found = {}
     for radius in radii:
@@ -63,10 +63,10 @@ def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Poly
 
     Walls are first straightened by at most 0.01 m.
     """
-    return erode(straightened(space), radius_m)
+    return erode(straighten_walls(space), radius_m)
 
 
-def straightened(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
+def straighten_walls(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
     """Return the shape with walls straightened by at most 0.01 m; it is valid and keeps all parts and holes."""
     quick = shape.simplify(STRAIGHTEN_AREA_M, preserve_topology=False)  # seven times faster, but may lose thin parts
     if shape.geom_type != "Polygon" or quick.geom_type != "Polygon" or quick.is_empty:
@@ -147,7 +147,7 @@ class _Pieces:
             none = not ahead.size and np.isinf(self._widest_m)
             count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + ROUND) else 1
             if count > 1:
-                return self._narrowed(piece, ahead, low * (1.0 - ROUND), high * (1.0 + ROUND))
+                return self._bisect(piece, ahead, low * (1.0 - ROUND), high * (1.0 + ROUND))
             if count == 0 or none:
                 disc = shapely.maximum_inscribed_circle(piece.polygon, tolerance=SPLIT_M)
                 return piece.radius + float(disc.length)
@@ -161,7 +161,7 @@ class _Pieces:
         inside = shapely.dwithin(piece.polygon, middles, ROUND * radius)
         return np.asarray(self._passages.radius[inside])
 
-    def _narrowed(self, piece: _Piece, passages: Floats, low: float, high: float) -> float:
+    def _bisect(self, piece: _Piece, passages: Floats, low: float, high: float) -> float:
         """Return the radius, between two radii, at which the piece splits because one of its passages closes."""
         while high - low > SPLIT_M:
             between = passages[(passages > low) & (passages < high)]

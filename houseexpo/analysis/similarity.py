@@ -151,7 +151,7 @@ def crop(mask: Mask) -> Mask:
     return mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
 
 
-def transformed(mask: Mask, symmetry: str) -> Mask:
+def transform(mask: Mask, symmetry: str) -> Mask:
     """Return the mask under one of ``SYMMETRIES``."""
     swap, flip_rows, flip_cols = SYMMETRIES[symmetry]
     turned = mask.T if swap else mask
@@ -175,7 +175,7 @@ def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
         rows, cols = sums_[::-1] if swap else sums_
         downs = _offsets(sums[0], rows[:: -1 if flip_rows else 1], areas)
         rights = _offsets(sums[1], cols[:: -1 if flip_cols else 1], areas)
-        moved = transformed(other, symmetry)
+        moved = transform(other, symmetry)
         for (down, bound), (right, bound_) in product(downs, rights):
             if max(bound, bound_) < best:
                 here, there = _window(one, down, right, moved.shape), _window(moved, -down, -right, one.shape)
@@ -191,7 +191,7 @@ def fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
     They are the area, the row sums and the column sums. The sums are sorted and added up in bins of 8; the greater of
     the two profiles comes first. ``lower_bound`` derives a bound from them.
     """
-    profiles = [_pooled(np.sort(mask.sum(axis=axis))[::-1]) for axis in (1, 0)]
+    profiles = [_pool(np.sort(mask.sum(axis=axis))[::-1]) for axis in (1, 0)]
     profiles.sort(key=lambda sums: sums.tolist(), reverse=True)
     return np.concatenate([[mask.sum()], *profiles]).astype(np.int32)
 
@@ -243,7 +243,7 @@ def find_duplicates(
     PlanError
         Two plans have the same id.
     """
-    ids, load = _numbered(shapes)
+    ids, load = _ids_and_load(shapes)
     order = sorted(range(len(ids)), key=ids.__getitem__)
     names = [ids[i] for i in order]
     if twice := [name for name, following in pairwise(names) if name == following]:
@@ -321,7 +321,7 @@ def find_pairs(
     with ThreadPoolExecutor(threads) as pool:
         possible = _possible_pairs(prints, fresh, threshold, pool)
         near = _in_threads(pool, partial(_near, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
-        pairs = _in_threads(pool, partial(_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
+        pairs = _in_threads(pool, partial(_pairs_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
         return Comparison(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
 
@@ -333,7 +333,7 @@ def fingerprint_of(profiles: Profiles) -> Fingerprint:
     return np.array([int(profiles.rows.sum()), *first, *second], np.int32)
 
 
-def _numbered(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list[str], Load]:
+def _ids_and_load(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list[str], Load]:
     """Return the ids of plans or masks, and a function that returns one by its position."""
     if isinstance(shapes, Mapping):
         masks = list(shapes.values())
@@ -402,7 +402,7 @@ def _near(limits: _Limits, jobs: list[tuple[_Numbers, Profiles, Profiles]]) -> l
     return [pair for pair, one, other in jobs if may_be_near(one, other, *limits)]
 
 
-def _within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, PackedMask]]) -> list[Pair]:
+def _pairs_within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, PackedMask]]) -> list[Pair]:
     """Return the pairs that are within the threshold."""
     from houseexpo.analysis.kernels.masks import least_difference
 
@@ -421,7 +421,7 @@ def _l1(sums: npt.NDArray[np.int32], table: npt.NDArray[np.int32]) -> npt.NDArra
     return distance
 
 
-def _pooled(profile: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _pool(profile: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     padded = np.zeros(max(len(profile), _BINS * _BIN_PX), dtype=np.int64)
     padded[: len(profile)] = profile
     starts = np.arange(_BINS) * _BIN_PX

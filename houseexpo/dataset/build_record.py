@@ -68,7 +68,7 @@ class BuildRecord(msgspec.Struct, frozen=True):
         """Return the record of a build that added its plans to those of the builds in ``before``."""
         if before is None:
             return self
-        found = [each for each in map(_added, (*before.earlier, before.build)) if each != _added(self.build)]
+        found = [each for each in map(_with_add, (*before.earlier, before.build)) if each != _with_add(self.build)]
         return msgspec.structs.replace(self, earlier=tuple(found))
 
     def commands(self, out: Path) -> list[list[str]]:
@@ -80,34 +80,34 @@ class BuildRecord(msgspec.Struct, frozen=True):
         return [shlex.join(["houseexpo", *words]) for words in self.commands(out)]
 
 
-def _added(build: Build) -> Build:
+def _with_add(build: Build) -> Build:
     return msgspec.structs.replace(build, options={**build.options, "add": "True"})
 
 
 def record_build(root: Path, record: BuildRecord) -> None:
     """Save the record in a data set folder and note that this user built it; an equal file is not written again."""
     if recorded_build(root) != record:
-        write_whole(root / FILE, encoded(record), durable=True)
+        write_whole(root / FILE, encode_record(record), durable=True)
     note_built_here(root, record)
 
 
 def note_built_here(root: Path, record: BuildRecord) -> None:
     """Note in the cache that this user built a data set in this place (R2); do nothing if it is not writable."""
     with suppress(HouseExpoError, OSError):
-        file = _noted(root)
-        if not file.exists() or file.read_bytes() != encoded(record):
-            write_whole(file, encoded(record))
+        file = _copy_in_cache(root)
+        if not file.exists() or file.read_bytes() != encode_record(record):
+            write_whole(file, encode_record(record))
 
 
 def built_here(root: Path, record: BuildRecord) -> bool:
     """Return whether this user built the data set in this place as the record says (R2)."""
     try:
-        return _noted(root).read_bytes() == encoded(record)
+        return _copy_in_cache(root).read_bytes() == encode_record(record)
     except (HouseExpoError, OSError):
         return False
 
 
-def encoded(record: BuildRecord) -> bytes:
+def encode_record(record: BuildRecord) -> bytes:
     """Return the bytes of the record in a data set."""
     return as_json(msgspec.to_builtins(record))
 
@@ -126,6 +126,6 @@ def _texts(record: BuildRecord) -> Iterator[str]:
         yield from (*build.sources, *build.options, *build.options.values())
 
 
-def _noted(root: Path) -> Path:
+def _copy_in_cache(root: Path) -> Path:
     """Return the path of the copy of a folder's record in the user's cache."""
     return cache_folder("builds") / f"{hashlib.sha256(os.fsencode(root.resolve())).hexdigest()}.json"

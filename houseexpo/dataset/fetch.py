@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, Literal, get_args
 
 from houseexpo.dataset.manifest import Manifest, Source, load_manifest
-from houseexpo.dataset.store.records import broken
+from houseexpo.dataset.store.records import damage_as_error
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import cache_folder, whole_folder
 
@@ -96,7 +96,7 @@ def download(source: Source, folder: Path, progress: Progress | None = None) -> 
         store.fetch(source.file, downloader=_Resuming(source, folder, progress))
     except (requests.RequestException, ValueError) as error:
         raise DatasetError(
-            f"{source.url}: expected {source.file} with git blob id {source.git_blob}; {_said(error)}. "
+            f"{source.url}: expected {source.file} with git blob id {source.git_blob}; {_describe_error(error)}. "
             "Check the connection and run the same command again: what is here already is kept"
         ) from None
     finally:
@@ -104,7 +104,7 @@ def download(source: Source, folder: Path, progress: Progress | None = None) -> 
     return file
 
 
-def _said(error: Exception) -> str:
+def _describe_error(error: Exception) -> str:
     """Return a short description of a network error, without the libraries' own wording."""
     import requests
 
@@ -193,7 +193,7 @@ def unpack(
         raise DatasetError(f"{target}: the folder already exists; delete it or choose another")
     count = 0
     with whole_folder(target) as folder:
-        with broken(archive):
+        with damage_as_error(archive):
             for name, data in _members(archive, max_files, max_bytes):
                 if wanted(name):
                     file = folder / name
@@ -207,7 +207,7 @@ def unpack(
 
 def member_names(archive: Path) -> list[str]:
     """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack`` refuses."""
-    with broken(archive):
+    with damage_as_error(archive):
         return [name for name, _ in _members(archive, MAX_FILES, MAX_BYTES)]
 
 

@@ -221,7 +221,7 @@ class Dataset(Sequence[FloorPlan]):
 
         shown = [plan.divided for plan in self[:n]]
         options = {"labels": False, **options}
-        return plot_sheet(shown, columns=min(columns, max(len(shown), 1)), titles=_described, size=size, **options)
+        return plot_sheet(shown, columns=min(columns, max(len(shown), 1)), titles=_title_of, size=size, **options)
 
     @property
     def rejected(self) -> list[dict[str, str]]:
@@ -273,7 +273,14 @@ class Dataset(Sequence[FloorPlan]):
         where
             Any other condition, a function of the plan; it is evaluated last.
         """
-        from houseexpo.dataset.store.columns import column, known_labels, least_share, share_of_one, shares, within
+        from houseexpo.dataset.store.columns import (
+            column,
+            connected_shares,
+            is_within,
+            known_labels,
+            least_share,
+            share_of_one,
+        )
 
         least = least_share(robot_radius, min_connected)
         rows = self._rows
@@ -281,15 +288,15 @@ class Dataset(Sequence[FloorPlan]):
         given = (("rooms", "room_num", rooms), ("area", "area", area), ("min_quality", "quality", least_quality))
         for name, measure, limits in given:
             if limits is not None:
-                rows = rows[within(self._catalogue.numbers(measure)[rows], limits, name)]
+                rows = rows[is_within(self._catalogue.numbers(measure)[rows], limits, name)]
         if wanted := known_labels(labels):
             found = self._catalogue.table.column("labels").take(rows).to_pylist()
             rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
         if doors is not None:
             counts = column(self._catalogue, rows, "n_doors")
-            rows = rows[within(np.array(counts, dtype=np.float64), doors, "doors")]
+            rows = rows[is_within(np.array(counts, dtype=np.float64), doors, "doors")]
         if robot_radius is not None:
-            rows = rows[shares(self._catalogue, rows, robot_radius) >= least]
+            rows = rows[connected_shares(self._catalogue, rows, robot_radius) >= least]
         if where is not None:
             rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]
         return Dataset(self._catalogue, rows)
@@ -319,7 +326,7 @@ class Dataset(Sequence[FloorPlan]):
         return Dataset(self._catalogue, self._rows[np.random.default_rng(seed).permutation(len(self))[:n]])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _reopened, (self._catalogue.address, self.ids)
+        return _reopen, (self._catalogue.address, self.ids)
 
     def __repr__(self) -> str:
         some = "" if len(self) == len(self._catalogue.ids) else f"{len(self):,} of "
@@ -345,10 +352,10 @@ class Dataset(Sequence[FloorPlan]):
         return plan
 
 
-def _described(plan: FloorPlan) -> str:
+def _title_of(plan: FloorPlan) -> str:
     """Return a short description of a plan: its rooms and its free space."""
     return f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m2"
 
 
-def _reopened(address: str | Path, ids: list[str]) -> Dataset:
+def _reopen(address: str | Path, ids: list[str]) -> Dataset:
     return open_dataset(address).only(ids)

@@ -27,7 +27,7 @@ class Broken:
 
 
 @contextmanager
-def readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
+def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
     """Open the readable plans of a data set, and list the broken ones.
 
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
@@ -42,7 +42,7 @@ def readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
     """
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         copy = Path(folder) / f"{path.name}.jsonl"
-        broken = _copied(path, copy)
+        broken = _copy_readable(path, copy)
         (Path(folder) / "splits").mkdir()
         for name, data in lists(path).items():
             (Path(folder) / "splits" / f"{name}.txt").write_bytes(data)
@@ -51,13 +51,13 @@ def readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
         yield open_dataset(copy), broken
 
 
-def _copied(path: Path, copy: Path) -> tuple[Broken, ...]:
+def _copy_readable(path: Path, copy: Path) -> tuple[Broken, ...]:
     seen: dict[str, str] = {}
     broken = []
     with copy.open("wb") as out:
         for record in watched(records(path), f"reading {path.name}"):
             try:
-                plan = _checked(record, seen)
+                plan = _decode_checked(record, seen)
             except PlanError as error:
                 broken.append(Broken(record.place, f"{error.key}: {error.problem}" if error.key else error.problem))
                 continue
@@ -66,7 +66,7 @@ def _copied(path: Path, copy: Path) -> tuple[Broken, ...]:
     return tuple(broken)
 
 
-def _checked(record: Record, seen: dict[str, str]) -> FloorPlan:
+def _decode_checked(record: Record, seen: dict[str, str]) -> FloorPlan:
     """Decode a plan (R1); raise PlanError if it is broken."""
     plan = decode(record.data)
     if plan.id in seen:

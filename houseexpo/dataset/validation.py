@@ -286,7 +286,7 @@ def validate(path: Path, workers: int = 1) -> Report:
     count = 0
     findings: list[Finding] = []
     seen: dict[str, str] = {}
-    for ids, found in watched(_checked(path, workers), f"checking {path.name}"):
+    for ids, found in watched(_check_chunks(path, workers), f"checking {path.name}"):
         count += len(ids)
         findings += found
         for place, plan in ids:
@@ -304,14 +304,14 @@ def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Find
     for record in chunk:
         plan, found = _read(record)
         if plan is not None:
-            found += _judged(record, plan)
+            found += _check_plan(record, plan)
             whole.append((record, plan))
         ids.append((record.place, plan.id if plan else ""))
         findings += found
     return ids, findings + list(_not_simple(whole))
 
 
-def _checked(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
+def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
     waiting = records(path)
     first = list(islice(waiting, _FEW))
     chunks = in_chunks(chain(first, waiting), _CHUNK)
@@ -328,7 +328,7 @@ def _read(record: Record) -> tuple[FloorPlan | None, list[Finding]]:
         return None, [Finding(record.place, error.plan, "schema", error.key, error.problem)]
 
 
-def _judged(record: Record, plan: FloorPlan) -> Iterator[Finding]:
+def _check_plan(record: Record, plan: FloorPlan) -> Iterator[Finding]:
     made = partial(Finding, record.place, plan.id)
     ours = b'"format"' in record.data
     for name, rule in chain(BOTH.items(), (OURS if ours else PUBLISHED).items()):

@@ -43,7 +43,7 @@ def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: in
     The picture, (rows, cols, 3) uint8, RGB, with smooth edges.
     """
     layout = scene(plan, pixels_per_metre, size)
-    image = _painted(layout)
+    image = _paint(layout)
     return _with_words(image, layout)
 
 
@@ -141,7 +141,7 @@ def _frame(layout: Scene, pixels_per_metre: float) -> GridFrame:
     return GridFrame.around(layout.bounds, pixels_per_metre, margin_px=0, y_up=True)
 
 
-def _painted(layout: Scene) -> Image:
+def _paint(layout: Scene) -> Image:
     """Fill the areas on a finer grid and average it; the result is exact to a ninth of a pixel."""
     import cv2
 

@@ -79,11 +79,11 @@ def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
             replace(d, ring=ring(d.ring), segment=(point(*d.segment[0]), point(*d.segment[1]))) for d in plan.doors
         ),
         objects=tuple(replace(thing, ring=ring(thing.ring)) for thing in plan.objects),
-        frame=_flipped(plan.frame, shift),
+        frame=_flip_frame(plan.frame, shift),
     )
 
 
-def _flipped(frame: Frame | None, shift: float) -> Frame | None:
+def _flip_frame(frame: Frame | None, shift: float) -> Frame | None:
     """Return the frame of the flipped plan, which still maps to the same place in the source."""
     if frame is None:
         return None

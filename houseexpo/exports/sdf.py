@@ -105,7 +105,7 @@ def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:
             _child(polyline, "point", numbers(x, y))
         _child(polyline, "height", numbers(piece.high - piece.low))
     if kind == "visual":
-        _coloured(part, piece.colour)
+        _add_colour(part, piece.colour)
 
 
 def _ground(world: ET.Element, built: Solid) -> None:
@@ -120,7 +120,7 @@ def _ground(world: ET.Element, built: Solid) -> None:
         _child(plane, "normal", "0 0 1")
         _child(plane, "size", numbers(x2 - x1 + 10, y2 - y1 + 10))
         if kind == "visual":
-            _coloured(part, _GROUND)
+            _add_colour(part, _GROUND)
 
 
 def _sun(world: ET.Element) -> None:
@@ -131,7 +131,7 @@ def _sun(world: ET.Element) -> None:
     _child(light, "direction", "-0.4 0.3 -0.9")
 
 
-def _coloured(visual: ET.Element, colour: str) -> None:
+def _add_colour(visual: ET.Element, colour: str) -> None:
     material = _child(visual, "material")
     for light in ("ambient", "diffuse"):
         _child(material, light, colour)

@@ -87,7 +87,7 @@ def stage(
     side = ROBOT_M * math.sqrt(2)  # the square that fits in the disc
     middle = numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
-        f"name {_quoted(plan.id)}",
+        f"name {_quote(plan.id)}",
         "resolution 0.02",
         "interval_sim 100",
         f"window ( size [800 800] center [{middle}] scale {number(round(700 / max(x2 - x1, y2 - y1), 2))} )",
@@ -114,5 +114,5 @@ def _block(ring: Ring, height: float) -> str:
     return f"  block ( points {len(ring)} {points} z [{numbers(0, height)}] )"
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return '"' + name.replace('"', "'") + '"'  # strings of world files have no escapes

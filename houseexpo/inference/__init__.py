@@ -120,7 +120,7 @@ def _labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) ->
     found: list[list[tuple[bool, float, str]]] = [[] for _ in rooms]
     if words and rooms:
         shared, fit, sizes = _overlaps(rooms, np.array(list(words)))
-        paired = _paired(fit)
+        paired = _pair_boxes(fit)
         for i, labels in enumerate(words.values()):
             room = paired.get(i)
             if room is None:
@@ -144,7 +144,7 @@ def _overlaps(rooms: list[Polygon], boxes: Matrix) -> tuple[Matrix, Matrix, tupl
     return shared, shared / np.maximum(union, 1e-9), sizes
 
 
-def _paired(fit: Matrix) -> dict[int, int]:
+def _pair_boxes(fit: Matrix) -> dict[int, int]:
     """Return the room of each box (R1)."""
     from scipy.optimize import linear_sum_assignment
 

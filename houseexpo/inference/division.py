@@ -62,7 +62,7 @@ def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[
         if len(links) == len(chosen):
             break
         chosen = [link.neck for link in links]  # the others separate nothing
-    links, rooms = _settled(faces, links)
+    links, rooms = _drop_until_stable(faces, links)
     room_of = {face: k for k, room in enumerate(rooms) for face in room}
     doors = [Doorway(k.neck, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
     return [_whole(faces[room]) for room in rooms], doors
@@ -131,7 +131,7 @@ def _looks(neck: Neck) -> Floats:
     return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BESIDE_M * neck.into])
 
 
-def _settled(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:
+def _drop_until_stable(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:
     """Apply R2 to R4 until nothing changes; links are sorted, the most likely first. Also return each room's faces."""
     import shapely
 

@@ -173,8 +173,8 @@ def find_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
     reach = ONWARD_M + walls.distance(start + INWARD_M * into + ONWARD_M * along, along)
     found = (reach >= DOOR_M[0]) & (reach <= DOOR_M[1])
     line = np.stack([start[found], start[found] + reach[found, None] * along[found]], axis=1)
-    line, ends_at_corner = _snapped(line, corner)
-    into = _squared(line, into[found])
+    line, ends_at_corner = _snap_ends(line, corner)
+    into = _normals(line, into[found])
     is_corner = np.stack([np.ones(len(line), dtype=bool), ends_at_corner], axis=1)
     return _Fronts(line, into, is_corner, _room(line, into, walls))
 
@@ -211,7 +211,7 @@ def _right_of(direction: Floats) -> Floats:
     return np.stack([direction[:, 1], -direction[:, 0]], axis=1)
 
 
-def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _snap_ends(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Move far ends to a nearby corner; also return which ones were moved."""
     from scipy.spatial import cKDTree
 
@@ -224,7 +224,7 @@ def _snapped(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_
     return snapped, close
 
 
-def _squared(line: Floats, into: Floats) -> Floats:
+def _normals(line: Floats, into: Floats) -> Floats:
     """Return the unit normals of lines on the side of ``into``."""
     along = line[:, 1] - line[:, 0]
     normal = _right_of(along) / np.hypot(*along.T)[:, None]

@@ -154,7 +154,7 @@ def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
         record: Published = (_PLAN if extended else _PUBLISHED).decode(raw)
         return _plan(kind, record)
     except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise _explained(error, data) from None
+        raise _plan_error(error, data) from None
 
 
 def encode(plan: PlanData) -> bytes:
@@ -223,21 +223,21 @@ def _extension(record: Plan) -> dict[str, Any]:
         "holes": tuple(map(_ring, record.holes)),
         "rooms": _all("rooms", _room, record.rooms),
         "doors": _all("doors", _door, record.doors),
-        "quality": None if quality is UNSET else _named("quality", _quality, quality),
+        "quality": None if quality is UNSET else _with_key("quality", _quality, quality),
         "objects": () if record.objects is UNSET else _all("objects", _object, record.objects),
-        "frame": None if frame is UNSET else _named("frame", _frame, frame),
+        "frame": None if frame is UNSET else _with_key("frame", _frame, frame),
         "navigability": None
         if reach is UNSET
-        else {radius: _named(f"navigability.{radius}", _navigability, found) for radius, found in reach.items()},
+        else {radius: _with_key(f"navigability.{radius}", _navigability, found) for radius, found in reach.items()},
         "provenance": None if provenance is UNSET else provenance,
     }
 
 
 def _all(key: str, make: Callable[[_Record], _Part], records: Sequence[_Record]) -> tuple[_Part, ...]:
-    return tuple(_named(f"{key}[{i}]", make, record) for i, record in enumerate(records))
+    return tuple(_with_key(f"{key}[{i}]", make, record) for i, record in enumerate(records))
 
 
-def _named(key: str, make: Callable[[_Record], _Part], record: _Record) -> _Part:
+def _with_key(key: str, make: Callable[[_Record], _Part], record: _Record) -> _Part:
     """Make a part of the plan; add its key to any PlanError."""
     try:
         return make(record)
@@ -312,7 +312,7 @@ def _navigability_records(plan: PlanData) -> dict[str, Navigability]:
     }
 
 
-def _explained(error: Exception, data: bytes | str) -> PlanError:
+def _plan_error(error: Exception, data: bytes | str) -> PlanError:
     """Return the error as a PlanError with the key, and with the plan's id if it can be read."""
     text = data if isinstance(data, str) else data.decode(errors="replace")
     name = _ID.search(text)

@@ -86,12 +86,12 @@ class PlanData(Value):
         PlanError
             The ring encloses no area.
         """
-        return self._mended(even_odd, ())
+        return self._with_id_in_errors(even_odd, ())
 
     @cached_property
     def free_space(self) -> Polygon | MultiPolygon:
         """The outline without the holes, metres, repaired in the same way as ``outline``."""
-        return self._mended(even_odd, self.holes) if self.holes else self.outline
+        return self._with_id_in_errors(even_odd, self.holes) if self.holes else self.outline
 
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
@@ -106,9 +106,9 @@ class PlanData(Value):
     @cached_property
     def repair(self) -> Repair | None:
         """The faults of the rings and what their repair changed; None if the rings are valid."""
-        return self._mended(repair_of, self.holes)
+        return self._with_id_in_errors(repair_of, self.holes)
 
-    def _mended(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
+    def _with_id_in_errors(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
         try:
             return how(self.verts, holes)
         except PlanError as error:

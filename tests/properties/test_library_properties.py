@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from houseexpo.analysis.navigability import navigability
-from houseexpo.analysis.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transformed
+from houseexpo.analysis.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transform
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
@@ -99,8 +99,8 @@ symmetries = st.sampled_from(sorted(SYMMETRIES))
 @given(masks, symmetries)
 @settings(deadline=None)
 def test_a_fingerprint_knows_no_symmetry(mask, symmetry):
-    np.testing.assert_array_equal(fingerprint(transformed(mask, symmetry)), fingerprint(mask))
-    assert compare(mask, transformed(mask, symmetry)).difference == 0.0
+    np.testing.assert_array_equal(fingerprint(transform(mask, symmetry)), fingerprint(mask))
+    assert compare(mask, transform(mask, symmetry)).difference == 0.0
 
 
 @given(masks, masks, symmetries)
@@ -108,7 +108,7 @@ def test_a_fingerprint_knows_no_symmetry(mask, symmetry):
 def test_difference_is_symmetric_and_never_below_the_bound(one, other, symmetry):
     difference = compare(one, other).difference
     assert compare(other, one).difference == difference
-    assert compare(one, transformed(other, symmetry)).difference == difference
+    assert compare(one, transform(other, symmetry)).difference == difference
     cells = round(difference * max(one.sum(), other.sum()))
     assert lower_bound(fingerprint(one), fingerprint(other)[None])[0] <= cells
 

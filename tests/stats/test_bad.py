@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.commands.arguments import plan_ids
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.readable import readable
+from houseexpo.dataset.readable import open_readable
 from houseexpo.errors import DatasetError
 from houseexpo.floorplan import FloorPlan, save_plan
 from stats.bad import Bad, find_bad
@@ -122,7 +122,7 @@ def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path) -> Non
 def test_where_nothing_can_be_read_it_is_said(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text("{")
     assert "none of its plans can be read: a.json: " in call("stats", tmp_path, code=2)[1]
-    with pytest.raises(DatasetError, match="none of its plans"), readable(tmp_path):
+    with pytest.raises(DatasetError, match="none of its plans"), open_readable(tmp_path):
         pass
 
 

@@ -17,8 +17,8 @@ from typing import Any, Final
 
 import pyarrow as pa
 
-from houseexpo.dataset.store.folders import look, plan_files, plan_folder, plan_stamp
-from houseexpo.dataset.store.records import broken
+from houseexpo.dataset.store.folders import file_stamp, plan_files, plan_folder, plan_stamp
+from houseexpo.dataset.store.records import damage_as_error
 from houseexpo.files import PARTIAL, cache_folder, whole_folder, write_whole
 
 VERSION: Final = "2"
@@ -132,13 +132,13 @@ def _stamp(path: Path) -> str:
     if path.is_dir():
         digest.update(plan_stamp(plan_folder(path)).encode())
     else:
-        digest.update(repr(look(path.stat())).encode())
+        digest.update(repr(file_stamp(path.stat())).encode())
     return digest.hexdigest()
 
 
 def _content(path: Path) -> str:
     digest = hashlib.sha256()
-    with broken(path):
+    with damage_as_error(path):
         if path.is_dir():
             folder = plan_folder(path)
             for name in plan_files(folder):

@@ -43,7 +43,7 @@ class Catalogue:
     def read(self, row: int) -> bytes:
         """Return the bytes of a plan's JSON as they are stored."""
         if not self._is_loose:
-            return self._unpacked(row)
+            return self._read_packed(row)
         file = plan_folder(self.path) / self._files[row]
         try:
             return file.read_bytes()
@@ -76,7 +76,7 @@ class Catalogue:
         """Return a column of numbers, NaN for plans that lack the value."""
         return np.asarray(self.table.column(name).to_numpy(zero_copy_only=False), dtype=np.float64)
 
-    def _unpacked(self, row: int) -> bytes:
+    def _read_packed(self, row: int) -> bytes:
         try:
             return bytes(self._blocks[row])
         except (pa.ArrowException, OSError, IndexError) as error:

@@ -41,7 +41,7 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
     return values
 
 
-def shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
+def connected_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
     """Return the share of the largest connected area for a disc; it is measured if the index does not record it."""
     key = f"{radius:.2f}"
     values: list[float | None] = [None] * len(rows)
@@ -83,7 +83,7 @@ def share_of_one(value: float, name: str) -> float:
     return value
 
 
-def within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
+def is_within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
     """Return whether each value lies within the limits, None for no limit; for a count, a single number is allowed."""
     low, high = _ends(limits, name)
     if low is not None and high is not None and low > high:

@@ -52,7 +52,7 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
     with closing(_Values()) as values:
         known = values.known(name)
         missing = {digest: row for digest, row in zip(digests, rows, strict=True) if digest not in known}
-        found = _computed(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
+        found = _compute(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
         for digest, value in watched(found, f"measuring {catalogue.path.name}", len(missing)):
             known[digest] = value
             values.keep(name, digest, value)
@@ -69,15 +69,15 @@ def known_values(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[A
     return [None if value is None else msgspec.json.decode(value) for value in found]
 
 
-def _computed(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int) -> Iterator[tuple[str, bytes]]:
-    work = partial(_measured, measure)
+def _compute(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int) -> Iterator[tuple[str, bytes]]:
+    work = partial(_measure_encoded, measure)
     if workers <= 1:
         yield from map(work, plans)
         return
     yield from in_processes(work, plans, workers, _CHUNK)
 
 
-def _measured(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:
+def _measure_encoded(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:
     digest, data = item
     return digest, msgspec.json.encode(measure(decode(data)))
 
@@ -89,14 +89,14 @@ class _Values:
         self._file = cache_folder() / f"derived-{VERSION}.sqlite"
         self._database: sqlite3.Connection | None = None
         self._committed = time.monotonic()
-        self._database = self._tried(lambda: _opened(self._file))
+        self._database = self._try(lambda: _open(self._file))
 
     def known(self, name: str) -> dict[str, bytes]:
         """Return the values under a name, by the plans' digests."""
         if (database := self._database) is None:
             return {}
         asked = "SELECT plan, value FROM derived WHERE name = ?"
-        return self._tried(lambda: dict(database.execute(asked, (name,)))) or {}
+        return self._try(lambda: dict(database.execute(asked, (name,)))) or {}
 
     def keep(self, name: str, digest: str, value: bytes) -> None:
         """Save a value, at once or within a few seconds (R2)."""
@@ -109,15 +109,15 @@ class _Values:
                 database.commit()
                 self._committed = time.monotonic()
 
-        self._tried(write)
+        self._try(write)
 
     def close(self) -> None:
         """Write all values that have not been written yet, and close the file."""
         if (database := self._database) is not None:
-            self._tried(database.commit)
+            self._try(database.commit)
             database.close()
 
-    def _tried(self, work: Callable[[], _T]) -> _T | None:
+    def _try(self, work: Callable[[], _T]) -> _T | None:
         """Call ``work``; if the file cannot be used (R3), return None and do not use it again."""
         try:
             return work()
@@ -131,7 +131,7 @@ class _Values:
             return None
 
 
-def _opened(file: Path) -> sqlite3.Connection:
+def _open(file: Path) -> sqlite3.Connection:
     database = sqlite3.connect(file, timeout=_TIMEOUT_S)
     try:
         database.execute(
@@ -142,7 +142,7 @@ def _opened(file: Path) -> sqlite3.Connection:
         if not _is_damaged(error):
             raise
         file.unlink(missing_ok=True)
-        return _opened(file)
+        return _open(file)
     return database
 
 

@@ -78,11 +78,11 @@ def plan_stamp(folder: Path) -> str:
     """
     names = set(plan_files(folder))
     with os.scandir(folder) as entries:
-        found = sorted((entry.name, *look(entry.stat())) for entry in entries if entry.name in names)
+        found = sorted((entry.name, *file_stamp(entry.stat())) for entry in entries if entry.name in names)
     return hashlib.sha256(repr(found).encode()).hexdigest()
 
 
-def look(found: os.stat_result) -> tuple[int, int, int]:
+def file_stamp(found: os.stat_result) -> tuple[int, int, int]:
     """Return what shows a change of a file: its size, its time, and its change time, which programs cannot set."""
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns
 

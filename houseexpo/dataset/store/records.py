@@ -56,7 +56,7 @@ def records(path: Path) -> Iterator[Record]:
     path = plans_in(path)
     read = _reader(path)
     size, count = 0, 0
-    with broken(path):
+    with damage_as_error(path):
         for count, record in enumerate(read(path), start=1):
             size += len(record.data)
             if size > MAX_BYTES or count > MAX_PLANS:
@@ -71,7 +71,7 @@ def lists(path: Path) -> dict[str, bytes]:
 
     ``splits/train.txt`` and the published ``map_id_train.txt`` are both the list "train"; the former has priority.
     """
-    with broken(path):
+    with damage_as_error(path):
         if path.suffix == ".zip":
             with zipfile.ZipFile(path) as archive:
                 inside = {info.filename: _member(path, archive, info) for info in archive.infolist() if _list(info)}
@@ -99,7 +99,7 @@ def list_name(name: str) -> str:
 
 
 @contextmanager
-def broken(path: Path) -> Iterator[None]:
+def damage_as_error(path: Path) -> Iterator[None]:
     """Convert the errors of readers of a damaged file to DatasetError."""
     try:
         yield
@@ -112,22 +112,22 @@ def broken(path: Path) -> Iterator[None]:
 
 def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
     if path.is_dir():
-        return _folder
+        return _read_folder
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
     if _is_tar(path):
-        return _tarred
+        return _read_tar
     if path.suffix == ".zip":
-        return _zipped
+        return _read_zip
     if path.name.endswith((".jsonl", ".jsonl.gz")):
-        return _lines
+        return _read_lines
     what = "if it is a plan, houseexpo.load_plan(path) opens it"
     if path.suffix != ".json":
         what = "if it is a model of a house, `houseexpo build` makes a data set of it"
     raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; {what}")
 
 
-def _folder(path: Path) -> Iterator[Record]:
+def _read_folder(path: Path) -> Iterator[Record]:
     folder = plan_folder(path)
     for name in plan_files(folder):
         file = folder / name
@@ -136,7 +136,7 @@ def _folder(path: Path) -> Iterator[Record]:
         yield Record(name, file.read_bytes())
 
 
-def _lines(path: Path) -> Iterator[Record]:
+def _read_lines(path: Path) -> Iterator[Record]:
     with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as stream:
         for number in range(1, MAX_PLANS + 2):
             line = stream.readline(MAX_PLAN_BYTES + 1)
@@ -148,14 +148,14 @@ def _lines(path: Path) -> Iterator[Record]:
                 yield Record(f"line {number}", line.rstrip(b"\r\n"))
 
 
-def _zipped(path: Path) -> Iterator[Record]:
+def _read_zip(path: Path) -> Iterator[Record]:
     with zipfile.ZipFile(path) as archive:
         for info in archive.infolist():
             if not info.is_dir() and is_plan(info.filename):
                 yield Record(info.filename, _member(path, archive, info))
 
 
-def _tarred(path: Path) -> Iterator[Record]:
+def _read_tar(path: Path) -> Iterator[Record]:
     with _tar(path) as tar:
         for member in tar:
             if member.isfile() and is_plan(member.name):

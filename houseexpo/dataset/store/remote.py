@@ -164,7 +164,7 @@ class _Server:
         headers = {"accept": "application/json", **({"if-none-match": tag} if tag else {})}
         headers |= {"authorization": f"Bearer {self._token}"} if self._token else {}
         try:
-            found = self._asked(f"/api/{quote(self.name, safe='')}{path}", headers, most_bytes)
+            found = self._request(f"/api/{quote(self.name, safe='')}{path}", headers, most_bytes)
         except (OSError, http.client.HTTPException) as error:
             what = getattr(error, "strerror", None) or str(error) or type(error).__name__
             raise DatasetError(f"{self.plain}: no answer ({what}); is houseexpo serve running there?") from None
@@ -174,18 +174,18 @@ class _Server:
             raise DatasetError(f"{self.plain}{path}: expected at most {most_bytes:,} bytes, found more")
         return found
 
-    def _asked(self, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
+    def _request(self, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
         kept = getattr(self._own, "connection", None)
         if kept is not None:
             try:
-                return _exchanged(kept, path, headers, most_bytes)
+                return _exchange(kept, path, headers, most_bytes)
             except (OSError, http.client.HTTPException):  # the server may have closed it meanwhile
                 kept.close()
         self._own.connection = self._kind(self._host, self._port, timeout=_TIMEOUT_S)
-        return _exchanged(self._own.connection, path, headers, most_bytes)
+        return _exchange(self._own.connection, path, headers, most_bytes)
 
 
-def _exchanged(connection: http.client.HTTPConnection, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
+def _exchange(connection: http.client.HTTPConnection, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
     connection.request("GET", path, headers=headers)
     with _cut_off(connection, _TIMEOUT_S):
         answer = connection.getresponse()

@@ -40,7 +40,7 @@ def write_copy(source: Path, target: Path) -> None:
     seen: dict[str, str] = {}  # the place of each plan, by its id
     blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
     with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
-        for chunk, plans, found in _measured(source):
+        for chunk, plans, found in _measure_chunks(source):
             for record in chunk:
                 if writer is not None:
                     writer.add(record.data)
@@ -53,7 +53,7 @@ def write_copy(source: Path, target: Path) -> None:
             index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
 
 
-def _measured(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], list[float]]]:
+def _measure_chunks(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], list[float]]]:
     """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
     waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:

@@ -22,7 +22,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.analysis.geodesic import shortest_way
-from houseexpo.analysis.navigability import navigability, standing_pieces, straightened
+from houseexpo.analysis.navigability import navigability, standing_pieces, straighten_walls
 from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
@@ -120,7 +120,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": [ring for wall in walls_around(straightened(plan.floor), _WALL_M) for ring in _rings(wall)],
+        "walls": [ring for wall in walls_around(straighten_walls(plan.floor), _WALL_M) for ring in _rings(wall)],
         "boxes": [
             {"label": label, "colour": colour(label), "box": list(box)}
             for label, found in plan.room_category.items()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.navigability import SPECK_M2, _Pieces, erode, navigability, straightened
+from houseexpo.analysis.navigability import SPECK_M2, _Pieces, erode, navigability, straighten_walls
 from houseexpo.analysis.passages import find_passages
 from houseexpo.floorplan import decode
 
@@ -74,7 +74,7 @@ def test_agrees_with_every_pair_looked_at(space):
 
 def test_agrees_with_every_pair_looked_at_in_published_plans(published_lines):
     for line in published_lines[:12]:
-        space = straightened(decode(line).free_space)
+        space = straighten_walls(decode(line).free_space)
         assert listed(space) == brute(space)
 
 
@@ -98,7 +98,7 @@ def stepped(space: shapely.Geometry, radius: float) -> float:
 
 def test_agrees_with_erosion_step_by_step(published_lines):
     for plan in map(decode, published_lines[:60]):
-        space = straightened(plan.free_space)
+        space = straighten_walls(plan.free_space)
         for radius in (0.1, 0.3):
             found = navigability(plan, (radius,))[f"{radius:.2f}"]
             parts = erode(space, radius)
@@ -132,7 +132,7 @@ def test_a_space_too_small_to_stand_in_has_no_pieces():
 def test_straightening_keeps_parts_and_holes():
     wall = shapely.box(1, 1, 3, 1.004)  # thinner than what is straightened
     space = shapely.union_all([shapely.box(0, 0, 4, 4) - wall, shapely.box(4.005, 0, 6, 4)])
-    found = straightened(space)
+    found = straighten_walls(space)
     assert found.is_valid
     assert shapely.get_num_geometries(found) == 2
     assert sum(len(part.interiors) for part in found.geoms) == 1
@@ -142,4 +142,4 @@ def test_straightening_takes_off_stairs_of_a_centimetre():
     x = np.arange(0.0, 3.0, 0.3)
     stairs = [(at, 0.01 * (k % 2)) for k, at in enumerate(x)]
     space = shapely.Polygon([*stairs, (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)])
-    assert len(shapely.get_coordinates(straightened(space))) < 8
+    assert len(shapely.get_coordinates(straighten_walls(space))) < 8

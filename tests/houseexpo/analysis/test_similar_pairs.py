@@ -15,7 +15,7 @@ from houseexpo.analysis.similarity import (
     crop,
     drop_duplicates,
     find_pairs,
-    transformed,
+    transform,
 )
 
 
@@ -46,7 +46,7 @@ def street(count: int, seed: int = 0) -> list[np.ndarray]:
     for _ in range(count):
         room = np.ones(rng.integers(18, 26, 2), bool)
         if found and rng.random() < 0.6:
-            room = transformed(found[rng.integers(len(found))], list(SYMMETRIES)[rng.integers(8)]).copy()
+            room = transform(found[rng.integers(len(found))], list(SYMMETRIES)[rng.integers(8)]).copy()
         row, col = rng.integers(0, len(room)), rng.integers(0, room.shape[1])
         room[row : row + rng.integers(1, 4), col : col + rng.integers(1, 6)] ^= True
         found.append(crop(np.pad(room, 1)))
@@ -57,7 +57,7 @@ def slow(one: np.ndarray, other: np.ndarray, config: Rules) -> float:
     """Paint both on a large canvas, at every position that counts."""
     best = 10**9
     for symmetry in SYMMETRIES if config.symmetries else ("identity",):
-        moved = transformed(other, symmetry)
+        moved = transform(other, symmetry)
         shifts = range(-config.shift_px, config.shift_px + 1)
         for down in {end + by for end in (0, len(one) - len(moved)) for by in shifts}:
             for right in {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in shifts}:
@@ -86,7 +86,7 @@ def test_the_symmetry_takes_the_second_onto_the_first() -> None:
     masks = [ROOM, np.rot90(ROOM)]
     [pair] = pairs(masks, Rules())
     assert pair.difference == 0.0
-    np.testing.assert_array_equal(transformed(masks[1], pair.symmetry), masks[0])
+    np.testing.assert_array_equal(transform(masks[1], pair.symmetry), masks[0])
 
 
 @pytest.mark.parametrize(("shift", "same"), [(2, True), (3, False)])

@@ -14,7 +14,7 @@ from houseexpo.analysis.similarity import (
     find_duplicates,
     fingerprint,
     lower_bound,
-    transformed,
+    transform,
 )
 from houseexpo.floorplan import decode
 
@@ -26,7 +26,7 @@ def slow_difference(one: np.ndarray, other: np.ndarray) -> float:
     fixed[60 : 60 + one.shape[0], 60 : 60 + one.shape[1]] = one
     best = np.inf
     for symmetry in SYMMETRIES:
-        moved = transformed(other, symmetry)
+        moved = transform(other, symmetry)
         rows = {end + by for end in (0, one.shape[0] - moved.shape[0]) for by in (-2, -1, 0, 1, 2)}
         cols = {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in (-2, -1, 0, 1, 2)}
         for down in rows:
@@ -56,14 +56,14 @@ def test_agrees_with_the_slow_twin_and_is_symmetric():
 def test_the_symmetry_takes_the_second_onto_the_first():
     one = blob(np.random.default_rng(5), 30, 41)
     for symmetry in SYMMETRIES:
-        match = compare(transformed(one, symmetry), one)
+        match = compare(transform(one, symmetry), one)
         assert match == (0.0, symmetry)
 
 
 def test_names_mean_what_they_say_in_the_plan():
     mask = np.zeros((3, 2), dtype=bool)  # rows are y, upwards
     mask[0, 1] = True  # the lower right
-    where = {name: np.argwhere(transformed(mask, name)).tolist()[0] for name in SYMMETRIES}
+    where = {name: np.argwhere(transform(mask, name)).tolist()[0] for name in SYMMETRIES}
     assert where["mirror_x"] == [0, 0]
     assert where["mirror_y"] == [2, 1]
     assert where["rotate_90"] == [1, 2]  # counter-clockwise: the upper right
@@ -88,7 +88,7 @@ def test_a_plan_moved_turned_or_mirrored_gives_the_same_mask_so(published_lines,
         verts = (plan.verts[:, ::-1] if swap else plan.verts) * signs + [3.33, -7.01]
         symmetry = next(n for n, (s, r, c) in SYMMETRIES.items() if (s, c, r) == (swap, signs[0] < 0, signs[1] < 0))
         moved = comparison_mask(replace(plan, verts=verts))
-        np.testing.assert_array_equal(moved, transformed(comparison_mask(plan), symmetry))
+        np.testing.assert_array_equal(moved, transform(comparison_mask(plan), symmetry))
 
 
 def test_finds_exact_moved_mirrored_and_jittered_copies(published_lines):

@@ -16,7 +16,7 @@ from houseexpo.analysis.similarity import (
     fingerprint,
     fingerprint_of,
     lower_bound,
-    transformed,
+    transform,
 )
 from houseexpo.grids.raster import edges_in_pixels, rings_of
 
@@ -35,7 +35,7 @@ def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     other = mask.copy()
     for _ in range(int(rng.integers(0, 8))):
         other[rng.integers(0, len(mask)), rng.integers(0, mask.shape[1])] ^= True
-    return crop(transformed(other, list(SYMMETRIES)[rng.integers(0, 8)]))
+    return crop(transform(other, list(SYMMETRIES)[rng.integers(0, 8)]))
 
 
 def as_cells(mask: np.ndarray) -> np.ndarray:
@@ -68,7 +68,7 @@ def test_prints_are_fingerprints() -> None:
 @pytest.mark.parametrize("symmetry", range(8))
 def test_symmetries_have_the_numbers_of_their_names(symmetry: int) -> None:
     mask = blob(np.random.default_rng(3), 12, 17)
-    expected = transformed(mask, list(SYMMETRIES)[symmetry])
+    expected = transform(mask, list(SYMMETRIES)[symmetry])
     np.testing.assert_array_equal(masks.transform_mask(as_cells(mask), symmetry), expected)
 
 
@@ -116,7 +116,7 @@ def test_the_least_difference_is_its_twins(limit: float) -> None:
 
 def fewest_apart(one: np.ndarray, other: np.ndarray, shift: int, symmetry: str) -> int:
     """The least that two masks differ by as their profiles say, wherever the second is laid."""
-    turned = transformed(other, symmetry)
+    turned = transform(other, symmetry)
     least = 0
     for axis in (0, 1):
         here, there = one.sum(axis=1 - axis), turned.sum(axis=1 - axis)

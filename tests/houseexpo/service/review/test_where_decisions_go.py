@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app as make_commands
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import FILE, Build, BuildRecord, encoded, record_build
+from houseexpo.dataset.build_record import FILE, Build, BuildRecord, encode_record, record_build
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.app import make_app
@@ -156,7 +156,7 @@ def test_what_a_record_from_elsewhere_says_is_shown_and_never_run(
     path = built(tmp_path / "houses", some_plans())
     (path / ".build").mkdir()
     hostile = Build(("s3://theirs/houses",), {"executor": "ray", "address": "10.0.0.1:6379", "config": "/etc/passwd"})
-    (path / FILE).write_bytes(encoded(BuildRecord(hostile)))
+    (path / FILE).write_bytes(encode_record(BuildRecord(hostile)))
     monkeypatch.setattr("subprocess.Popen", lambda *_, **__: pytest.fail("it was run"))
     with served(path) as client:
         found = client.get("/houses/review/build").json()
