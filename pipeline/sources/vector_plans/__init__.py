@@ -12,7 +12,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from pipeline.rejection import Rejection
+import shapely
+
+from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, single_input, slug
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
@@ -21,6 +23,8 @@ FAMILIES = ("rmf", "mjcf", "usd", "dxf", "geojson", "scene_text", "annotations",
 MANY = "tables"
 """The family whose files hold many plans: its module also has ``keys(path)``, and ``draw(path, key)``."""
 _HEAD_BYTES = 1 << 16
+_FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)
+"""What numbers beyond all measure, and shapes that cross themselves, lead geometry to."""
 
 
 class Family(Protocol):
@@ -68,8 +72,13 @@ def read(item: Input) -> Iterator[Level]:
     if family is None:  # listed, and changed since
         family = cast("Family", import_module(f"{__name__}.{FAMILIES[0]}"))
     many: Any = family
-    drawing = many.draw(path, item.key) if item.key else family.draw(path)
-    yield from levels_of(item, drawing, path, dict(item.options).get("file", path.name))
+    try:
+        drawing = many.draw(path, item.key) if item.key else family.draw(path)
+        yield from levels_of(item, drawing, path, dict(item.options).get("file", path.name))
+    except _FAULTS as error:
+        what = " ".join(str(error).split())[:120]
+        detail = f"{path.name} has numbers or parts that make no plan: {type(error).__name__}: {what}"
+        raise Rejection("source", Reason.UNREADABLE, detail, "correct it, or leave it out") from error
 
 
 def _family(path: Path, head: bytes) -> Family | None:

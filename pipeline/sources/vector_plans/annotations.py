@@ -75,7 +75,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
         lines = [np.flatnonzero(row) for row in found["planeLineMatrix"]]
         ends = [np.flatnonzero(row) for row in found["lineJunctionMatrix"]]
         planes, semantics = list(found["planes"]), list(found["semantics"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         detail = f"{path.name}: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
     if not np.isfinite(points).all():
@@ -97,7 +97,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
                 shape = _closed(sides)
                 rooms.append(room(kind if kind != "undefined" else "", shape))
                 heights.append(float(np.median([side[:, 2] for side in sides])))
-        except (KeyError, TypeError, ValueError, IndexError, StopIteration, AttributeError):
+        except (KeyError, TypeError, ValueError, OverflowError, IndexError, StopIteration, AttributeError):
             left_out.add(f"semantics {number} cannot be read")
     height = float(np.median(heights)) if heights else 0.0
     made = [hole for shape, low, top in holes if (hole := _across(shape, low - height, top - height)) is not None]
@@ -166,7 +166,7 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
 def _room(key: str, found: Any, scale: float, left_out: LeftOut) -> SourceRoom | None:
     try:
         shape = clean(np.array(found["vertices"], np.float64)[:, :2] * scale)
-    except (KeyError, TypeError, ValueError, IndexError):
+    except (KeyError, TypeError, ValueError, OverflowError, IndexError):
         shape = None
     if shape is None:
         left_out.add(f"{key[:40]} has no polygon that can be read")
@@ -182,7 +182,7 @@ def _segments(found: Any) -> Iterator[tuple[Point, Point]]:
         return
     try:
         pairs = np.array(found, np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return
     if pairs.ndim == 3 and pairs.shape[1] >= 2 and pairs.shape[2] >= 2:
         ends = pairs[:, :2, :2]

@@ -237,8 +237,10 @@ def _moved_near(storey: Storey, name: str) -> tuple[Storey, Point]:
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     if not np.isfinite([x1, y1, x2, y2]).all():
         raise Rejection("source", Reason.NOT_FINITE, f"{name} has coordinates that are not finite", "correct them")
-    if max(x2 - x1, y2 - y1) > LARGEST_M:
-        detail = f"{name} is {max(x2 - x1, y2 - y1):,.0f} m long, expected {LARGEST_M:,.0f} m at most"
+    length = max(x2 - x1, y2 - y1)
+    if length > LARGEST_M:
+        said = f"{length:,.0f}" if length < 1e9 else f"{length:.3g}"
+        detail = f"{name} is {said} m long, expected {LARGEST_M:,.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "give its scale, or leave it out")
     if max(abs(x1), abs(y1), abs(x2), abs(y2)) < NEAR_M:
         return storey, (0.0, 0.0)

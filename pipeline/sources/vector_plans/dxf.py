@@ -13,7 +13,7 @@ import io
 import math
 import re
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -61,7 +61,9 @@ def draw(path: Path) -> Drawing:
     left_out = LeftOut()
     try:
         document, _ = recover.read(io.BytesIO(path.read_bytes()))
-        found = list(_entities(document.modelspace(), document, left_out, ()))
+        found = list(_entities(document.modelspace(), document, left_out, (), count()))
+        stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
+        scale = stated or _guessed(found, path)
     except (
         DXFError,
         OSError,
@@ -70,17 +72,16 @@ def draw(path: Path) -> Drawing:
         KeyError,
         IndexError,
         AttributeError,
+        ArithmeticError,
         RecursionError,
     ) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
-    scale = stated or _guessed(found, path)
     drawn = Features()
     for kind, entity in found:
         try:
             _add(drawn, kind, entity, scale)
-        except (DXFError, ValueError, TypeError, AttributeError) as error:
+        except (DXFError, ValueError, TypeError, AttributeError, ArithmeticError) as error:
             left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
     storey = storey_of(drawn)
     if not storey.walls and not storey.rooms:
@@ -90,11 +91,16 @@ def draw(path: Path) -> Drawing:
     return Drawing("dxf", (storey,), left_out, () if stated else ("units",))
 
 
-def _entities(space: Any, document: Any, left_out: LeftOut, within: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+def _entities(
+    space: Any, document: Any, left_out: LeftOut, within: tuple[str, ...], numbers: Iterator[int]
+) -> Iterator[tuple[str, Any]]:
     """R2, R3."""
-    for number, entity in enumerate(space):
-        if number > MOST_ENTITIES:
-            raise ValueError("too many entities")
+    for entity in space:
+        if next(numbers) >= MOST_ENTITIES:
+            detail = (
+                f"the drawing has more than {MOST_ENTITIES:,} entities, blocks within blocks counted as often as drawn"
+            )
+            raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
             kind = called(str(entity.dxf.get("layer", "0"))) or (called(within[-1]) if within else "")
             if kind or entity.dxftype() in {"TEXT", "MTEXT"}:
@@ -109,7 +115,7 @@ def _entities(space: Any, document: Any, left_out: LeftOut, within: tuple[str, .
             continue
         layer = str(entity.dxf.get("layer", "0"))
         name = block if called(block) or not called(layer) else layer
-        for kind, part in _entities(entity.virtual_entities(), document, left_out, (*within, block)):
+        for kind, part in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
             yield kind or called(name), part
 
 

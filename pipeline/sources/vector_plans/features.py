@@ -21,7 +21,7 @@ from shapely import LineString, Polygon
 
 from houseexpo.plan.categories import canonical
 from pipeline.geometry.overlay import polygons_of
-from pipeline.sources.drawn_storeys import Hole, Wall, prism
+from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawn import DOOR_M, WALL_M, Point, Storey, hole_at, solid_between, strips, through
 from pipeline.values import SourceObject, SourceRoom
@@ -134,5 +134,4 @@ def ring(points: Iterable[Sequence[float]]) -> Polygon | None:
     corners = np.asarray([tuple(point[:2]) for point in points], np.float64)
     if len(corners) < 3 or not np.isfinite(corners).all():
         return None
-    shape = Polygon(corners)
-    return shape if shape.area > 1e-6 else None
+    return clean(corners)

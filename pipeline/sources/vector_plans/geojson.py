@@ -18,12 +18,15 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from pipeline.geometry.overlay import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, decode_document
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, called, storey_of
 
 LARGEST_BYTES = 1 << 28
+HIGHEST_M = 100.0
+"""An object that is said to be higher is taken for one of which nothing is said."""
 EARTH_M = 6_371_008.8
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _ADVICE = "export it again as GeoJSON"
@@ -86,7 +89,16 @@ def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
         return "", None, about
     try:
         shape = shapely.geometry.shape(feature["geometry"])
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, shapely.errors.ShapelyError):
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        OverflowError,
+        RecursionError,
+        AttributeError,
+        IndexError,
+        shapely.errors.ShapelyError,
+    ):
         return None
     coordinates = shapely.get_coordinates(shape)
     if not len(coordinates) or not np.isfinite(coordinates).all():
@@ -118,7 +130,8 @@ def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
     drawn = Features()
     for kind, shape, about in level:
         parts = list(_parts(shape))
-        areas = [part for part in parts if isinstance(part, Polygon) and part.area > 1e-6]
+        drawn_areas = [shapely.make_valid(part) for part in parts if isinstance(part, Polygon)]
+        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > 1e-6]
         lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
         edges = [(a, b) for line in lines for a, b in zip(line.coords, line.coords[1:], strict=False)]
         if kind == "wall":
@@ -136,7 +149,11 @@ def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
         elif kind == "object":
             high = about.get("height")
             drawn.objects += [
-                (str(about.get("label") or "object"), area, float(high) if isinstance(high, int | float) else 1.0)
+                (
+                    str(about.get("label") or "object"),
+                    area,
+                    float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_M else 1.0,
+                )
                 for area in areas
             ]
     return drawn

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 import trimesh
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
@@ -57,7 +58,7 @@ class _Scene:
         root = self._document(path)
         if root.tag != "mujoco":
             raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected a mujoco element", "copy it again")
-        self.roots = [root, *self._included(root)]
+        self.roots = list(self._with_included(root))
         compilers = [each for root in self.roots for each in root.iter("compiler")]
         self.degrees = not any(each.get("angle") == "radian" for each in compilers)
         self.sequence = next((each.get("eulerseq", "xyz") for each in compilers if each.get("eulerseq")), "xyz")
@@ -72,18 +73,30 @@ class _Scene:
         self._read.add(path.resolve())
         return parse_xml(path.read_bytes(), path.name)
 
-    def _included(self, root: Element) -> Iterator[Element]:
-        """R1."""
-        for each in root.iter("include"):
-            file = (self.folder / each.get("file", "")).resolve()
-            if file in self._read:
-                self.left_out.add(f"{each.get('file', '')[:80]} is included twice or by itself")
-            elif self.folder not in file.parents or not file.is_file():
-                self.left_out.add(f"{each.get('file', '')[:80]} is not in the folder of {self.path.name}")
-            else:
-                inner = self._document(file)
-                yield inner
-                yield from self._included(inner)
+    def _with_included(self, root: Element) -> Iterator[Element]:
+        """Yield the root and those of the files that it includes, R1."""
+        waiting = [root]
+        while waiting:
+            root = waiting.pop()
+            yield root
+            inner = []
+            for name in (each.get("file", "") for each in root.iter("include")):
+                file = self._beside(name)
+                if file is None:
+                    self.left_out.add(f"{name[:80]} is not in the folder of {self.path.name}")
+                elif file in self._read:
+                    self.left_out.add(f"{name[:80]} is included twice or by itself")
+                else:
+                    inner.append(self._document(file))
+            waiting += reversed(inner)
+
+    def _beside(self, name: str) -> Path | None:
+        """Return the file of this name in the folder or below it, or None if there is none."""
+        try:
+            file = (self.folder / name).resolve()
+            return file if self.folder in file.parents and file.is_file() else None
+        except (OSError, ValueError):  # no name that a file can have
+            return None
 
     def _class(self, element: Element, inherited: Mapping[str, dict[str, str]], depth: int = 0) -> None:
         own = {kind: dict(values) for kind, values in inherited.items()}
@@ -105,8 +118,12 @@ class _Scene:
         for child in element:
             if child.tag in {"body", "frame"}:
                 name = (child.get("name", ""),) if child.get("name") else ()
-                with self.left_out.part():
-                    yield from self._inside(child, at @ self._pose(child.attrib), (*name, *names), childclass)
+                try:
+                    place = at @ self._pose(child.attrib)
+                except ValueError as error:
+                    self.left_out.add(f"{child.tag} {child.get('name', '')[:60]}: {error}")
+                    continue
+                yield from self._inside(child, place, (*name, *names), childclass)
             elif child.tag in {"geom", "site"}:
                 self._count += 1
                 if self._count > MOST_GEOMS:
@@ -134,7 +151,7 @@ class _Scene:
                 made = body(called, points @ place[:3, :3].T + place[:3, 3], faces)
             else:
                 return None
-        except ValueError as error:
+        except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
             self.left_out.add(f"{child.tag} {name[:60]}: {error}")
             return None
         return made
@@ -189,8 +206,10 @@ class _Scene:
     def _from_file(
         self, element: Element, scale: npt.NDArray[np.float64]
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-        file = (self.folder / self.mesh_folder / element.get("file", "")).resolve()
-        if self.folder not in file.parents or file.suffix.lower() not in _MESHES or not file.is_file():
+        file = self._beside(
+            f"{self.mesh_folder}/{element.get('file', '')}" if self.mesh_folder else element.get("file", "")
+        )
+        if file is None or file.suffix.lower() not in _MESHES:
             raise ValueError(f"its mesh {element.get('file', '')[:80]!r} is not in the folder, or no .obj or .stl")
         if file.stat().st_size > LARGEST_MESH:
             raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")

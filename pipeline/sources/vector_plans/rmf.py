@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +43,11 @@ from pipeline.sources.vector_plans.drawn import (
 from pipeline.values import SourceRoom
 
 LARGEST_BYTES = 1 << 26
-DEEPEST = 500
-_ALIAS = re.compile(rb"(?:^|[\s\[,{:-])\*[A-Za-z0-9_]+\s*(?:[,\]}\n]|$)", re.MULTILINE)
+DEEPEST = 100
+MOST_FIDUCIALS = 100
+"""So many give the ratio of two scales as well as all of them do."""
+LARGEST = 1e12
+"""A number beyond is none that a drawing has."""
 _ADVICE = "save it again with traffic_editor"
 _SHAFT_M = 0.05
 _LIFT = "Lift"
@@ -148,12 +151,10 @@ def _document(path: Path) -> Mapping[str, Any]:
         detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BYTES >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
     data = path.read_bytes()
-    if _ALIAS.search(data):
-        raise _broken(path, "repeats a part by an alias (*name), which traffic_editor never writes")
-    if _depth(data) > DEEPEST:  # the parser's stack is the machine's
-        raise _broken(path, f"is nested more than {DEEPEST} deep")
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        document = yaml.load(data, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - a safe one
+        _check_events(yaml.parse(data, Loader=loader), path)
+        document = yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
     except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
         raise _broken(path, f"is no YAML: {' '.join(str(error).split())[:200]}") from None
     if not isinstance(document, Mapping):
@@ -161,12 +162,15 @@ def _document(path: Path) -> Mapping[str, Any]:
     return document
 
 
-def _depth(data: bytes) -> int:
-    """A bound of how deep a document is nested: by brackets, and by what its lines begin with."""
-    text = np.frombuffer(data, np.uint8)
-    steps = np.isin(text, list(b"[{")).astype(np.int64) - np.isin(text, list(b"]}"))
-    begins = max((len(match) for match in re.findall(rb"^[ \-?:\t]+", data, re.MULTILINE)), default=0)
-    return int(np.cumsum(steps).max(initial=0)) + begins
+def _check_events(events: Iterable[Any], path: Path) -> None:
+    """Refuse what would grow when it is read, or is too deep for those who walk it."""
+    depth = 0
+    for event in events:
+        if isinstance(event, yaml.AliasEvent):
+            raise _broken(path, "repeats a part by an alias (*name), which traffic_editor never writes")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise _broken(path, f"is nested more than {DEEPEST} deep")
 
 
 def _broken(path: Path, what: str) -> Rejection:
@@ -211,7 +215,7 @@ def _measured(level: Mapping[str, Any]) -> float | None:
 def _ratio(reference: Any, level: Mapping[str, Any]) -> float | None:
     """How much longer a unit of this level is than one of the reference's, by the fiducials of both."""
     ours, theirs = _fiducials(level), _fiducials(reference if isinstance(reference, Mapping) else {})
-    names = sorted(set(ours) & set(theirs))
+    names = sorted(set(ours) & set(theirs))[:MOST_FIDUCIALS]
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
     ratios = [math.dist(theirs[a], theirs[b]) / d for a, b in pairs if (d := math.dist(ours[a], ours[b])) > 0]
     return float(np.mean(ratios)) if ratios else None
@@ -283,8 +287,9 @@ def _parameter(parameters: Mapping[str, Any], name: str, default: float) -> floa
 
 
 def _number(value: Any, default: float) -> float:
-    good = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if good else default
+    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < LARGEST:
+        return default
+    return float(value)
 
 
 def _listed(value: Any) -> list[Any]:

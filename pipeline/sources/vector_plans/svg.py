@@ -167,7 +167,7 @@ def _path(text: str) -> list[npt.NDArray[np.float64]]:
     for command, rest in re.findall(r"([MLHVZmlhvz])([^MLHVZmlhvz]*)", text):
         numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
         here = rings[-1][-1] if rings and rings[-1] else (0.0, 0.0)
-        if command == "M":
+        if command == "M" or not rings:
             rings.append([])
         if command in "ML":
             rings[-1] += list(zip(numbers[::2], numbers[1::2], strict=False))

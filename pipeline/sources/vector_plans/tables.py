@@ -20,10 +20,10 @@ import math
 import pickle
 import struct
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import shapely
@@ -37,6 +37,7 @@ from pipeline.sources.vector_plans.features import Features, storey_of
 
 LARGEST_BYTES = 1 << 31
 MOST_ROWS = 10_000_000
+LARGEST_M2 = 1e7
 _ADVICE = "copy it again from the data set"
 _GEOMETRY: Final = ("geometry", "geom")
 _WALLS: Final = frozenset({"WALL", "COLUMN", "RAILING"})
@@ -60,6 +61,8 @@ _ROOMS: Final = {
     "garden": "",
     "parking": "Garage",
 }
+_COLLECTION: Final = (b"\x01\x07\x00\x00\x00", b"\x00\x00\x00\x00\x07")
+"""How a collection begins in WKB, in either order of bytes."""
 _RESPLAN_ROOMS: Final = ("living", "bedroom", "bathroom", "kitchen", "balcony", "storage", "stair", "veranda")
 
 
@@ -124,7 +127,8 @@ def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
 
 def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
     left_out, drawn = LeftOut(), Features()
-    shapes = shapely.from_wkt([row[2] for row in rows], on_invalid="ignore")
+    texts = [text if text.upper().count("COLLECTION") < 2 else "" for _, _, text in rows]  # nested ones end GEOS
+    shapes = shapely.from_wkt(texts, on_invalid="ignore")
     for number, ((kind, subtype, _), shape) in enumerate(zip(rows, shapes, strict=True)):
         areas = _areas(shape)
         if not areas:
@@ -147,7 +151,7 @@ def _resplan(found: Any, path: Path, key: str) -> Drawing:
     plan = {str(name).lower(): value for name, value in found.items()} if isinstance(found, dict) else {}
     inner = shapely.union_all(_areas(plan.get("inner"))).area
     area = plan.get("area")
-    if not isinstance(area, int | float) or not (math.isfinite(area) and area > 1) or not inner > 0:
+    if not isinstance(area, int | float) or not 1 < area < LARGEST_M2 or not inner > 0:
         detail = f"{path.name}: plan {key[:40]} has no area and inner, which give its scale"
         raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
     scale = math.sqrt(float(area) / inner)
@@ -170,16 +174,19 @@ def _areas(shape: Any) -> list[Polygon]:
 
 
 class _Shape:
-    """A geometry of shapely, from the WKB in a pickle (shapely 1: as state; shapely 2: as an argument)."""
+    """A geometry of shapely as its WKB (shapely 1: as state; shapely 2: as an argument), parsed when asked."""
 
     def __init__(self, *arguments: Any) -> None:
-        self.geometry: Any = None
-        if arguments:
-            self.__setstate__(arguments[0])
+        self.data: Any = arguments[0] if arguments else b""
 
     def __setstate__(self, state: Any) -> None:
-        if isinstance(state, bytes):
-            self.geometry = shapely.from_wkb(state, on_invalid="ignore")
+        self.data = state
+
+    @property
+    def geometry(self) -> Any:
+        """The geometry, or None if there is none. A collection is none: nested ones end GEOS."""
+        data = self.data if isinstance(self.data, bytes) else b""
+        return None if data.startswith(_COLLECTION) else shapely.from_wkb(data, on_invalid="ignore")
 
 
 class _Nothing:
@@ -208,7 +215,7 @@ class _Kind:
     """numpy's dtype, of which only its name counts."""
 
     def __init__(self, name: Any = "", *_: Any) -> None:
-        self.name = str(name)
+        self.name = name if isinstance(name, str) else ""
 
     def __setstate__(self, _: Any) -> None: ...
 
@@ -222,7 +229,42 @@ def _scalar(kind: Any, data: Any = b"") -> Any:
 
 
 class _Reader(pickle._Unpickler):  # noqa: SLF001 - the compiled one's memo can be blown up
-    """R3."""
+    """R3.
+
+    What no plan has is refused, since it can cost any time or memory: sets, byte arrays of an announced length, and
+    keys of a mapping that hold more than names and numbers (the hash of a tuple of tuples takes no end).
+    """
+
+    dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)  # noqa: SLF001
+
+    def _refuse(self) -> None:
+        raise pickle.UnpicklingError("it has a set or a byte array, which no plan needs")
+
+    for _code in (pickle.EMPTY_SET, pickle.ADDITEMS, pickle.FROZENSET, pickle.BYTEARRAY8):
+        dispatch[_code[0]] = _refuse
+
+    def _check_keys(self, keys: Sequence[Any]) -> None:
+        flat = [part for key in keys for part in (key if isinstance(key, tuple) else (key,))]
+        if any(isinstance(part, tuple) or (isinstance(part, int) and part.bit_length() > 64) for part in flat):
+            raise pickle.UnpicklingError("it has a mapping whose keys are no names or numbers")
+
+    def load_setitem(self) -> None:
+        """Put one pair into a mapping."""
+        self._check_keys(self.stack[-2:-1])  # type: ignore[attr-defined]
+        super().load_setitem()  # type: ignore[misc]
+
+    def load_setitems(self) -> None:
+        """Put pairs into a mapping."""
+        self._check_keys(self.stack[::2])  # type: ignore[attr-defined]
+        super().load_setitems()  # type: ignore[misc]
+
+    def load_dict(self) -> None:
+        """Make a mapping of pairs."""
+        self._check_keys(self.stack[::2])  # type: ignore[attr-defined]
+        super().load_dict()  # type: ignore[misc]
+
+    dispatch[pickle.SETITEM[0]], dispatch[pickle.SETITEMS[0]] = load_setitem, load_setitems
+    dispatch[pickle.DICT[0]] = load_dict
 
     def find_class(self, module: str, name: str) -> Any:
         """Return what stands for a name; raise UnpicklingError for any that is not listed."""
@@ -242,11 +284,10 @@ class _Reader(pickle._Unpickler):  # noqa: SLF001 - the compiled one's memo can 
 
 def _pickled(path: Path) -> dict[str, Any]:
     try:
-        found = _Reader(io.BytesIO(path.read_bytes())).load()
+        return dict(_named(_Reader(io.BytesIO(path.read_bytes())).load()))
     except Exception as error:  # noqa: BLE001 - broken bytes lead the reader to any
         detail = f"{path.name} is not read: {str(error)[:160] or type(error).__name__}"
         raise Rejection("source", Reason.UNREADABLE, detail, "take it from the data set itself") from None
-    return dict(_named(found))
 
 
 def _named(found: Any) -> Iterator[tuple[str, Any]]:

@@ -12,7 +12,7 @@ R2  A scene in which no prim is called a wall or a room is refused with that rea
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, st
 from pipeline.sources.vector_plans.drawn import Drawing
 
 MOST_FACES = 20_000_000
+MOST_PRIMS = 1_000_000
 MOST_LAYERS = 20_000
 _LAYERS = (".usd", ".usda", ".usdc")
 _ADVICE = "export the scene again, with all its layers beside it"
@@ -82,7 +83,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
         layer = sdf.Layer.OpenAsAnonymous(str(file))
         if layer is None:
             raise ValueError(file.name)
-        for asset in sorted(layer.GetCompositionAssetDependencies()):
+        for asset in sorted(filter(None, layer.GetCompositionAssetDependencies())):  # "" is the layer itself
             inner = (file.parent / asset).resolve()
             report(inner)
             if ":" in asset or folder not in inner.parents or not inner.is_file():
@@ -99,7 +100,10 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) 
     metres = float(geometry.GetStageMetersPerUnit(stage)) if geometry.StageHasAuthoredMetersPerUnit(stage) else 0.01
     z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
     cache, count = geometry.XformCache(), 0
-    for prim in stage.Traverse(usd.TraverseInstanceProxies()):
+    for number, prim in enumerate(stage.Traverse(usd.TraverseInstanceProxies())):
+        if number >= MOST_PRIMS:
+            detail = f"{path.name} has more than {MOST_PRIMS:,} prims, instances counted as often as they stand"
+            raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if not (prim.IsA(geometry.Mesh) or prim.IsA(geometry.Cube)):
             continue
         if str(geometry.Imageable(prim).ComputeVisibility()) == "invisible":
@@ -150,9 +154,10 @@ def _label(prim: Any) -> tuple[str, tuple[str, ...]]:
         for attribute in each.GetAuthoredAttributes():
             if _LABEL.fullmatch(attribute.GetName()):
                 value = attribute.Get()
-                text = value if isinstance(value, str) else next(iter(value or ()), "")
+                listed = [value] if isinstance(value, str) else value if isinstance(value, Iterable) else ()
+                text = next((each for each in listed if isinstance(each, str)), "")
                 words = each.GetAttribute("houseexpo:words")
                 said = tuple(str(word) for word in (words.Get() or ())) if words else ()
-                return str(text), said
+                return text, said
         each = each.GetParent()
     return "", ()
