@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from houseexpo.configuration import config_from, mapping_from, read_config, typed
+from houseexpo.configuration import config_from, mapping_from, read_config, read_toml, typed
 from houseexpo.errors import ConfigError
 
 
@@ -67,3 +67,11 @@ def test_types_are_checked_on_request(tmp_path):
     file.write_text("side_m =")
     with pytest.raises(ConfigError, match=r"square.toml: expected TOML, found"):
         read_config(Square, file)
+
+
+@pytest.mark.parametrize("text", ["a = " + "9" * 5000, "a = " + "[" * 5000, 'a = "\\uD800"', "\x00"])
+def test_what_no_toml_reader_takes_is_refused_by_name(tmp_path, text):
+    file = tmp_path / "a.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=r"a\.toml: expected TOML"):
+        read_toml(file)

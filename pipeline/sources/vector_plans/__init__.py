@@ -15,7 +15,7 @@ from typing import Any, Protocol, cast
 import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import check_file, single_input, slug
+from pipeline.sources.files import base_id, check_file, single_input, slug
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 
@@ -59,7 +59,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     except Rejection:
         keys = [""]
     for key in keys or [""]:
-        yield replace(single, id=f"{single.id}_{slug(key)}" if key else single.id, key=key)
+        yield replace(single, id=base_id(f"{single.id}_{slug(key)}") if key else single.id, key=key)
 
 
 def read(item: Input) -> Iterator[Level]:

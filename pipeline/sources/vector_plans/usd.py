@@ -142,7 +142,11 @@ def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:
     points = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
-    if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(points)):
+    if (
+        (counts < 0).any()
+        or counts.sum() != len(corners)
+        or (len(corners) and not 0 <= corners.min() <= corners.max() < len(points))
+    ):
         raise ValueError("its faces name vertices that it does not have")
     return points, triangulate_polygons(points, corners, counts)[0]
 

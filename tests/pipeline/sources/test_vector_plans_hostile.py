@@ -184,3 +184,22 @@ def test_fiducials_without_number(tmp_path):
     second = f"  L2:\n    vertices: []\n    walls: []\n    fiducials: [{many}]\n"
     text = RMF.format(head="", x=1) + f"    fiducials: [{many}]\n{second}"
     assert len(levels(tmp_path / "a.building.yaml", text)) == 1
+
+
+def test_a_long_name_in_a_table_gives_an_id_that_a_plan_can_have(tmp_path):
+    text = f'floor_id,entity_type,entity_subtype,geometry\n{"z" * 5000},separator,WALL,"POINT(0 0)"\n'
+    (tmp_path / "a.csv").write_text(text)
+    (item,) = find(str(tmp_path / "a.csv"))
+    assert len(item.id) <= 180
+
+
+def test_usd_faces_with_fewer_corners_than_none(tmp_path):
+    pytest.importorskip("pxr")
+    mesh = """def Mesh "wall_9" {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+    int[] faceVertexCounts = [2147483647, -2147483644]
+    int[] faceVertexIndices = [0, 1, 2]
+}
+"""
+    (level,) = levels(tmp_path / "a.usda", USD + mesh)
+    assert "wall_9" in level.provenance["left_out"]
