@@ -14,17 +14,18 @@ from houseexpo.commands.app import PANELS, make_app, panel_of
 PAGE = Path(__file__).with_name("commands.md")
 HEAD = """# Commands
 
-`houseexpo COMMAND --help` shows the same. `-v` says what is done, `-vv` more; `-q` says errors only.
-`houseexpo --install-completion` has the shell complete commands, options, formats and policies.
+This page lists all commands and options. `houseexpo COMMAND --help` shows the same. With `-v` a command reports what it
+does, with `-vv` in more detail; with `-q` it prints errors only. After `houseexpo --install-completion`, your shell
+completes commands, options, formats and policies.
 
 | exit code | meaning |
 |---|---|
-| 0 | all is well |
-| 1 | something was found: a fault, a rejection, plans that were left out |
-| 2 | the command cannot be run as it is typed |
-| 3 | a passing fault, such as a full disk, kept some of it from being done: run it again |
+| 0 | success |
+| 1 | the command worked, and found a fault: a rejection, a damaged file, plans that were left out |
+| 2 | the command cannot be carried out; the message says why |
+| 3 | a transient fault, such as a full disk, kept some of the work from being done; run the command again |
 | 4 | nothing became a plan |
-| 130 | it was interrupted |
+| 130 | the command was interrupted (Ctrl-C) |
 """
 
 

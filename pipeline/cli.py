@@ -28,42 +28,50 @@ _RUN = "How the work is done"
 _Config = Annotated[
     Path | None,
     typer.Option(
-        help="Manifest: sources and parameters, a TOML file; or one that comes with houseexpo, by its name: demo.",
+        help="Manifest with sources and parameters: a TOML file, or the name of one in houseexpo, such as demo.",
         show_default=False,
         callback=named_manifest,
     ),
 ]
 _Overrides = Annotated[
     Path | None,
-    typer.Option(help="Corrections by hand.", rich_help_panel=_PLANS, show_default="overrides.toml beside --config"),
+    typer.Option(
+        help="TOML file with corrections of single houses.",
+        rich_help_panel=_PLANS,
+        show_default="overrides.toml beside --config",
+    ),
 ]
 _Seed = Annotated[
     int | None,
-    typer.Option(min=0, help="Seed of all that is drawn at random.", rich_help_panel=_PLANS, show_default="0"),
+    typer.Option(min=0, help="Random seed.", rich_help_panel=_PLANS, show_default="0"),
 ]
 _Up = Annotated[Up | None, typer.Option(help="Up axis of mesh files.", rich_help_panel=_FILES, show_default="auto")]
 _Units = Annotated[
     str | None,
     typer.Option(
-        help="Units of mesh files: m, cm, mm, in, ft, or metres in a unit.", rich_help_panel=_FILES, show_default="auto"
+        help="Unit of mesh files: m, cm, mm, in, ft, or its length in metres.",
+        rich_help_panel=_FILES,
+        show_default="auto",
     ),
 ]
 _Scale = Annotated[
-    float | None, typer.Option(help="Scale of model houses: 20 for 1:20.", rich_help_panel=_FILES, show_default="1")
+    float | None, typer.Option(help="Scale of a model: 20 for 1:20.", rich_help_panel=_FILES, show_default="1")
 ]
 _StoreyHeight = Annotated[
     float | None,
     typer.Option(
-        help="Height of a storey in metres; the scale follows from it.", rich_help_panel=_FILES, show_default=False
+        help="Height of a storey in metres, from which the scale is computed.",
+        rich_help_panel=_FILES,
+        show_default=False,
     ),
 ]
 _ModelPath = Annotated[
     str | None,
-    typer.Option(help="Folders with Gazebo models, divided as in PATH.", rich_help_panel=_FILES, show_default=False),
+    typer.Option(help="Folders with Gazebo models, separated as in PATH.", rich_help_panel=_FILES, show_default=False),
 ]
 _Furniture = Annotated[
     bool | None,
-    typer.Option("--furniture/--no-furniture", help="Furniture is an obstacle too.", rich_help_panel=_PLANS),
+    typer.Option("--furniture/--no-furniture", help="Treat furniture as an obstacle.", rich_help_panel=_PLANS),
 ]
 
 
@@ -75,7 +83,9 @@ _KeepStages = Annotated[
 ]
 _MinQuality = Annotated[
     float | None,
-    typer.Option(min=0, max=1, help="Reject plans less sure than this.", rich_help_panel=_PLANS, show_default="0"),
+    typer.Option(
+        min=0, max=1, help="Reject plans with a lower quality, from 0 to 1.", rich_help_panel=_PLANS, show_default="0"
+    ),
 ]
 
 
@@ -84,28 +94,28 @@ def build(
         list[str] | None,
         typer.Argument(
             metavar="SOURCE",
-            help="A mesh, an IFC file, a folder of such files, a SUNCG root, or procedural:COUNT for homes that "
-            "are made; with --verify, a data set.",
+            help="A mesh, an IFC file, a folder of such files, a SUNCG root, or procedural:COUNT for made homes; "
+            "with --verify, a data set.",
             show_default=False,
         ),
     ] = None,
     out: Annotated[
-        str | None, typer.Option(help="The data set folder; a path, s3://... or gs://...", show_default=False)
+        str | None, typer.Option(help="Folder of the data set: a path, s3://... or gs://...", show_default=False)
     ] = None,
     config: _Config = None,
     overrides: Annotated[
         Path | None,
         typer.Option(
-            help="Corrections by hand.",
+            help="TOML file with corrections of single houses.",
             rich_help_panel=_PLANS,
             show_default="overrides.toml beside --config, and in OUT",
         ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes.", rich_help_panel=_RUN, show_default="one a core")
+        int | None, typer.Option(min=1, help="Number of processes.", rich_help_panel=_RUN, show_default="one per core")
     ] = None,
     limit: Annotated[
-        int | None, typer.Option(min=1, help="Take the first N inputs only.", rich_help_panel=_RUN, show_default=False)
+        int | None, typer.Option(min=1, help="Build only the first N inputs.", rich_help_panel=_RUN, show_default=False)
     ] = None,
     seed: _Seed = None,
     up: _Up = None,
@@ -114,28 +124,35 @@ def build(
     storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
     add: Annotated[
-        bool, typer.Option("--add", help="Keep plans of other sources that OUT holds.", rich_help_panel=_FOLDER)
+        bool, typer.Option("--add", help="Keep plans of other sources in OUT.", rich_help_panel=_FOLDER)
     ] = False,
     replace_others: Annotated[
-        bool, typer.Option("--replace", help="Remove what else OUT holds of builds.", rich_help_panel=_FOLDER)
+        bool, typer.Option("--replace", help="Remove plans of other builds from OUT.", rich_help_panel=_FOLDER)
     ] = False,
     model_path: _ModelPath = None,
     min_quality: _MinQuality = None,
     keep_stages: _KeepStages = None,
     rehash: Annotated[
-        bool, typer.Option("--rehash", help="Read all inputs to see whether they changed.", rich_help_panel=_FOLDER)
+        bool,
+        typer.Option(
+            "--rehash", help="Read all inputs again to see whether they have changed.", rich_help_panel=_FOLDER
+        ),
     ] = False,
     verify: Annotated[
-        bool, typer.Option("--verify", help="Check the hashes of a data set; build nothing.", rich_help_panel=_FOLDER)
+        bool,
+        typer.Option("--verify", help="Check the hashes of a data set, and build nothing.", rich_help_panel=_FOLDER),
     ] = False,
     shard: Annotated[
         str | None,
         typer.Option(
-            help="Do one part of N: 7/256; houseexpo assemble ends it.", rich_help_panel=_RUN, show_default=False
+            help="Build one of N parts, such as 7/256; then run houseexpo assemble.",
+            rich_help_panel=_RUN,
+            show_default=False,
         ),
     ] = None,
     executor: Annotated[
-        Literal["local", "ray"], typer.Option(help="local: this machine; ray: a Ray cluster.", rich_help_panel=_RUN)
+        Literal["local", "ray"],
+        typer.Option(help="Where to run: on this machine, or on a Ray cluster.", rich_help_panel=_RUN),
     ] = "local",
     address: Annotated[
         str | None, typer.Option(help="Address of a Ray cluster.", rich_help_panel=_RUN, show_default=False)
@@ -145,21 +162,23 @@ def build(
 
     Every input ends as a plan, a rejection with its reason, or a duplicate.
 
-    A build that was interrupted goes on where it stopped. Ends with 4 if nothing became a plan.
+    An interrupted build continues where it stopped. The exit code is 4 if nothing became a plan.
     """
     if verify:
         verify_all([*(sources or ()), *([out] if out else [])])
         return
     if out is None:
-        raise typer.BadParameter("missing; name the data set folder", param_hint="--out")
+        raise typer.BadParameter("missing; expected the folder of the data set", param_hint="--out")
     if printable(out) != out:
-        raise typer.BadParameter("its name is no UTF-8; choose another", param_hint="--out")
+        raise typer.BadParameter("expected a name in UTF-8; choose another folder", param_hint="--out")
     if add and replace_others:
         raise typer.BadParameter("expected --add or --replace, found both")
     if (add or replace_others) and (shard or "://" in out):
-        raise typer.BadParameter("--add and --replace are for a build into a folder as a whole; choose another --out")
+        raise typer.BadParameter(
+            "--add and --replace work only for a whole build into a folder; leave them out, or choose another --out"
+        )
     if address is not None and executor != "ray":
-        raise typer.BadParameter("is for --executor ray", param_hint="--address")
+        raise typer.BadParameter("expected only with --executor ray", param_hint="--address")
     given = {
         "sources": tuple(sources or ()),
         "limit": limit,
@@ -187,12 +206,12 @@ def build(
 
 
 def inspect(
-    source: Annotated[str, typer.Argument(help="A house or a folder of houses, as build takes them.")],
+    source: Annotated[str, typer.Argument(help="A house or a folder of houses, as for build.")],
     out: Annotated[Path, typer.Option(help="Folder for the pictures.", show_default=False)],
     id_: Annotated[
-        str | None, typer.Option("--id", help="Which house or level, by its id.", show_default="the first house")
+        str | None, typer.Option("--id", help="Id of the house or level.", show_default="the first house")
     ] = None,
-    level: Annotated[int, typer.Option(min=0, help="Which level, counted from the lowest.")] = 0,
+    level: Annotated[int, typer.Option(min=0, help="Number of the level; 0 is the lowest.")] = 0,
     config: _Config = None,
     overrides: _Overrides = None,
     seed: _Seed = None,
@@ -202,11 +221,11 @@ def inspect(
     storey_height: _StoreyHeight = None,
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
+    replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
 ) -> None:
-    """Show what each stage makes of one house: a PNG for each, and all on one sheet.
+    """Draw each stage of one house: a PNG for each stage, and a sheet with all of them.
 
-    Ends with 1 where the house is rejected.
+    The exit code is 1 if the house is rejected.
     """
     from pipeline.inspection import inspect_house
     from pipeline.overrides import load_overrides

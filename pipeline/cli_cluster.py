@@ -17,12 +17,15 @@ _NAMED = 8
 
 
 def assemble(
-    dataset: Annotated[str, typer.Argument(metavar="DATASET", help="Where the shards were built: a path or a URL.")],
+    dataset: Annotated[
+        str, typer.Argument(metavar="DATASET", help="Folder in which the shards were built: a path or a URL.")
+    ],
     partial: Annotated[
-        bool, typer.Option("--partial", help="Leave out what is not done; without this, nothing is written then.")
+        bool,
+        typer.Option("--partial", help="Leave out houses that are not done, instead of ending without a data set."),
     ] = False,
 ) -> None:
-    """Put a data set together from the plans of its shards: duplicates, index, statistics, manifest.
+    """Assemble a data set from the plans of its shards: drop duplicates, write index, statistics and manifest.
 
     Ends with 3 if houses are not done yet, and says which; with 4 if nothing became a plan.
     """
@@ -34,24 +37,28 @@ def assemble(
 
 def slurm(
     manifest: Annotated[
-        Path, typer.Argument(metavar="MANIFEST", help="What to build: a TOML file.", callback=named_manifest)
+        Path, typer.Argument(metavar="MANIFEST", help="Manifest of the build: a TOML file.", callback=named_manifest)
     ],
-    shards: Annotated[int, typer.Option(min=1, help="How many parts.")],
-    out: Annotated[str, typer.Option(help="The data set folder; a path that all nodes share, s3://... or gs://...")],
+    shards: Annotated[int, typer.Option(min=1, help="Number of shards.")],
+    out: Annotated[str, typer.Option(help="Folder of the data set: a path that all nodes share, s3://... or gs://...")],
     partition: Annotated[str | None, typer.Option(help="Partition of the cluster.", show_default=False)] = None,
-    time: Annotated[str | None, typer.Option(help="Time of a task, as 04:00:00.", show_default=False)] = None,
-    memory: Annotated[str | None, typer.Option(help="Memory of a task, as 8G.", show_default=False)] = None,
-    cores: Annotated[int, typer.Option(min=1, help="Cores of a task.")] = 1,
+    time: Annotated[
+        str | None, typer.Option(help="Time limit of a task, such as 04:00:00.", show_default=False)
+    ] = None,
+    memory: Annotated[str | None, typer.Option(help="Memory of a task, such as 8G.", show_default=False)] = None,
+    cores: Annotated[int, typer.Option(min=1, help="Number of cores of a task.")] = 1,
     limit: Annotated[
         int | None,
-        typer.Option("--array-limit", min=1, help="Tasks of an array.", show_default="as the cluster has it"),
+        typer.Option(
+            "--array-limit", min=1, help="Largest number of tasks in an array.", show_default="the limit of the cluster"
+        ),
     ] = None,
     scripts: Annotated[
         Path | None, typer.Option(help="Folder for scripts and logs.", show_default="OUT/.build/slurm")
     ] = None,
-    submit: Annotated[bool, typer.Option("--submit", help="Submit them, too.")] = False,
+    submit: Annotated[bool, typer.Option("--submit", help="Also submit the jobs.")] = False,
 ) -> None:
-    """Write the scripts that have a Slurm cluster build a data set in shards, and then assemble it.
+    """Write scripts with which a Slurm cluster builds a data set in shards and assembles it.
 
     Run again, it takes up only the shards that are not done and not in the queue.
     """

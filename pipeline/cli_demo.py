@@ -15,14 +15,18 @@ _SEED: Final = 2019
 
 
 def demo(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put it.", show_default="here")] = Path(),
-    plans: Annotated[int, typer.Option(min=0, help="How many homes to make and build, into plans/demo.")] = PLANS,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.", show_default="one a core")] = None,
-    replace: Annotated[bool, typer.Option("--replace", help="Write over files that houseexpo did not write.")] = False,
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Folder to write to.", show_default="the current folder")
+    ] = Path(),
+    plans: Annotated[int, typer.Option(min=0, help="Number of homes to make and build in plans/demo.")] = PLANS,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
 ) -> None:
-    """Write example houses, and build plans of made homes: what the pages use.
+    """Write the example houses of the documentation, and build plans of made homes.
 
-    Writes house.glb, house.ifc, houses/, houses.toml and corrections.toml, and builds plans/demo where it is absent.
+    Writes house.glb, house.ifc, houses/, houses.toml and corrections.toml. Builds plans/demo if it does not exist.
     """
     from houseexpo.commands.printing import console
     from houseexpo.outputs import Output
@@ -38,7 +42,11 @@ def demo(
     print_to = console()
     print_to.print(f"{folder / 'house.glb'}, {folder / 'house.ifc'}: two houses", highlight=False, soft_wrap=True)
     print_to.print(f"{folder / 'houses'}: houses in seven formats", highlight=False, soft_wrap=True)
-    print_to.print(f"{folder / 'houses.toml'}, {folder / 'corrections.toml'}", highlight=False, soft_wrap=True)
+    print_to.print(
+        f"{folder / 'houses.toml'}, {folder / 'corrections.toml'}: a manifest, and corrections of one house",
+        highlight=False,
+        soft_wrap=True,
+    )
     target = folder / "plans" / "demo"
     if plans and not target.exists():
         from houseexpo.dataset import open_dataset

@@ -43,9 +43,9 @@ class Shown:
     houses: int
 
     def __str__(self) -> str:
-        place = "the first" if self.number == 0 else f"number {self.number + 1}"
-        house = f"house {self.house}" + (f", {place} of {self.houses}" if self.houses > 1 else "")
-        return f"{self.id}: {house}; level {self.level} of {self.levels}, counted from 0"
+        house = f"; house {self.number + 1} of {self.houses}: {self.house}" if self.houses > 1 else ""
+        level = f"level {self.level} of {self.levels}, the lowest is 0" if self.levels > 1 else "the only level"
+        return f"{self.id}: {level}{house}"
 
 
 @dataclass(frozen=True)

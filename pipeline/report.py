@@ -54,7 +54,7 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
         Show tables of rules and times too (R3).
     """
     if data_set.unchanged:
-        printed.print("nothing to do: the data set stands as its inputs are", highlight=False)
+        printed.print("nothing to do: the data set is up to date", highlight=False)
     printed.print(headline(data_set.stats), style="bold", highlight=False)
     if (line := means_line(rows)) is not None:
         printed.print(line, highlight=False)
@@ -75,7 +75,7 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
         if len(data_set.entries) > 1 and not data_set.unchanged:
             printed.print(longest_table(data_set))
     if data_set.not_done:
-        again = f"not done yet: {data_set.not_done}; build again when what kept them from it has passed"
+        again = f"not done yet: {data_set.not_done}; run the build again when the cause is gone"
         printed.print(again, style="yellow", highlight=False, soft_wrap=True)
     printed.print()
     for what, where in places(data_set, out):
@@ -102,7 +102,7 @@ def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
     if len(rows) < 2:
         return None
     rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("room_num", "n_doors", "area"))
-    return f"{rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m2 a plan, in the mean"
+    return f"on average {rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m2 per plan"
 
 
 def plans_table(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> Table:
@@ -156,7 +156,7 @@ def places(data_set: DataSet, out: str) -> Iterator[tuple[str, Text]]:
     """Yield where the results are, and what to run next."""
     yield "data set", Text(out)
     yield "pictures", Text(f"{out}/.build/pictures")
-    doubtful = f"  (first the doubtful plans: quality below {SURE:g})" if data_set.stats["outcomes"]["doubtful"] else ""
+    doubtful = f"  (doubtful plans first: quality below {SURE:g})" if data_set.stats["outcomes"]["doubtful"] else ""
     yield "report", Text.assemble(f"{out}/.build/report.html", (doubtful, "yellow"))
     for number, command in enumerate(next_commands(data_set, out)):
         yield "" if number else "next", Text(command, "cyan")

@@ -107,7 +107,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     state, before = parts.state(), folder.finished()
     if before is not None and before.state == state and _stands(folder, before):
         return _as_it_was(parts, before)
-    progress("putting together", 0, 1)
+    progress("assembling", 0, 1)
     plans, refused = _settled(parts.entries)
     kept = _stored(parts, plans)
     dropped = _dropped(parts, kept)
@@ -131,7 +131,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     sync_folder(folder.root)
     others = {name: folder.described(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**published.written, **others}))
-    progress("putting together", 1, 1)
+    progress("assembling", 1, 1)
     not_done = stats["outcomes"]["not_done"]
     return DataSet(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
 

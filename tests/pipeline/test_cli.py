@@ -151,7 +151,7 @@ def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(house
 
 def test_what_is_built_is_said_once(houses: Path, tmp_path: Path) -> None:
     said = runner.invoke(make_app(), ["build", str(houses), "--out", str(tmp_path / "out"), "--workers", "1"]).output
-    assert said.count("in the mean") == 1
+    assert said.count("on average") == 1
     assert "Labels" not in said  # those are the business of `houseexpo stats`
 
 

@@ -72,10 +72,10 @@ def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
     one_room(tmp_path / "street" / "villa.ply")
     code, said, _ = inspect(tmp_path / "street" / "villa.ply", tmp_path / "out")
     assert code == 0
-    assert "street_villa: house street_villa; level 0 of 1, counted from 0" in said
+    assert "street_villa: the only level" in said
     one_room(tmp_path / "street" / "annexe.ply")
     _, said, _ = inspect(tmp_path / "street", tmp_path / "out")
-    assert "annexe: house annexe, the first of 2; level 0 of 1" in said
+    assert "annexe: the only level; house 1 of 2: annexe" in said
 
 
 def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:

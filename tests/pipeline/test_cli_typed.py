@@ -62,7 +62,9 @@ def test_overrides_count_where_a_house_is_inspected(street: Path, tmp_path: Path
 
 
 def test_inspect_takes_the_house_of_an_id(street: Path, tmp_path: Path) -> None:
-    assert "villa: house villa, number 2 of 2" in call("inspect", street, "--id", "villa", "--out", tmp_path / "out")
+    assert "villa: the only level; house 2 of 2: villa" in call(
+        "inspect", street, "--id", "villa", "--out", tmp_path / "out"
+    )
     assert "the nearest is 'villa'" in call("inspect", street, "--id", "vila", "--out", tmp_path / "out", code=2)
 
 
@@ -108,8 +110,8 @@ def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(st
     ("rooms", "area_m2", "said"),
     [
         (1, 11990.0, "1 room of 11,990 m2"),
-        (4, 2800.0, "4 rooms of 700 m2 in the mean"),
-        (5, 6.0, "5 rooms of 1.2 m2 in the mean"),
+        (4, 2800.0, "4 rooms of 700 m2 on average"),
+        (5, 6.0, "5 rooms of 1.2 m2 on average"),
         (0, 900.0, "1 room of 900 m2"),
         (1, 400.0, ""),
         (9, 90.0, ""),
