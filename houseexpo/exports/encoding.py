@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from houseexpo.errors import ConfigError
@@ -14,6 +15,14 @@ if TYPE_CHECKING:
 
 Files: TypeAlias = dict[str, bytes]
 """The content of each file, by its name in the output folder."""
+
+
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def plain(text: str) -> str:
+    """Return a text without what no XML and no UTF-8 can hold: control characters and halves of surrogate pairs."""
+    return _NO_XML.sub("\ufffd", text)
 
 
 def number(value: float) -> str:
@@ -41,7 +50,9 @@ def pixels_per_metre(resolution: float) -> float:
 
 def compact_json(value: Any) -> bytes:
     """Return a value as JSON in UTF-8 on one line, with a final newline."""
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    return (
+        json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode("utf-8", "replace") + b"\n"
+    )
 
 
 def image(pixels: npt.NDArray[np.uint8], kind: str) -> bytes:

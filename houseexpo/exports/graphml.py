@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import io
-import re
 from typing import Any
 
-from houseexpo.exports.encoding import Files
+from houseexpo.exports.encoding import Files, plain
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.floorplan import FloorPlan
-
-_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 cannot represent, escaped or not."""
 
 
 def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
@@ -33,7 +29,7 @@ def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
         if "position" in data:
             data["x"], data["y"] = (round(float(value), 4) for value in data.pop("position"))
         if isinstance(data.get("label"), str):
-            data["label"] = _NO_XML.sub("\ufffd", data["label"])
+            data["label"] = plain(data["label"])
     stream = io.BytesIO()
     nx.write_graphml_xml(graph, stream, named_key_ids=True)
     return {f"{plan.id}.graphml": stream.getvalue() + b"\n"}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.errors import MissingDependencyError, installing
-from houseexpo.exports.encoding import Files
+from houseexpo.exports.encoding import Files, plain
 from houseexpo.exports.mesh import FLOOR_M
 from houseexpo.exports.openings import Passage, passages
 from houseexpo.exports.orientation import Orientation
@@ -120,7 +120,7 @@ class _Writer:
             self._aggregate("spaces", storey, spaces)
         elements = [*self._walls(built, doors), self._slab(built)]
         elements += [
-            self._element("IfcFurniture", f"object {thing.id}", thing.label, thing.polygon, 0.0, thing.height)
+            self._element("IfcFurniture", f"object {thing.id}", plain(thing.label), thing.polygon, 0.0, thing.height)
             for thing in built.furniture
             if thing.height > 0
         ]
@@ -163,7 +163,7 @@ class _Writer:
 
     def _space(self, room: Room, built: Solid) -> Any:
         space = self._element("IfcSpace", f"room {room.id}", str(room.id), room.polygon, 0.0, built.wall_height)
-        space.LongName = next(iter(room.source_labels), room.label)
+        space.LongName = plain(next(iter(room.source_labels), room.label))
         space.ObjectType = room.label
         space.CompositionType, space.PredefinedType = "ELEMENT", "INTERNAL"
         return space

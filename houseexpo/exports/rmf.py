@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import Files
+from houseexpo.exports.encoding import Files, plain
 from houseexpo.exports.openings import Passage, passages
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.polygons import trapezoids
@@ -64,7 +64,7 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         word = room.label if room.label != UNLABELLED else next(iter(room.source_labels), "")
         at = shapely.point_on_surface(room.polygon)
         if word:
-            sheet.name(word.replace("_", " "), (at.x, at.y))
+            sheet.name(plain(word.replace("_", " ")), (at.x, at.y))
     level["vertices"] = sheet.vertices
     building = {
         "coordinate_system": "reference_image",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import shapely
 
-from houseexpo.exports.encoding import Files, numbers
+from houseexpo.exports.encoding import Files, numbers, plain
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
@@ -75,7 +75,7 @@ def _furniture(built: Solid) -> Iterator[_Piece]:
     for thing in built.furniture:
         rings = trapezoids(thing.polygon) if thing.height > 0 else []
         for i, ring in enumerate(rings):
-            name = f"{thing.label.replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
+            name = f"{plain(thing.label).replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
             yield _Piece(name, _FURNITURE, ring, 0.0, thing.height)
 
 

@@ -10,7 +10,7 @@ import shapely
 
 from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.scene import FURNITURE
-from houseexpo.exports.encoding import Files, number
+from houseexpo.exports.encoding import Files, number, plain
 from houseexpo.exports.openings import passages
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
@@ -54,7 +54,7 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
 
 def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[str]:
     paths = [
-        f'<path fill="{fill}" fill-rule="evenodd" d="{_path(shape)}"><title>{escape(title)}</title></path>'
+        f'<path fill="{fill}" fill-rule="evenodd" d="{_path(shape)}"><title>{escape(plain(title))}</title></path>'
         for shape, fill, title in parts
     ]
     return [f'<g id="{name}">', *paths, "</g>"] if paths else []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.exports.encoding import Files, number
+from houseexpo.exports.encoding import Files, number, plain
 from houseexpo.exports.mesh import FLOOR_M, extruded
 from houseexpo.exports.openings import passages
 from houseexpo.exports.orientation import Orientation
@@ -132,5 +132,5 @@ def _said(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
 
 def _quoted(text: str) -> str:
     """Return a text as USD writes one; control characters are left out."""
-    plain = re.sub(r"[\x00-\x1f]", " ", text).replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{plain}"'
+    said = plain(re.sub(r"[\x00-\x1f]", " ", text)).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{said}"'

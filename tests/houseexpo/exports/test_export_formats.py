@@ -11,7 +11,9 @@ import trimesh
 import yaml
 from PIL import Image
 
+from houseexpo import FloorPlan
 from houseexpo.exports import (
+    export,
     glb,
     obj,
     oriented,
@@ -19,6 +21,7 @@ from houseexpo.exports import (
     sdf,
     stage,
 )
+from houseexpo.plan import PlanObject, Room
 from tests.houseexpo.exports.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
 
@@ -113,3 +116,19 @@ def test_meshes_through_trimesh(plans, write):
         assert enclosed(solid_at(walls, 1.03)).area == near(plan)
         if plan.rooms:  # the door's lintel, and none over the opening
             assert enclosed(solid_at(walls, 2.3)).area == pytest.approx(plan.area - 0.08, rel=1e-3)
+
+
+@pytest.mark.parametrize("to", ["dxf", "geojson", "graphml", "ifc", "mjcf", "rmf", "sdf", "svg", "usd"])
+def test_words_that_no_file_can_hold(tmp_path, to):
+    """Control characters and halves of surrogate pairs, as a plan may have them from its source."""
+    word = "bell\x07\ufffe\ud800"
+    square = np.array([(0, 0), (4, 0), (4, 4), (0, 4)], np.float64)
+    sofa = PlanObject(0, word, 0, square / 4 + 1, 1.0)
+    room = Room(0, "Unlabelled", square, (), (word,))
+    made = FloorPlan(id="p", verts=square, room_num=1, room_category={}, rooms=(room,), objects=(sofa,))
+    for file in export(made, to, tmp_path):
+        if file.suffix != ".png":
+            text = file.read_bytes().decode()
+            assert "\x07" not in text or to == "dxf"
+        if file.suffix in {".svg", ".graphml", ".xml", ".sdf"}:
+            parsed(file.read_bytes())
