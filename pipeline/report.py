@@ -256,8 +256,8 @@ def stage_seconds(data_set: DataSet) -> dict[str, float]:
 
 # Plans that are implausible for a house, because a unit or a scale was wrong.
 #
-# R1  A room of more than ``MAX_ROOM_M2`` in the mean is a field; it comes of units that are too large.
-# R2  A room of less than ``MIN_ROOM_M2`` in the mean is a cupboard; it comes of units that are too small.
+# R1  A room of more than ``MAX_ROOM_M2`` on average is a field: the units are too large.
+# R2  A room of less than ``MIN_ROOM_M2`` on average is a cupboard: the units are too small.
 
 
 MAX_ROOM_M2: Final = 500.0
@@ -273,7 +273,7 @@ def implausible(rooms: int, area_m2: float) -> str:
     if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
         return ""
     what = "1 room" if rooms <= 1 else f"{rooms} rooms"
-    return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" in the mean" if rooms > 1 else "")
+    return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" on average" if rooms > 1 else "")
 
 
 def implausible_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
