@@ -36,7 +36,7 @@ def info(
     else:
         told = [_of_plan(plan) for plan in named_plans(what, data, ids)]
     if json:
-        values = [{name: value for name, value, _ in rows} for rows in told]
+        values = [{name.strip(): value for name, value, _ in rows} for rows in told]
         print_json(values[0] if len(values) == 1 else values)
         return
     out = console()
@@ -44,11 +44,12 @@ def info(
         if number:
             out.print()
         for name, _, said in rows:
-            print_named(out, f"{name:14}", said)
+            if said:
+                print_named(out, f"{name:14}", said)
 
 
 _Row = tuple[str, Any, str]
-"""A name, its value for programs, and its text for people."""
+"""A name, its value for programs, and its text for people; an empty text is not shown."""
 
 
 def _of_data_set(plans: Dataset) -> list[_Row]:
@@ -101,8 +102,8 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
         ("plan", plan.id, plan.id),
         ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
         ("vertices", vertices, f"{len(plan.verts)}, {counted(len(plan.holes), 'hole')}"),
-        ("rooms", plan.room_num, f"{plan.room_num} as the source counts them"),
-        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items()) or "none"),
+        ("rooms", plan.room_num, f"{plan.room_num} by the source's count"),
+        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
     ]
     rows += _of_quality(plan.quality)
     for room in plan.rooms:
@@ -126,7 +127,7 @@ def _of_robot(plan: FloorPlan, radius_m: float) -> _Row:
     found = plan.navigability(radius_m)
     value = {"pieces": found.components, "largest_share": found.largest_share, "narrowest_m": found.narrowest}
     pieces = counted(found.components, "piece")
-    said = f"{pieces}, {found.largest_share:.1%} in the biggest, {found.narrowest:.2f} m narrowest"
+    said = f"{pieces}, {found.largest_share:.1%} in the largest, narrowest passage {found.narrowest:.2f} m"
     return (f"robot {radius_m:.2f} m", value, said)
 
 
@@ -138,6 +139,8 @@ def _of_quality(quality: Quality | None) -> list[_Row]:
     judged = "doubtful" if quality.is_doubtful else "sure"
     grounds: list[_Row] = []
     for name, value in quality.grounds.items():
-        about = f", {GROUNDS[name]}" if value > 0 and name in GROUNDS else ""  # 0 needs no explanation
-        grounds.append((f"  {name}", value, f"{value:g}{about}"))
-    return [("quality", quality.score, f"{quality.score:.2f}, {judged}"), *grounds]
+        about = f", {GROUNDS[name]}" if name in GROUNDS else ""
+        grounds.append((f"  {name}", value, f"{value:g}{about}" if value > 0 else ""))
+    against = sum(value > 0 for value in quality.grounds.values())
+    said = f"{quality.score:.2f}, {judged}; {against or 'none'} of {len(quality.grounds)} grounds against it"
+    return [("quality", quality.score, said if quality.grounds else f"{quality.score:.2f}, {judged}"), *grounds]

@@ -38,7 +38,7 @@ def release(
 
     about = About(title, tuple(creator or CREATORS), release_version, date, url, doi)
     done = run_release(dataset, out, about, workers=workers or cores())
-    table = Table(title=f"{done.licence.title} ({done.licence.spdx}), {done.size / 1e6:,.1f} MB")
+    table = Table()
     table.add_column("table")
     parts = next(iter(done.rows.values()))
     for part in parts:
@@ -47,4 +47,10 @@ def release(
         table.add_row(name, *(f"{count:,}" for count in rows.values()))
     printed = console()
     printed.print(table)
-    printed.print(str(done.folder), style="dim", highlight=False, soft_wrap=True)
+    for name, said in {
+        "release": str(done.folder),
+        "licence": f"{done.licence.title} ({done.licence.spdx})",
+        "size": f"{done.size / 1e6:,.1f} MB",
+        "next": f"read {done.folder / 'README.md'}, then upload the folder",
+    }.items():
+        printed.print(f"{name:10}{said}", highlight=False, soft_wrap=True)

@@ -42,15 +42,18 @@ def split(
     found = run_split(plans, shares, seed, workers or cores())
     files = write_split(found, dataset if out is None else out)
     record = found.record()
-    table = Table(title=f"{counted(len(plans), 'plan')}, {record['groups']} groups of copies and levels stay together")
+    table = Table()
     for heading in ("list", "ids", "share", "SHA-256"):
         table.add_column(heading, justify="right" if heading in ("ids", "share") else "left")
     for name, said in record["lists"].items():
         table.add_row(name, str(said["ids"]), f"{said['ids'] / max(len(plans), 1):.3f}", said["sha256"][:16])
     printed = console()
     printed.print(table)
+    groups = counted(record["groups"], "group") if record["groups"] else "no groups"
+    said = f"{counted(len(plans), 'plan')}, {groups} of copies and levels that stay together"
+    printed.print(said, highlight=False, soft_wrap=True)
     for file in files:
-        printed.print(str(file), style="dim", highlight=False, soft_wrap=True)
+        printed.print(f"written {file}", highlight=False, soft_wrap=True)
 
 
 def _shares(given: dict[str, float | None]) -> dict[str, float]:
