@@ -34,9 +34,9 @@ from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedL
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What a stage made of the level or building of this id.
+    """The result of a stage for the level or building with this id.
 
-    ``value`` is an Evidence, a Planes, a Layout, a Spaces, and at last the FloorPlan; or a RejectedLevel, where one of
+    ``value`` is an Evidence, a Planes, a Layout, a Spaces, and at last the FloorPlan. It is a RejectedLevel if one of
     several buildings cannot become a plan.
     """
 
@@ -48,7 +48,7 @@ class Snapshot:
 def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[Snapshot]:
     """Run Algorithm 1 and show each step; raise Rejection if the level cannot become a plan.
 
-    From ``isolated`` on, each building goes its own way.
+    From ``isolated`` on, each building is processed separately.
     """
     evidence = gather(level, config.evidence)
     yield Snapshot("evidence", evidence, level.id)
@@ -100,7 +100,7 @@ def _of_building(
 
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
-    """Turn a level into plans, one a building; raise Rejection if none can be made."""
+    """Turn a level into plans, one for each building; raise Rejection if none can be made."""
     values = [snapshot.value for snapshot in time_stages(stages(level, config, rng), attrgetter("stage"))]
     return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 

@@ -1,4 +1,4 @@
-"""One small dataclass a stage; the defaults are the paper's where it gives one (section II, Algorithm 1)."""
+"""One small dataclass for each stage. Defaults are the paper's values where it gives them (section II, Algorithm 1)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class PlanesConfig:
 
 @dataclass(frozen=True)
 class EvidenceConfig:
-    """Where walls are looked for; heights are metres above the level's floor. ``furniture``: it is an obstacle too."""
+    """The heights at which walls are searched, metres above the floor; ``furniture``: it is an obstacle too."""
 
     sill_m: float = 0.45  # under a window stands wall at this height, on a door's threshold nothing
     breast_m: float = 1.1  # above tables and counters, below what hangs on walls
@@ -29,7 +29,7 @@ class EvidenceConfig:
 
 @dataclass(frozen=True)
 class LayoutConfig:
-    """What counts as a layout, and how an open house is closed."""
+    """What counts as a layout, and how open houses are closed."""
 
     area_m2: float = 2.0  # a scene that encloses less has no layout
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close between two rooms
@@ -42,7 +42,7 @@ class LayoutConfig:
 
 @dataclass(frozen=True)
 class DoorsConfig:
-    """Which differences of the two planes are doors."""
+    """Which differences between the two planes are doors."""
 
     sliver_m: float = 0.03  # differences thinner than this are noise
     narrowest_m: float = 0.4
@@ -61,7 +61,7 @@ class CellsConfig:
 
 @dataclass(frozen=True)
 class IsolatedConfig:
-    """A part standing apart: both must hold for it to be erased."""
+    """A separate building is erased if it meets both conditions."""
 
     distance_m: float = 2.0
     share: float = 0.25
@@ -69,7 +69,7 @@ class IsolatedConfig:
 
 @dataclass(frozen=True)
 class ConnectivityConfig:
-    """Sampled points, A* between them, cuts where there is no path."""
+    """Sampled points, A* between them, and cuts if there is no path."""
 
     samples: int = 100  # m of the paper
     robot_radius_m: float = 0.2

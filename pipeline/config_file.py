@@ -1,12 +1,12 @@
-"""Manifests: a TOML file says what goes into a build and with which parameters; the rest is default.
+"""Manifests: TOML files with the sources of a build, and the parameters that differ from the defaults.
 
 ::
 
-    [build]                        # what the command line can say too; the command line wins
+    [build]                        # options on the command line take precedence
     sources = ["houses/", "procedural:300"]
     seed = 2019
 
-    [planes]                       # one table a stage, as in pipeline.config
+    [planes]                       # one table for each stage, as in pipeline.config
     door_m = 0.25
 """
 
@@ -30,13 +30,15 @@ from pipeline.config import PipelineConfig
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """What goes in. ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" is detected.
+    """The sources of a build, and how they are read.
 
-    ``units`` is auto, m, cm, mm, in, ft, or the metres in a unit; ``scale`` is 20 for a model at 1:20. A plan whose
-    quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the one under which plans of the sources may
-    be passed on (its SPDX identifier), ``credit`` says whom to name: ``houseexpo release`` asks for them.
-    ``furnished``, 0 to 1, is the share of the houses made by the project that get furniture. ``keep_stages`` keeps a
-    picture of the stages beside each plan; no plan depends on it.
+    ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" means that they are detected.
+
+    ``units`` is auto, m, cm, mm, in, ft, or the length of a unit in metres; ``scale`` is 20 for a model at 1:20. A
+    plan whose quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the licence under which plans of
+    the sources may be published (its SPDX identifier), and ``credit`` says whom to name; ``houseexpo release`` needs
+    them. ``furnished``, 0 to 1, is the share of the made houses that get furniture. ``keep_stages`` keeps a picture
+    of the stages beside each plan and does not change the plans.
     """
 
     sources: tuple[str, ...] = ()
@@ -57,7 +59,7 @@ class BuildOptions:
 
 @dataclass(frozen=True)
 class LimitsConfig:
-    """What one house may take; beyond it, it is rejected."""
+    """The limits of one house; a house that exceeds them is rejected."""
 
     seconds: float = 300.0
     memory_gb: float = 4.0
@@ -90,12 +92,12 @@ class BuildConfig:
 
 
 def manifest_file(given: Path) -> Path:
-    """Return the manifest that a person names: a file, or by its bare name one that comes with the project.
+    """Return the path of a manifest, given as a file or as the bare name of one that comes with the project.
 
     Raises
     ------
     ConfigError
-        Where there is neither.
+        There is no such file or name.
 
     Examples
     --------
@@ -119,12 +121,12 @@ def _bundled() -> dict[str, Path]:
 
 
 def load_config(path: Path) -> BuildConfig:
-    """Read a manifest; its relative sources and model folders count from its own folder.
+    """Read a manifest; relative sources and model folders start at the manifest's folder.
 
     Raises
     ------
     ConfigError
-        Where it cannot be read, names an unknown key or gives a value of the wrong type.
+        The file cannot be read, has an unknown key, or gives a value of the wrong type.
     """
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
@@ -143,14 +145,14 @@ def load_config(path: Path) -> BuildConfig:
 
 
 def folders_in_full(folders: str, here: Path) -> str:
-    """Return a PATH-like list of folders with absolute names; relative ones start at ``here``."""
+    """Return a PATH-like list of folders with absolute paths; relative ones start at ``here``."""
     return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 
 def checked(value: Any, hint: Any, key: str) -> Any:
-    """Return a value of a manifest or of an override as its type; raise ConfigError if it is out of range.
+    """Convert a value of a manifest or of an override to its type; raise ConfigError if it is out of range.
 
-    Numbers are finite and not negative; whole numbers but seeds are at least 1.
+    Numbers must be finite and not negative; integers other than seeds must be at least 1.
     """
     found = typed(value, hint, key)
     if isinstance(found, float) and not (math.isfinite(found) and found >= 0):

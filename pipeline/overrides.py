@@ -1,15 +1,15 @@
-"""What people decided about single houses: ``overrides.toml``, with one table for each id.
+"""People's corrections of single houses: ``overrides.toml``, with one table for each id.
 
-A build reads up to two such files: the one that ``--overrides`` names, or else the one beside the manifest; and the one
-in the data set itself, to which reviews write. Where they contradict each other, the data set's own counts: who wrote
-it saw what the other file had led to.
+A build reads up to two such files. One is named by ``--overrides``, or else lies beside the manifest. The other lies in
+the data set itself; reviews write to it. If the two contradict each other, the one in the data set takes precedence,
+because its author saw the result of the other.
 
 ::
 
     [villa_L1]
-    keep = true            # neither a rule that stands for a person nor a duplicate drops it
-    door = [[2.0, 3.1], [2.0, 4.0]]   # there is a door, from jamb to jamb; several: a list of these
-    no_room = [5.5, 1.0]   # the region that holds this point is no room; several: a list of these
+    keep = true            # keep the plan, even if it is a duplicate or a rule rejects it
+    door = [[2.0, 3.1], [2.0, 4.0]]   # a door, from jamb to jamb; for several, a list of these
+    no_room = [5.5, 1.0]   # the region around this point is no room; for several, a list of these
     [fair_hall]
     drop = true
     why = "an exhibition hall"
@@ -20,9 +20,9 @@ it saw what the other file had led to.
     scale = 20.0           # the model is 1:20
     drop_nodes = ["Lamp*", "Car"]     # leave these nodes, groups and materials out
 
-Points are metres in the source's plan axes, to which a plan's ``frame`` leads: (X, Y) of a z-up source, (X, Z) of a
-y-up one, after units and scale. They stay what they are when a plan changes. ``houseexpo inspect`` writes them on the
-edges of its picture of the evidence.
+Points are in metres along the source's plan axes, after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one.
+A plan's ``frame`` converts to them. They remain valid when a plan changes. ``houseexpo inspect`` writes these
+coordinates on the edges of its picture of the evidence.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Override:
-    """A person's word on one id; points in metres of the source's plan axes, ``why`` is for people."""
+    """The corrections of one id. Points are in metres along the source's plan axes; ``why`` is a note for people."""
 
     keep: bool = False
     drop: bool = False
@@ -92,10 +92,10 @@ class Override:
 
 
 def beside(manifest: Path) -> Path | None:
-    """Return a manifest's own overrides, ``houses.overrides.toml`` for ``houses.toml``; where there are none, ``NAME``.
+    """Return the overrides of a manifest, ``houses.overrides.toml`` for ``houses.toml``; if there are none, ``NAME``.
 
-    A folder may hold several manifests, and an id that is of none of a build's inputs is an error. A manifest that
-    comes with the project has its own overrides or None: nobody's decisions go into the installed package.
+    A folder may hold several manifests, and an id that belongs to no input of a build is an error. A manifest that
+    comes with the project has its own overrides or None, so nobody's decisions go into the installed package.
     """
     own = manifest.with_name(f"{manifest.stem}.{NAME}")
     if own.exists():
@@ -106,16 +106,16 @@ def beside(manifest: Path) -> Path | None:
 def load_overrides(
     manifest: Path | None, file: Path | None = None, data_set: Path | None = None
 ) -> Mapping[str, Override]:
-    """Read what people decided, by id, or nothing if there is no file.
+    """Read the corrections by id; return none if there is no file.
 
     Parameters
     ----------
     manifest
         The overrides beside it are read, unless ``file`` is given.
     file
-        A file of overrides; it has to be there.
+        A file of overrides, which must exist.
     data_set
-        The folder of a data set; the overrides in it are read as well, and come first.
+        The folder of a data set; the overrides in it are read as well, and take precedence.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
     Raises
     ------
     ConfigError
-        It names the nearest id that there is.
+        An id belongs to no house; the message names the nearest one.
     """
     ids = [item.id for item in inputs]
     known = set(ids)
@@ -230,7 +230,7 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
 
 
 def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
-    """Return the overrides of each input, by its id: thousands of houses do not look through thousands of overrides."""
+    """Return the overrides of each input by its id, so that no house searches through those of all others."""
     found: dict[str, dict[str, Override]] = {}
     for name in sorted(overrides):
         for known in _inputs_of(name):
@@ -239,12 +239,12 @@ def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Ove
 
 
 def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
-    """Return the input with the overrides that its reader needs, as options.
+    """Return the input with the overrides that its reader needs, added as options.
 
     Raises
     ------
     ConfigError
-        R2 is not kept.
+        The overrides break R2.
     """
     own = {name: override for name, override in overrides.items() if override.of_file and concerns(name, item.id)}
     for name in own:
@@ -270,12 +270,12 @@ def word_on(level_id: str, overrides: Mapping[str, Override]) -> Override:
 
 
 def level_of(name: str) -> str:
-    """Return the id of the level of which this is the id, or that of a building."""
+    """Return the id of the level to which an id of a level or of a building belongs."""
     return _BUILDING.sub("", name)
 
 
 def without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
-    """Return the overridden ids of an input that no level of it has."""
+    """Return the overridden ids of an input that belong to none of its levels."""
     found = []
     for name in sorted(overrides):
         of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
@@ -286,7 +286,7 @@ def without_level(overrides: Mapping[str, Override], levels: Collection[str]) ->
 
 
 def corrected_level(level: Level, override: Override) -> Level:
-    """Return the level with the doors and no-room points of an override (R3)."""
+    """Return the level with the doors and no-room points of an override added (R3)."""
     doors = tuple(
         SourceOpening(
             LineString([_at(level.frame, end) for end in segment]).buffer(DOOR_DEPTH_M / 2, cap_style="flat"),
@@ -299,10 +299,10 @@ def corrected_level(level: Level, override: Override) -> Level:
 
 
 def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
-    """Return the doors and points of an override that matched nothing in the level's plans.
+    """Return the doors and points of an override that had no effect on the level's plans.
 
-    A door answers where the plan has one within ``ANSWERS_M`` of its middle. A point of no room does not where a room
-    still holds it, or where it lies far from the house (``FAR_M``).
+    A door had an effect if the plan has a door within ``ANSWERS_M`` of its middle. A no-room point had none if a room
+    still contains it, or if it is far from the house (``FAR_M``).
     """
     placed = [plan for plan in plans if plan.frame is not None]
     if not placed:
@@ -330,7 +330,7 @@ def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
 
 
 def concerns(name: str, known: str) -> bool:
-    """Whether a name is that of this input, or of a level or building of it (R1)."""
+    """Return whether a name is the id of this input, or of a level or building of it (R1)."""
     return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
 
 

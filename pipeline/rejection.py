@@ -1,4 +1,4 @@
-"""Why an input gave no plan: the stage, a reason code that the report counts, and a detail for people."""
+"""Rejections: why an input gave no plan. Each has a stage, a reason code for counts, and a detail for people."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Reason(StrEnum):
-    """Reason codes; each rule that replaces a judgement by eye in the paper has its own."""
+    """Reason codes. Each rule that replaces a judgement by eye in the paper has its own code."""
 
     # reading
     MISSING_FILE = "missing_file"
@@ -32,10 +32,10 @@ class Reason(StrEnum):
 
 
 class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, not a fault
-    """Raised by a reader or a stage if a house cannot become a plan; the batch records it and goes on.
+    """Raised by a reader or a stage if a house cannot become a plan; the build records it and continues.
 
-    ``detail`` says which thing, what was expected, what was found; ``advice`` says what to do. ``picture`` may be a
-    small PNG of what was rejected (``pipeline.png``), for the report.
+    ``detail`` says which thing is wrong, what was expected and what was found; ``advice`` says what to do. ``picture``
+    may be a small PNG of the rejected house (``pipeline.png``), for the report.
     """
 
     def __init__(self, stage: str, reason: Reason, detail: str, advice: str = "", picture: bytes = b"") -> None:
