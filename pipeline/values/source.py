@@ -1,7 +1,7 @@
-"""What a source hands to the stages.
+"""The values that a source passes to the stages.
 
-Frames: a Level's meshes live in the LEVEL frame: metres, x right and y up in the plan, z height above the level's floor
-(for SUNCG: above the foot of the wall meshes). ``Level.frame`` takes (x, y) of the level frame to the source's plan
+The meshes of a Level are in the level frame: metres, x right and y up in the plan, z height above the level's floor
+(for SUNCG: above the foot of the wall meshes). ``Level.frame`` maps (x, y) of the level frame to the source's plan
 axes.
 """
 
@@ -21,10 +21,10 @@ from pipeline.rejection import Rejection
 
 @dataclass(frozen=True, eq=False)
 class SourceRoom:
-    """A room as the source names it: its own words, our labels for them, its plan polygon and/or box where known.
+    """A room that the source names: its words, our labels for them, and its plan polygon or box if it is known.
 
-    ``words`` may be empty (a room without a name) and may be several. ``polygon`` is exact where the source has the
-    room's geometry (IfcSpace), else None; ``box`` (x1, y1, x2, y2) covers the room and maybe more (SUNCG).
+    ``words`` may be empty (a room without a name), or several. ``polygon`` is exact if the source has the geometry of
+    the room (IfcSpace), otherwise None. ``box`` (x1, y1, x2, y2) covers the room and possibly more (SUNCG).
     Both are in the level frame.
     """
 
@@ -36,7 +36,7 @@ class SourceRoom:
 
 @dataclass(frozen=True, eq=False)
 class SourceOpening:
-    """An opening that the source names (IFC): ``has_door`` tells a door from a mere opening; level frame, metres."""
+    """An opening that the source names (IFC), with or without a door (``has_door``); level frame, metres."""
 
     polygon: Polygon
     has_door: bool
@@ -44,7 +44,7 @@ class SourceOpening:
 
 @dataclass(frozen=True, eq=False)
 class SourceObject:
-    """A thing that the source tells apart from the walls, with its own words for it; triangles in the level frame."""
+    """An object that the source separates from the walls, with the source's words; triangles in the level frame."""
 
     words: tuple[str, ...]
     mesh: Mesh
@@ -52,21 +52,20 @@ class SourceObject:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One storey of a house, as a source hands it to the stages.
+    """One storey of a house, as a source passes it to the stages.
 
-    ``walls`` is all that may be wall: what the source names as wall, column or window, and all that it does not name;
-    of a point cloud all points.
-    ``leaves`` are what it names as doors (leaves, frames), ``furniture`` what it names as furniture; neither is in
-    ``walls``. ``floor`` is the plan area of the floor's faces, or None if the source has none. ``rooms`` and
-    ``openings`` are what the source says of them; ``named_openings`` is True where it names every one (IFC), so that
-    what it does not name is none.
-    ``no_rooms`` are points of which a person says that the region around them is no room.
-    ``below`` is where one looks down onto the floor of a lower level, or None if the source shows none.
-    ``sills`` is True where doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
-    ``ceiling_m``: height above the floor up to which walls may be looked at.
-    ``room_count``: rooms of this level as the source counts them, or None if it names none. ``n_objects``: things that
-    are not walls, for telling a scene of objects only from an empty one. ``guesses`` names what the reader had to
-    guess: "units", "up", "scale", "levels".
+    ``walls`` holds everything that may be a wall: walls, columns and windows by the source's names, everything without
+    a name, and all points of a point cloud. ``leaves`` holds doors (leaves, frames) and ``furniture`` furniture, by the
+    source's names; neither is in ``walls``. ``floor`` is the plan area of the floor's faces, or None if the source has
+    none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True if it names all of
+    them (IFC), so that there are no others.
+    ``no_rooms`` holds points; a person has said that the region around each of them is no room.
+    ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
+    ``sills`` is True if doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
+    ``ceiling_m`` is the height above the floor up to which walls are examined.
+    ``room_count`` is the number of rooms of this level that the source names, or None if it names none. ``n_objects``
+    is the number of objects other than walls, which distinguishes a scene with objects only from an empty one.
+    ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels".
     """
 
     id: str
@@ -89,7 +88,7 @@ class Level:
 
     @property
     def named_doorways(self) -> tuple[Doorway, ...]:
-        """The ``openings`` as the stages take them."""
+        """The ``openings`` in the form that the stages use."""
         return tuple(Doorway(each.polygon, "named", each.has_door) for each in self.openings)
 
     @property
@@ -106,9 +105,9 @@ MADE: Final = "procedural"
 class Input:
     """One input of a batch: cheap to list, small to pickle; a worker opens it.
 
-    ``id`` is the base id (docs/format.md, "Ids"); ``reader`` names the module of pipeline.sources that opens it
-    ("suncg", "mesh_file", "ifc"); ``path`` is what it opens (a file, or for SUNCG the root folder); ``key`` is what
-    inside it (the sceneId for SUNCG, else ""). ``options`` are the reader's, as sorted (name, value) pairs.
+    ``id`` is the base id (docs/format.md, "Ids"). ``reader`` names the module of pipeline.sources that opens the input
+    ("suncg", "mesh_file", "ifc"). ``path`` is the file to open, for SUNCG the root folder; ``key`` selects a part of it
+    (the sceneId for SUNCG, otherwise ""). ``options`` are options of the reader, as sorted (name, value) pairs.
     """
 
     id: str
@@ -119,20 +118,20 @@ class Input:
 
 
 class Reader(Protocol):
-    """What each module of ``pipeline.sources`` offers as functions of these names."""
+    """The functions that each module of ``pipeline.sources`` defines."""
 
     def find(self, path: str, **options: str) -> Iterator[Input]:
         """List the inputs under a path, sorted by id."""
         ...
 
     def read(self, item: Input) -> Iterator[Level | RejectedLevel]:
-        """Open one input and yield its levels; raise Rejection if nothing of it can be read."""
+        """Open one input and yield its levels; raise Rejection if none of it can be read."""
         ...
 
 
 @dataclass(frozen=True)
 class RejectedLevel:
-    """A level that its reader had to give up while others of the house can be read."""
+    """A level that its reader could not read, although it can read others of the house."""
 
     id: str
     rejection: Rejection

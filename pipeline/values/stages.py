@@ -1,4 +1,4 @@
-"""What the stages hand to each other; all shapes are plan areas in the level frame, metres."""
+"""The values that stages pass to each other. All shapes are plan areas in the level frame, metres."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pipeline.geometry.overlay import EMPTY
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Stage ``evidence``: what stands in a level and what it is, as plan areas.
+    """Result of the stage ``evidence``: the contents of a level by kind, as plan areas.
 
-    ``walls`` stand from the floor to head height (``tall``), or end at a window or at a sloped roof. ``lintels`` hang
-    over free floor; ``rails`` are thin and end below head height; ``furniture`` is all else that stands. ``leaves`` are
-    the doors' leaves wherever they stand, ``doorways`` where doors are known to be. ``floor`` is the source's, or None;
-    ``low`` is where a roof hangs too low to stand under, ``slight`` what hangs from the ceiling by a hand's breadth,
-    ``lower`` what of the walls ends below the ceiling (a garden's wall, a partition).
-    ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the cuts, metres.
+    ``walls`` reach from the floor to head height (``tall``), or to a window or a sloped roof. ``lintels`` hang over
+    free floor. ``rails`` are thin and end below head height. ``furniture`` is everything else that stands on the floor.
+    ``leaves`` are door leaves, open or closed; ``doorways`` are the places of known doors. ``floor`` is the source's or
+    None. ``low`` is where a roof is too low to stand under. ``slight`` hangs from the ceiling by a hand's breadth only.
+    ``lower`` are parts of the walls that end below the ceiling (a garden's wall, a partition). ``names`` are plan
+    points (x, y) with the source's words. ``heights`` are the heights of the sections, metres.
     """
 
     walls: BaseGeometry
@@ -42,11 +42,11 @@ class Evidence:
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """Stage ``planes``: what stands at the door plane, and what closes its gaps at other heights.
+    """Result of the stage ``planes``: the door plane, and what closes its gaps at other heights.
 
     ``door`` is P_d. ``low`` (sills), ``high`` (lintels), ``rails`` and ``doorways`` (known doors) are disjoint from it.
-    ``tall`` is the part of P_d that stands from the floor to above a person's head, the known doors closed.
-    ``leaves`` are where door leaves stand.
+    ``tall`` is the part of P_d that reaches from the floor to above a person's head, with known doors closed.
+    ``leaves`` are the areas of door leaves.
     """
 
     door: BaseGeometry
@@ -61,10 +61,10 @@ class Planes:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Stage ``layout``: the closed plane, its pieces, and the spaces it closes (largest first).
+    """Result of the stage ``layout``: the closed plane, its pieces, and the spaces that it encloses, largest first.
 
     The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. Closers of kind "room_edge",
-    "floor_edge" and "wall_ends" are the boundary that an open house was given.
+    "floor_edge" and "wall_ends" close an open house.
     """
 
     door: BaseGeometry
