@@ -105,7 +105,7 @@ def test_every_command_and_option_that_is_shown_exists(page: Path) -> None:
         command = group.get_command(None, name)  # type: ignore[attr-defined]  # the app is a group
         if hasattr(command, "get_command"):  # so is this one, of commands of its own
             command = command.get_command(None, words[0])
-        options = {option for parameter in command.params for option in parameter.opts}
+        options = {option for parameter in command.params for option in [*parameter.opts, *parameter.secondary_opts]}
         assert {word for word in words if word.startswith("--")} <= options, (name, words)
 
 
