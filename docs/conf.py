@@ -16,6 +16,7 @@ version = release = houseexpo.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "sphinx_design"]
 exclude_patterns = ["_build", "examples"]
 highlight_language = "bash"  # blocks without a language hold commands
+copybutton_prompt_text = "$ "  # of blocks with a prompt, only the commands are copied
 source_suffix = {".md": "markdown"}
 
 myst_heading_anchors = 3
