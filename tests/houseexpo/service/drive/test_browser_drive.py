@@ -143,7 +143,7 @@ def test_two_explorers_side_by_side(address: str) -> None:
         page.wait_for_timeout(500)
         assert (frames(page, 0), frames(page, 1)) == held
         look(page, "drive-two")
-        assert page.locator(".hold").all_inner_texts() == ["Continue", "Go on"]
+        assert page.locator(".hold").all_inner_texts() == ["Continue", "Continue"]
         page.keyboard.press("r")
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 3", 2)
         assert page.locator(".hold").all_inner_texts() == ["Pause", "Pause"]  # set down anew, nothing is held
