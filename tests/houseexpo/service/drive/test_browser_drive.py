@@ -148,7 +148,7 @@ def test_two_explorers_side_by_side(address: str) -> None:
         wait_for(page, "panel.dataset.state === 'driving' && panel.dataset.frame > 3", 2)
         assert page.locator(".hold").all_inner_texts() == ["Pause", "Pause"]  # set down anew, nothing is held
         wait_for(page, "panel.dataset.state === 'ended'", 2)
-        assert page.locator(".result-words").all_inner_texts() == ["All is seen", "All is seen"]
+        assert page.locator(".result-words").all_inner_texts() == ["The whole house is seen", "The whole house is seen"]
         look(page, "drive-two-ended")
 
 
