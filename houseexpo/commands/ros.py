@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import signal
-import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -102,13 +103,12 @@ def ros(
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
-        stop = threading.Event()
-        with _stopped_by_signals(stop):
+        with suppress(KeyboardInterrupt), _interrupted_by_signals():
             say(
                 f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
                 "Ctrl-C ends it"
             )
-            node.run(stop, float("inf") if seconds is None else seconds)
+            node.run(float("inf") if seconds is None else seconds)
         say(f"ended after {node.now_s - 1.0:.1f} simulated seconds")
     finally:
         network.close()
@@ -168,18 +168,16 @@ def _pose(text: str) -> Pose:
     return x, y, radians(degrees)
 
 
-class _stopped_by_signals:  # noqa: N801  # a context manager, used like a function
-    """Set an event at Ctrl-C or SIGTERM instead of ending at once, so that the graph is left in order."""
+@contextmanager
+def _interrupted_by_signals() -> Iterator[None]:
+    """Raise KeyboardInterrupt at Ctrl-C, also where a shell started this in the background, and at SIGTERM."""
 
-    def __init__(self, stop: threading.Event) -> None:
-        self._stop = stop
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
 
-    def __enter__(self) -> None:
-        def ended(_number: int, _frame: FrameType | None) -> None:
-            self._stop.set()
-
-        self._before = {number: signal.signal(number, ended) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
             signal.signal(number, handler)

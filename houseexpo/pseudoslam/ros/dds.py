@@ -79,6 +79,7 @@ class Network:
 
     def __init__(self, domain: int | None, *, local: bool | None, warn: Callable[[str], None]) -> None:
         try:
+            from cyclonedds.core import DDSException
             from cyclonedds.domain import DomainParticipant
         except ImportError as error:
             said = f"ROS 2 topics need cyclonedds, which is not installed: {installing('ros')}"
@@ -88,14 +89,18 @@ class Network:
             raise ConfigError(f"domain: expected a number from 0 to {_DOMAIN_MOST}, found {number}")
         given = os.environ.get("CYCLONEDDS_URI")
         settings = [_BY_NAME, given or (_LOCAL if (_is_local() if local is None else local) else "")]
-        os.environ["CYCLONEDDS_URI"] = ",".join(filter(None, settings))
+        os.environ["CYCLONEDDS_URI"] = ",".join(filter(None, settings))  # its only way to add ours
         try:
             self._participant = DomainParticipant(number)
-        except Exception as error:  # DDSException is a RuntimeError of theirs
+        except DDSException as error:
             raise ConfigError(
                 f"ROS 2, domain {number}: the network cannot be used: {error}; check CYCLONEDDS_URI and the network "
                 "interfaces, or try --local"
             ) from error
+        finally:
+            del os.environ["CYCLONEDDS_URI"]
+            if given is not None:
+                os.environ["CYCLONEDDS_URI"] = given
         self.domain = number
         self._warn = warn
         self._writers: dict[str, tuple[str, Any]] = {}
@@ -114,12 +119,14 @@ class Network:
 
         A reader that does not take its messages delays this by 0.1 s at most; then the message is lost to it.
         """
+        from cyclonedds.core import DDSException
+
         kind, writer = self._writers[topic]
         assert message.type == kind, (topic, message.type)  # noqa: S101  # our own topics
         try:
             writer.write(_struct(message.type, message.fields))
-        except Exception as error:
-            if "timeout" not in str(error).lower():
+        except DDSException as error:
+            if error.code != DDSException.DDS_RETCODE_TIMEOUT:
                 raise
             self._warn(f"{topic}: a subscriber is too slow, a message was dropped for it")
 

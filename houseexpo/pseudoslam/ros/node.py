@@ -24,19 +24,18 @@ says what came of them.
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, Final, Literal, Protocol
+from typing import Final, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.exports.rasters import FREE, WALL, occupancy
+from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
 from houseexpo.pseudoslam.io.ros_messages import (
     NANOSECONDS,
     Fields,
@@ -186,20 +185,20 @@ class Node:
         """The simulated time, seconds."""
         return self._now_ns / NANOSECONDS
 
-    def run(self, stop: threading.Event, seconds: float = math.inf) -> None:
-        """Go on until ``stop`` is set or so many simulated seconds have passed.
+    def run(self, seconds: float = math.inf) -> None:
+        """Go on until so many simulated seconds have passed, or KeyboardInterrupt is raised.
 
         If the machine is too slow or was suspended, time goes on more slowly instead of in jumps.
         """
         tick_s = self.fleet.tick_s
         ends_ns = self._now_ns + seconds * NANOSECONDS
         due = time.monotonic()
-        while not stop.is_set() and self._now_ns < ends_ns:
+        while self._now_ns < ends_ns:
             if self._config.stepped:
                 self._due += sum(min(int(m.fields["data"]), _STEPS_MOST) for m in self._steps.take())
                 if self._due == 0:
                     self._listen()
-                    stop.wait(tick_s)
+                    time.sleep(tick_s)
                     continue
                 self._due -= 1
                 self.tick()
@@ -208,7 +207,7 @@ class Node:
             due += tick_s / self._config.speed
             wait = due - time.monotonic()
             if wait > 0:
-                stop.wait(wait)
+                time.sleep(wait)
             elif wait < -_BEHIND_S:
                 due = time.monotonic()
 
@@ -357,14 +356,14 @@ def origin_of(pose: Pose, seen: Pose) -> Pose:
     return (
         x + inverse[0] * cos - inverse[1] * sin,
         y + inverse[0] * sin + inverse[1] * cos,
-        math.remainder(heading + inverse[2], 2 * math.pi),
+        wrap_angle(heading + inverse[2]),
     )
 
 
 def _whole(fleet: Fleet) -> OccupancyGrid:
-    """Return the house as a map: free inside, occupied along the walls, unknown elsewhere."""
-    free, frame = free_mask(fleet.plan, fleet.config.pixels_per_metre, y_up=True)
-    near = np.pad(free, 1)
-    beside: Any = near[:-2, 1:-1] | near[2:, 1:-1] | near[1:-1, :-2] | near[1:-1, 2:]
-    data = np.where(free, 0, np.where(beside, 100, -1)).astype(np.int8)
-    return OccupancyGrid(data, frame.cell_m, frame.origin_m)
+    """Return the house as a map, as ``houseexpo export --to ros`` writes it."""
+    cell_m = 1.0 / fleet.config.pixels_per_metre
+    pixels, frame = occupancy(fleet.plan, cell_m, cell_m, "world")
+    values = np.full(256, -1, np.int8)
+    values[[FREE, WALL]] = 0, 100
+    return OccupancyGrid(values[pixels[::-1]], frame.cell_m, frame.origin_m)

@@ -29,7 +29,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, clean
 from pipeline.sources.files import LeftOut
 from pipeline.sources.vector_plans.drawn import DOOR_M as HIGH_M
-from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room
+from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room, way_through
 from pipeline.values import SourceRoom
 
 LARGEST_BYTES = 1 << 28
@@ -116,14 +116,8 @@ def _closed(sides: Sequence[np.ndarray]) -> Polygon:
 def _across(shape: Any, low: float, top: float) -> Hole | None:
     if isinstance(shape, LineString):
         shape = shape.buffer(_THIN_M / 2, cap_style="flat")
-    box = shapely.minimum_rotated_rectangle(shape)
-    if not isinstance(box, Polygon):
-        return None
-    corners = shapely.get_coordinates(box)[:4]
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
-    return Hole(box, low, top, has_door=True, across=(float(x), float(y)))
+    found = way_through(shape)
+    return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
 
 def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:

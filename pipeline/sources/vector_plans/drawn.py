@@ -119,6 +119,21 @@ def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.union_all([body, *slits], grid_size=1e-4))
 
 
+def way_through(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
+    """Return the smallest turned rectangle round a passage, and the direction, of length 1, in which one walks through.
+
+    One walks along the shorter side. None if the shape has no area.
+    """
+    box = shapely.minimum_rotated_rectangle(shape)
+    if not isinstance(box, Polygon):
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(*sides.T)
+    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
+    return box, (float(x), float(y))
+
+
 def hole_at(
     start: Sequence[float],
     end: Sequence[float],

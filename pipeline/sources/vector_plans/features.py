@@ -23,7 +23,17 @@ from houseexpo.plan.categories import canonical
 from pipeline.geometry.overlay import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.drawn import DOOR_M, WALL_M, Point, Storey, hole_at, solid_between, strips, through
+from pipeline.sources.vector_plans.drawn import (
+    DOOR_M,
+    WALL_M,
+    Point,
+    Storey,
+    hole_at,
+    solid_between,
+    strips,
+    through,
+    way_through,
+)
 from pipeline.values import SourceObject, SourceRoom
 
 LINE_M = 0.02
@@ -111,14 +121,8 @@ def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
 
 def _of_area(area: Polygon, has_leaf: bool) -> Hole | None:
     """R3: one walks through the shorter way."""
-    box = shapely.minimum_rotated_rectangle(area)
-    if not isinstance(box, Polygon):
-        return None
-    corners = shapely.get_coordinates(box)[:4]
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
-    return Hole(area, 0.0, DOOR_M, has_leaf, (float(x), float(y)))
+    found = way_through(area)
+    return None if found is None else Hole(area, 0.0, DOOR_M, has_leaf, found[1])
 
 
 def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon]) -> Hole | None:
