@@ -1,15 +1,61 @@
-"""A node of real rclpy that judges ``houseexpo ros``: drives the robot, and prints what it heard as JSON.
+"""``houseexpo ros`` in a process of its own, and a node of real rclpy that judges it in another.
 
-Run it as ``python -m tests.builders.ros_judge SECONDS``, with ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set.
+The judge drives the robot, and prints what it heard as JSON: ``python -m tests.builders.ros_judge SECONDS``, with
+ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set.
 """
 
 from __future__ import annotations
 
 import itertools
 import json
+import os
+import signal
+import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import Any
+
+DOMAIN = 77
+
+
+def surroundings() -> dict[str, str]:
+    """Return the environment of both sides: only this machine, and a domain of their own for each test process."""
+    return {
+        **os.environ,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(DOMAIN + os.getpid() % 100),
+    }
+
+
+def started(plan: Path, *options: str) -> subprocess.Popen[str]:
+    """Start the command; return when it says that the robots are there."""
+    words = [sys.executable, "-m", "houseexpo", "ros", str(plan), *options]
+    process = subprocess.Popen(words, env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    said = ""
+    while "Ctrl-C ends it" not in said:
+        line = process.stdout.readline()
+        assert line, said
+        said += line
+    return process
+
+
+def ended(process: subprocess.Popen[str]) -> str:
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=30)
+    assert process.returncode == 0, said
+    return said
+
+
+def judged(seconds: float) -> dict[str, Any]:
+    """Run ``judge`` in a process of its own, beside what ``started`` runs, and return what it found."""
+    words = [sys.executable, "-m", "tests.builders.ros_judge", str(seconds)]
+    limit = seconds + 110.0
+    done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=limit, check=False)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return found
 
 
 def judge(seconds: float) -> dict[str, Any]:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +13,9 @@ import pytest
 
 from houseexpo import FloorPlan
 from tests.builders.needs import need
+from tests.builders.ros_judge import ended, judged, started, surroundings
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
-DOMAIN = 77
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 
 
@@ -27,46 +24,14 @@ def _needs() -> None:
     need(modules=["cyclonedds", "rclpy"], how="make ros")
 
 
-def surroundings() -> dict[str, str]:
-    """Return the environment of both sides: only this machine, and a domain of their own for each test process."""
-    return {
-        **os.environ,
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_DOMAIN_ID": str(DOMAIN + os.getpid() % 100),
-    }
-
-
-def started(plan: Path, *options: str) -> subprocess.Popen[str]:
-    """Start the command; return when it says that the robots are there."""
-    words = [sys.executable, "-m", "houseexpo", "ros", str(plan), *options]
-    process = subprocess.Popen(words, env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    assert process.stdout is not None
-    said = ""
-    while "Ctrl-C ends it" not in said:
-        line = process.stdout.readline()
-        assert line, said
-        said += line
-    return process
-
-
-def ended(process: subprocess.Popen[str]) -> str:
-    process.send_signal(signal.SIGINT)
-    said, _ = process.communicate(timeout=30)
-    assert process.returncode == 0, said
-    return said
-
-
 @pytest.mark.slow
 def test_rclpy_hears_drives_and_puts_the_robot(tmp_path: Path) -> None:
     HALL.save(tmp_path / "hall.json")
     process = started(tmp_path / "hall.json", "--start", "2,2", "--map", "slam")
     try:
-        words = [sys.executable, "-m", "tests.builders.ros_judge", "12"]
-        judged = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=False)
+        found = judged(12.0)
     finally:
         said = ended(process)
-    assert judged.returncode == 0, judged.stderr
-    found: dict[str, Any] = json.loads(judged.stdout.splitlines()[-1])
     topics = found["topics"]
     assert topics["/clock"] == ["rosgraph_msgs/msg/Clock"]
     assert sorted(topics["/cmd_vel"]) == [TWIST, STAMPED]
