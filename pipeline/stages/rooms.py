@@ -5,6 +5,7 @@ R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds 
 R2  A source room with a polygon names the room that it overlaps most.
 R3  A source room with a box only (SUNCG: the box of the room and its objects) names the room that fits it best, each
     room at most once in the first round; those left over then name the room they lie in, so one room may carry several.
+    A box beside a room names nothing, even if it lies between the arms of an L.
 """
 
 from __future__ import annotations
@@ -79,7 +80,10 @@ def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceR
     pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > MIN_SHARE]
     done = {i for i, _ in pairs}
     for i in range(len(boxed)):
-        inside = np.where(shared[i] > 0.5 * np.minimum(area[i], other), fit[i], 0.0)
-        if i not in done and inside.max() > 0:
+        if i in done:
+            continue
+        meets = shapely.area(shapely.intersection(rooms, shapely.box(*boxes[i]))) > 0.0
+        inside = np.where(meets & (shared[i] > 0.5 * np.minimum(area[i], other)), fit[i], 0.0)
+        if inside.max() > 0:
             pairs.append((i, int(np.argmax(inside))))
     return [(boxed[i], k) for i, k in sorted(pairs)]

@@ -52,7 +52,6 @@ DEEPEST_M = 0.7
 JAMB_M = 0.05
 NEAR_M = 500.0
 LARGEST_M = 2000.0
-NOTHING_M2 = 1e-6
 
 Point = tuple[float, float]
 Floats = npt.NDArray[np.float64]

@@ -75,6 +75,12 @@ def test_a_box_far_away_names_nothing() -> None:
     assert [r.labels for r in named(boxed("Garage", 20, 0, 25, 4))] == [(), ()]
 
 
+def test_a_box_between_the_arms_of_a_hall_names_nothing() -> None:
+    hall = shapely.difference(shapely.box(0, 0, 10, 10), shapely.box(6, 6, 10, 10))
+    (room,) = named(boxed("Hall", 0, 0, 10, 10), boxed("Lift", 7, 7, 9, 9), boxed("Bar", 1, 1, 3, 3), rooms=(hall,))
+    assert room.labels == ("Hall", "Bar")
+
+
 def test_a_room_with_two_words_has_two_labels() -> None:
     found = named(SourceRoom(("Kitchen", "Dining_Room"), ("Kitchen", "Dining_Room"), box=(0, 0, 4, 3)))
     assert found[0].labels == ("Kitchen", "Dining_Room")
