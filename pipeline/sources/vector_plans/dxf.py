@@ -1,7 +1,8 @@
 """DXF drawings: walls, rooms, doors and names by their layers, read by ezdxf.
 
-R1  The unit is ``$INSUNITS``; where it states none, the one of mm, m and cm in which the walls are as long as a house,
-    and the plan says that it is a guess.
+R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls are no house (templates state
+    millimetres for drawings in inches), it is the first of mm, m, cm, inches and feet in which the walls are as long as
+    a house and as thick as walls, or else as long as a house; the plan says that it is a guess.
 R2  Layers are told by words in their names (wall, door, room, text and their like in German, French and Spanish),
     inserts by their own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
@@ -10,6 +11,7 @@ R3  Inserts are taken apart as deep as they go; a block that holds itself is lef
 from __future__ import annotations
 
 import io
+import logging
 import math
 import re
 from collections.abc import Iterator
@@ -22,14 +24,20 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
-from pipeline.sources.vector_plans.drawn import Drawing, Point
+from pipeline.sources.vector_plans.drawn import LARGEST_M, Drawing, Point
 from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
 
 LARGEST_BYTES = 1 << 28
 MOST_ENTITIES = 1_000_000
 DEEPEST = 20
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
-_GUESSED: Final = ((0.001, 2_000.0, 200_000.0), (1.0, 2.0, 200.0), (0.01, 200.0, 20_000.0))
+_GUESSED: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)
+_HOUSE_M: Final = (2.0, 200.0)
+"""How long a house is. A stated unit is believed up to a building of ``drawn.LARGEST_M``."""
+_THICK_M: Final = (0.06, 0.6)
+"""How thick walls are that are drawn by their faces: from a panel to old masonry."""
+_PARALLEL: Final = 0.01
+_MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
 
 
@@ -59,11 +67,11 @@ def draw(path: Path) -> Drawing:
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
         )
     left_out = LeftOut()
+    logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
         document, _ = recover.read(io.BytesIO(path.read_bytes()))
         found = list(_entities(document.modelspace(), document, left_out, (), count()))
-        stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
-        scale = stated or _guessed(found, path)
+        scale, is_stated = _scale(found, _UNITS.get(int(document.header.get("$INSUNITS", 0))), path)
     except (
         DXFError,
         OSError,
@@ -87,8 +95,8 @@ def draw(path: Path) -> Drawing:
     if not storey.walls and not storey.rooms:
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
         detail = f"{path.name}: expected layers that are called wall or room, found {layers}"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "name the layer of the walls so")
-    return Drawing("dxf", (storey,), left_out, () if stated else ("units",))
+        raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
+    return Drawing("dxf", (storey,), left_out, () if is_stated else ("units",))
 
 
 def _entities(
@@ -119,20 +127,41 @@ def _entities(
             yield kind or called(name), part
 
 
-def _guessed(found: list[tuple[str, Any]], path: Path) -> float:
-    """R1."""
-    points = []
-    for kind, entity in found:
-        if kind in {"wall", "room"}:
-            points += _points(entity)
-    if not points:
-        return 1.0
-    size = float(np.ptp(np.asarray(points)[:, :2], axis=0).max())
-    scale = next((metres for metres, low, high in _GUESSED if low <= size <= high), None)
-    if scale is None:
-        detail = f"{path.name} states no unit, and its walls are {size:.4g} long: a house in none"
-        raise Rejection("source", Reason.BAD_UNITS, detail, "set its unit ($INSUNITS)")
-    return scale
+def _scale(found: list[tuple[str, Any]], stated: float | None, path: Path) -> tuple[float, bool]:
+    """R1: metres per unit, and whether the drawing states it."""
+    outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
+    if not outlines:
+        return stated or 1.0, stated is not None
+    size = float(np.ptp(np.concatenate(outlines), axis=0).max())
+    if stated is not None and _HOUSE_M[0] <= size * stated <= LARGEST_M:
+        return stated, True
+    thick = _thickness([line for points in outlines for line in pairwise(points)])
+    fits = [metres for metres in _GUESSED if _HOUSE_M[0] <= size * metres <= _HOUSE_M[1]]
+    sound = [metres for metres in fits if _THICK_M[0] <= thick * metres <= _THICK_M[1]]
+    if fits:
+        return (sound or fits)[0], False
+    states = "no unit" if stated is None else f"a unit of {stated:g} m"
+    detail = f"{path.name} states {states}, and its walls are {size:.4g} long: a house in none"
+    raise Rejection("source", Reason.BAD_UNITS, detail, "set its unit ($INSUNITS)")
+
+
+def _thickness(lines: list[tuple[Point, Point]]) -> float:
+    """Return the usual distance of a line from the nearest one beside and along it, in units; 0 if there are no two."""
+    ends = np.array(lines[:_MOST_LINES], np.float64).reshape(-1, 4)
+    start, along = ends[:, :2], ends[:, 2:] - ends[:, :2]
+    length = np.hypot(*along.T)
+    start, along, length = start[length > 0], along[length > 0], length[length > 0]
+    beside = []
+    for at, way, long in zip(start, along / length[:, None], length, strict=True):
+        across = np.array([-way[1], way[0]])
+        away, turned = np.abs((start - at) @ across), np.abs(along @ across) / length
+        first = (start - at) @ way
+        last = first + along @ way
+        shared = np.minimum(np.maximum(first, last), long) - np.maximum(np.minimum(first, last), 0.0)
+        near = away[(turned < _PARALLEL) & (shared > 0.5 * np.minimum(length, long)) & (away > 1e-6 * long)]
+        if len(near):
+            beside.append(float(near.min()))
+    return float(np.median(beside)) if beside else 0.0
 
 
 def _points(entity: Any) -> list[tuple[float, float]]:

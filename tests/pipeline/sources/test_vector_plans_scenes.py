@@ -204,12 +204,23 @@ def drawing(tmp_path, units: int, scale: float, name: str = "plan.dxf"):
     return tmp_path / name
 
 
-@pytest.mark.parametrize(("units", "scale"), [(6, 1.0), (4, 1000.0), (5, 100.0), (0, 1000.0)])
+@pytest.mark.parametrize(
+    ("units", "scale"), [(6, 1.0), (4, 1000.0), (5, 100.0), (0, 1000.0), (1, 39.37), (0, 39.37), (4, 39.37)]
+)
 def test_dxf_in_each_unit(tmp_path, units, scale):
     (plan,) = plans_of(drawing(tmp_path, units, scale))
     assert {room.label for room in plan.rooms} == {"Kitchen", "Bathroom"}
     assert [(door.kind, round(door.width, 2)) for door in plan.doors] == [("door", 0.9)]
     assert plan.area == pytest.approx(32.09, abs=0.1)
+
+
+def test_a_unit_of_dxf_in_which_there_is_no_house_is_a_guess(tmp_path):
+    (stated,) = plans_of(drawing(tmp_path, 1, 39.37, "stated.dxf"))
+    (wrong,) = plans_of(drawing(tmp_path, 4, 39.37, "wrong.dxf"))  # millimetres, says a template, of inches
+    assert (stated.quality.grounds["guesses"], wrong.quality.grounds["guesses"]) == (0.0, 0.5)
+    refused = rejected(drawing(tmp_path, 4, 1e-6, "nothing.dxf"))
+    assert refused.reason is Reason.BAD_UNITS
+    assert "nothing.dxf states a unit of 0.001 m, and its walls are 8.3e-06 long: a house in none" in refused.detail
 
 
 def test_dxf_that_is_none(tmp_path):
