@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from houseexpo.commands.printing import new_table
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
 from houseexpo.words import counted
@@ -111,7 +112,7 @@ def plans_table(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) 
     own = sorted(rows, key=lambda row: (row["id"] not in files, row["id"]))
     shown = own if len(own) <= _LISTED else own[:_FIRST]
     named = any(files.get(row["id"]) for row in shown)
-    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+    table = new_table()
     table.add_column("plan", overflow="fold")
     if named:
         table.add_column("file", overflow="fold", style="dim")
@@ -173,7 +174,7 @@ def next_commands(data_set: DataSet, out: str) -> list[str]:
 def outcome_table(stats: Mapping[str, Any]) -> Table:
     """Show what became of the inputs, rejections by reason, and in how many plans a rule had something to do."""
     outcomes = stats["outcomes"]
-    table = Table(title="Outcomes", title_justify="left", show_header=False)
+    table = new_table("Outcomes", header=False)
     table.add_column(style="bold")
     table.add_column(justify="right")
     table.add_row("inputs", str(outcomes["inputs"]), end_section=True)
@@ -236,7 +237,7 @@ def _id(entry: Entry) -> str:
 
 def longest_table(data_set: DataSet) -> Table:
     """Show the inputs that took longest."""
-    table = Table(title="Longest", title_justify="left", show_header=False)
+    table = new_table("Longest", header=False)
     table.add_column(overflow="fold")
     table.add_column(overflow="fold", style="dim")
     table.add_column(justify="right")

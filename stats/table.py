@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from rich import box
 from rich.table import Table
 
+from houseexpo.commands.printing import new_table
 from houseexpo.words import counted
 from stats.audit import RULES, AuditSummary
 from stats.compare import DIFFERENCE, Distance
@@ -67,7 +67,7 @@ def numbers_table(gathered: Gathered) -> Table:
 
 def bars_table(title: str, counts: Mapping[str, int]) -> Table:
     """Show counts as bars, the largest first."""
-    table = Table(title=title, title_justify="left", title_style="bold", show_header=False, box=None, padding=(0, 1))
+    table = new_table(title, header=False)
     table.add_column(justify="right")
     table.add_column(justify="right")
     table.add_column(style="cyan")
@@ -154,7 +154,7 @@ def verdict_table(verdict: Verdict) -> Table:
 
 
 def _table(title: str, *headings: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    table = new_table(title)
     for i, heading in enumerate(headings):
         table.add_column(heading, justify="right" if i else "left", style="" if i else "bold")
     return table

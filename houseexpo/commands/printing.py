@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rich.console import Console
+    from rich.table import Table
 
 
 _AROUND = 3
@@ -42,18 +43,31 @@ def print_named(out: Console, name: str, said: str, style: str = "bold") -> None
     out.print(said, highlight=False, soft_wrap=True)
 
 
+def new_table(title: str | None = None, *, header: bool = True) -> Table:
+    """Return an empty table in the one style of all commands: a bold title and a rule under the heads, no frame."""
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD if header else None,
+        padding=(0, 1),
+        show_header=header,
+    )
+
+
 def print_table(out: Console, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table of names and numbers; columns that do not fit continue below, with the names repeated.
 
     Heads are broken between words. Only names may be broken within a word, if they need more than half of the screen.
     """
-    from rich.table import Table
-
     names, *columns = ((head, cells) for head, *cells in zip(heads, *rows, strict=True))
     first = min(max(map(len, (names[0], *names[1]))), out.width // 2)
     widths = [max(map(len, (*head.split(), *cells))) for head, cells in columns]
     for part in _side_by_side(widths, out.width - first - _AROUND - 1):
-        table = Table()
+        table = new_table()
         table.add_column(names[0], width=first, overflow="fold")
         for i in part:
             table.add_column(fill(columns[i][0], widths[i]), justify="right")

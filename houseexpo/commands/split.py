@@ -23,9 +23,7 @@ def split(
     ] = None,
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
-    from rich.table import Table
-
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import console, new_table
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
@@ -42,7 +40,7 @@ def split(
     found = run_split(plans, shares, seed, workers or cores())
     files = write_split(found, dataset if out is None else out)
     record = found.record()
-    table = Table()
+    table = new_table()
     for heading in ("list", "ids", "share", "SHA-256"):
         table.add_column(heading, justify="right" if heading in ("ids", "share") else "left")
     for name, said in record["lists"].items():

@@ -21,9 +21,7 @@ def validate(
 
     The exit code is 0 if nothing is found, 1 if something is, and 2 if the data set cannot be read.
     """
-    from rich.table import Table
-
-    from houseexpo.commands.printing import console, print_json
+    from houseexpo.commands.printing import console, new_table, print_json
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate as run_validate
     from houseexpo.words import counted
@@ -38,7 +36,7 @@ def validate(
     if list_:
         for finding in report.findings:
             out.print(str(finding), highlight=False, soft_wrap=True)
-    table = Table(title=f"{dataset.name}: {counted(report.plans, 'plan')}, {counted(len(report.findings), 'finding')}")
+    table = new_table(f"{dataset.name}: {counted(report.plans, 'plan')}, {counted(len(report.findings), 'finding')}")
     table.add_column("rule")
     table.add_column("findings", justify="right")
     table.add_column("plans", justify="right")

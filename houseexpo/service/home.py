@@ -105,9 +105,13 @@ def _sentence(now: Opened, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
     kinds = ", ".join(f"{names[code]} ({count:,})" for code, count in counts.most_common(_FEW))
-    maker = f", made by {described['generator']}" if described.get("generator") else ""
     count = len(now.views.table)
-    return f"{count:,} floor plan{'' if count == 1 else 's'}{maker}{f', from {kinds}' if kinds else ''}."
+    told = [f"{count:,} floor plan{'' if count == 1 else 's'}."]
+    if kinds:
+        told.append(f"{'Source' if len(counts) == 1 else 'Sources'}: {kinds}.")
+    if described.get("generator"):
+        told.append(f"Made by {described['generator']}.")
+    return " ".join(told)
 
 
 def _described(path: Path) -> dict[str, str]:

@@ -95,11 +95,14 @@ def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
         value = table.value(row, measure.name)
         if value is not None:
             yield measure.title, f"{value:,g}{f' {measure.unit}' if measure.unit else ''}"
+    reached: dict[str, list[str]] = {}  # radii by what is said of them: most homes have the same for several
     for radius in RADII:
         reach, narrowest = table.value(row, "reach", radius), table.value(row, "narrowest", radius)
         if reach is not None:
             width = "" if narrowest is None else f", narrowest passage {narrowest:g} m"
-            yield f"Reached, radius {radius} m", f"{reach:.1%}{width}"
+            reached.setdefault(f"{reach:.1%}{width}", []).append(radius)
+    for said, radii in reached.items():
+        yield f"Reached by a robot of radius {', '.join(radii)} m", said
 
 
 def _provenance(plan: FloorPlan) -> Iterator[tuple[str, str]]:

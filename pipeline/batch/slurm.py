@@ -132,8 +132,14 @@ class Scripts:
         return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
 
     def submit(self) -> str:
-        """Submit the scripts; return Slurm's output."""
-        return _said("sh", str(self.folder / "submit.sh"))
+        """Submit the scripts; return Slurm's output. Raise HouseExpoError on a machine without Slurm."""
+        script = self.folder / "submit.sh"
+        if shutil.which("sbatch") is None:
+            raise HouseExpoError(
+                "--submit: this machine has no Slurm (no command sbatch); the scripts are written: on a login node, "
+                f"run sh {script}"
+            )
+        return _said("sh", str(script))
 
 
 def array_limit() -> int:
@@ -159,5 +165,6 @@ def _said(*command: str) -> str:
     """Return the output of a Slurm command; raise HouseExpoError if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our words
     if done.returncode:
-        raise HouseExpoError(f"{shlex.join(command)}: ended with {done.returncode}: {done.stderr.strip()}")
+        reason = next((line.strip() for line in done.stderr.splitlines() if line.strip()), "no reason given")
+        raise HouseExpoError(f"Slurm: {command[0]} ended with {done.returncode}: {reason}")
     return done.stdout.strip()

@@ -11,6 +11,7 @@ Rules:
 
 from __future__ import annotations
 
+import logging
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -103,7 +104,8 @@ def _connected(address: str | None) -> Any:
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is told to anybody
     try:
         _knock(address or os.environ.get("RAY_ADDRESS", ""))
-        ray.init(address=address, log_to_driver=False, include_dashboard=False if address is None else None)
+        shown = False if address is None else None
+        ray.init(address=address, log_to_driver=False, logging_level=logging.WARNING, include_dashboard=shown)
     except (OSError, ValueError, RuntimeError) as error:
         raise HouseExpoError(f"Ray cluster {address or ''}: cannot be reached ({error}); check --address") from None
     return ray

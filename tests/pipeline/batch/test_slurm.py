@@ -96,6 +96,20 @@ def test_scripts_are_written_where_no_cluster_answers(
     assert CliRunner().invoke(make_app(), [*words, "--submit"]).exit_code == 2
 
 
+def test_a_machine_without_slurm_writes_the_scripts_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, street: Path
+) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    manifest = tmp_path / "houses.toml"
+    manifest.write_text(f'[build]\nsources = ["{street}"]\n')
+    words = ["slurm", str(manifest), "--shards", "2", "--out", str(tmp_path / "out"), "--submit"]
+    done = CliRunner().invoke(make_app(), words)
+    assert done.exit_code == 2
+    assert "this machine has no Slurm" in done.output
+    assert "squeue" not in done.output
+    assert (tmp_path / "out" / ".build" / "slurm" / "submit.sh").exists()
+
+
 @pytest.mark.parametrize(("numbers", "text"), [([], ""), ([4], "4"), ([0, 1, 2, 5, 7, 8], "0-2,5,7-8")])
 def test_numbers_as_slurm_writes_them(numbers: list[int], text: str) -> None:
     assert ranges(numbers) == text
