@@ -17,7 +17,7 @@ from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
-from pipeline.geometry.overlay import quiet
+from pipeline.geometry.areas import quiet
 from pipeline.overrides import Override, concerns, corrected_input, corrected_level, level_of, word_on
 from pipeline.pictures import of_building, sheet_of, stage_pictures
 from pipeline.png import as_png, top_view

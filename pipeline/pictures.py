@@ -18,8 +18,8 @@ from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, font
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
 from pipeline.algorithm import Snapshot
-from pipeline.geometry.overlay import polygons_of
-from pipeline.geometry.standing import floor_of
+from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.spaces import floor_of
 from pipeline.png import Picture, as_png
 from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
 

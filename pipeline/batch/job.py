@@ -21,7 +21,7 @@ from pipeline.batch.entry import Entry, Kept, Outcome, Refused, label_of
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
-from pipeline.geometry.overlay import quiet
+from pipeline.geometry.areas import quiet
 from pipeline.overrides import Override, corrected_level, without_level, word_on
 from pipeline.png import top_view
 from pipeline.quality import check_quality

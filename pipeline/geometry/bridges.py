@@ -1,27 +1,175 @@
-"""Where a piece of wall separates two spaces: straight strips from one's face to the other's.
-
-A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
-is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
-piece and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the
-door plane.
-"""
+"""Bridges: straight strips through a wall that join two spaces, and how a piece of wall falls into them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bridge import PARALLEL, Bridge, Vector, free_intervals, joined, strips_of
-from pipeline.geometry.outlines import outlines
-from pipeline.geometry.overlay import Shapes, areas, clipped, overlaps
-from pipeline.geometry.regions import WALL, locate
+from pipeline.geometry.areas import WALL, Shapes, areas, clipped, locate, outlines, overlaps
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A bridge: the straight strip through a wall that joins two spaces, and rows of such strips.
+# ---------------------------------------------------------------------------------------------------------------------
+
+BESIDE_M = 0.15
+STAND_M = 0.03
+TOUCH_M = 0.5
+PARALLEL = np.cos(np.deg2rad(20.0))
+DEEPER = 2.0
+"""What is so many times deeper than a wider strip beside it hangs before the wall: a step, a cabinet."""
+Vector = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth (m).
+
+    ``sides`` are the indices of the two spaces, ``across`` pointing from the first to the second; OUTSIDE may be one.
+    """
+
+    centre: Vector
+    along: Vector
+    width: float
+    depth: float
+    sides: tuple[int, int]
+
+    @cached_property
+    def across(self) -> Vector:
+        """Unit normal of the wall, to the left of ``along``."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def segment(self) -> Vector:
+        """(2, 2) from jamb to jamb on the wall's centre line."""
+        half = self.along * self.width / 2
+        return np.stack([self.centre - half, self.centre + half])
+
+    def corners(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Vector:
+        """(4, 2) the rectangle of the strip, so many metres deeper and wider on each side."""
+        half = self.across * (self.depth / 2 + deeper_m)
+        long = self.along * (self.width / 2 + wider_m)
+        a, b = self.centre - long, self.centre + long
+        return np.array([a - half, b - half, b + half, a + half])
+
+    def strip(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Polygon:
+        """``corners`` as an area."""
+        return shapely.polygons(self.corners(deeper_m=deeper_m, wider_m=wider_m))
+
+    def has_jamb(self, door_plane: BaseGeometry) -> bool:
+        """Whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
+        shapely.prepare(door_plane)
+        for end, on in zip(self.segment, (-self.along, self.along), strict=True):
+            beside = self.across * (self.depth / 2 + BESIDE_M)
+            stub = end + BESIDE_M / 2 * on
+            wall, left, right = shapely.intersects(door_plane, shapely.points([stub, stub + beside, stub - beside]))
+            if wall and not left and not right:
+                return True
+        return False
+
+    def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
+        """Whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
+        beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
+        return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
+
+    def narrowed(self, start: float, end: float) -> Bridge:
+        """The part between two distances (metres) along the wall from the centre."""
+        return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
+
+
+def strips_of(bridges: Sequence[Bridge], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
+    """The ``strip`` of each bridge (n,)."""
+    corners = [bridge.corners(deeper_m=deeper_m, wider_m=wider_m) for bridge in bridges]
+    return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
+
+
+def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
+    """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
+
+    Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
+    whole is as deep as the deepest of them, except what is ``DEEPER`` than the widest.
+    """
+    rest = sorted(found, key=lambda b: -b.width)
+    result: list[Bridge] = []
+    while rest:
+        whole = rest.pop(0)
+        while (k := next((k for k, b in enumerate(rest) if _neighbours(whole, b, door_plane)), None)) is not None:
+            whole = _hull(whole, rest.pop(k))
+        result.append(whole)
+    return result
+
+
+def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
+    """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
+    half = abs(other.along @ whole.along) * other.width / 2
+    to = other.centre - whole.centre
+    return float(to @ whole.along - half), float(to @ whole.along + half), float(to @ whole.across)
+
+
+def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
+    apart = distance_in_row(whole, other)
+    if apart is None or apart > TOUCH_M:
+        return False
+    if apart <= 0:
+        return True
+    start, end, _ = _offsets(whole, other)
+    half = whole.width / 2
+    between = whole.narrowed(half, start) if start > half else whole.narrowed(end, -half)
+    return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
+
+
+def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
+    """Metres between the near ends of two bridges between the same spaces, or None if they are not in one row."""
+    if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
+        return None
+    start, end, aside = _offsets(whole, other)
+    if abs(aside) > (whole.depth + other.depth) / 2:
+        return None
+    return max(start - whole.width / 2, -whole.width / 2 - end)
+
+
+def _hull(whole: Bridge, other: Bridge) -> Bridge:
+    start, end, aside = _offsets(whole, other)
+    near, far = -whole.depth / 2, whole.depth / 2
+    if other.depth < DEEPER * whole.depth:
+        near, far = min(near, aside - other.depth / 2), max(far, aside + other.depth / 2)
+    wider = whole.narrowed(min(start, -whole.width / 2), max(end, whole.width / 2))
+    return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
+
+
+def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
+    """Stretches (start, end) along the strip, metres from its centre, free of what is ``standing`` in it."""
+    blocked = shapely.get_parts(standing)
+    taken: list[tuple[float, float]] = []
+    for part in blocked:
+        points = shapely.get_coordinates(part) - bridge.centre
+        across, along = points @ bridge.across, points @ bridge.along
+        if len(points) and np.ptp(across) > sliver_m:
+            taken.append((float(along.min()), float(along.max())))
+    free, at, half = [], -bridge.width / 2, bridge.width / 2
+    for start, end in [*sorted(taken), (half, half)]:
+        if start - at > sliver_m:
+            free.append((at, start))
+        at = max(at, end)
+    return free
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Where a piece of wall separates two spaces: straight strips from one's face to the other's.
+#
+# A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
+# is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
+# piece and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the
+# door plane.
+# ---------------------------------------------------------------------------------------------------------------------
 
 STEP_M = 0.08
 DETAIL_M = 0.004

@@ -1,12 +1,4 @@
-"""Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
-
-R1  Segments know their body: faces that share vertices (by index) are one. SUNCG writes every slab of a wall as a body
-    of its own, and so do most modellers.
-R2  A small face that is not upright takes the direction of what is around it: in a scan, a speck of a wall may look
-    anywhere, and a wall with a hole at each of these is closed at no height.
-R3  A closed body is wall at a height where most of its outline there is of upright faces: a gable has a slope at each
-    end, a roof has little else. Of an open one just the upright faces count.
-"""
+"""Horizontal sections of meshes: the segments at a height, winding numbers, what closes a body, heights to cut at."""
 
 from __future__ import annotations
 
@@ -15,10 +7,20 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
-from pipeline.geometry.caps import Caps
-from pipeline.geometry.mesh import Mesh
-from pipeline.geometry.pieces import closed_pieces, connected
+from pipeline.geometry.meshes import Mesh, closed_pieces, connected
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
+#
+# R1  Segments know their body: faces that share vertices (by index) are one. SUNCG writes every slab of a wall as a
+#     body of its own, and so do most modellers.
+# R2  A small face that is not upright takes the direction of what is around it: in a scan, a speck of a wall may look
+#     anywhere, and a wall with a hole at each of these is closed at no height.
+# R3  A closed body is wall at a height where most of its outline there is of upright faces: a gable has a slope at each
+#     end, a roof has little else. Of an open one just the upright faces count.
+# ---------------------------------------------------------------------------------------------------------------------
 
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
@@ -178,3 +180,174 @@ def merged(*meshes: Mesh | None) -> Mesh:
         np.concatenate([m.vertices for m in parts]),
         np.concatenate([m.faces + s for m, s in zip(parts, start, strict=True)]),
     )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# How often a section's segments wind around a point.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
+    if not len(points):
+        return np.zeros(0, np.int64)
+    x, y = shapely.get_x(points)[:, None], shapely.get_y(points)[:, None]
+    (x1, y1), (x2, y2) = segments[:, 0].T, segments[:, 1].T
+    up, down = (y1 <= y) & (y2 > y), (y2 <= y) & (y1 > y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = x1 + (y - y1) * (x2 - x1) / (y2 - y1)
+    right = at > x
+    return np.asarray((up & right).sum(axis=1) - (down & right).sum(axis=1), np.int64)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What lies over and under a point of a section: the tops and bottoms by which a body is closed.
+#
+# Seen in plan alone, a room of sheets whose faces look outwards is the same as a massive block. A block has a top and a
+# bottom, and nothing else between them: a line straight up leaves it by a face that looks up, one straight down by a
+# face that looks down.
+# ---------------------------------------------------------------------------------------------------------------------
+
+OVER_FLOOR_M = 0.3
+SLOPE = (0.3, 0.985)
+"""|z| of a roof's unit normal: from 70 to 10 degrees."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Caps:
+    """Triangles (n, 3, 3) that are not upright, wound as in the mesh; metres."""
+
+    triangles: Floats
+
+    @cached_property
+    def _bounds(self) -> tuple[Floats, Floats]:
+        plan = self.triangles[:, :, :2]
+        return plan.min(axis=1), plan.max(axis=1)
+
+    def close(self, points: Floats, height: float) -> npt.NDArray[np.bool_]:
+        """For each plan point (n, 2) whether it lies, at this height, between a bottom and a top of a body."""
+        return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
+
+    def slopes_over(self, points: Floats, reach_m: float, over_m: float = OVER_FLOOR_M) -> npt.NDArray[np.bool_]:
+        """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
+
+        A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand.
+        """
+        return np.array([self._slope_over(point, reach_m, over_m) for point in points], np.bool_).reshape(len(points))
+
+    def _slope_over(self, point: Floats, reach_m: float, over_m: float) -> bool:
+        low, high = self._bounds
+        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
+        near = near[_turns(near[:, :, :2] - point) != 0]
+        heights = _height_at(near, point)
+        above = heights > over_m
+        if not above.any():
+            return False
+        near, heights = near[above], heights[above]
+        normal = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
+        rise = np.abs(normal[:, 2]) / np.linalg.norm(normal, axis=1)
+        sloped = (rise > SLOPE[0]) & (rise < SLOPE[1])
+        return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
+
+    def _closes(self, point: Floats, height: float) -> bool:
+        low, high = self._bounds
+        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
+        turns = _turns(near[:, :, :2] - point)
+        hit = near[turns != 0]
+        over = _height_at(hit, point) > height
+        turns = turns[turns != 0]
+        return bool(turns[over].sum() > 0 and turns[~over].sum() < 0)
+
+
+def _turns(triangles: Floats) -> npt.NDArray[np.int64]:
+    """How each plan triangle (n, 3, 2) winds around the origin: 1 (it looks up), -1, or 0 where it does not hold it.
+
+    Half-open at its edges, so that of two triangles that share an edge one holds a point on it.
+    """
+    (x1, y1), (x2, y2) = (np.moveaxis(p, 2, 0) for p in (triangles, np.roll(triangles, -1, axis=1)))
+    left = x1 * y2 - x2 * y1
+    up = (y1 <= 0) & (y2 > 0) & (left > 0)
+    down = (y2 <= 0) & (y1 > 0) & (left < 0)
+    return np.asarray(up.sum(axis=1) - down.sum(axis=1), np.int64)
+
+
+def _height_at(triangles: Floats, point: Floats) -> Floats:
+    """Heights of triangles (n, 3, 3) over a plan point."""
+    a = triangles[:, 0]
+    normal = np.cross(triangles[:, 1] - a, triangles[:, 2] - a)
+    return np.asarray(a[:, 2] - ((point - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Heights to cut at: never through coplanar faces, for the plane at the top of a cube gives nothing.
+# ---------------------------------------------------------------------------------------------------------------------
+
+CLEARANCE_M = 0.002
+"""A cut keeps this far from every vertex height, where the mesh leaves room for it."""
+
+
+def distinct_heights(z: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
+    """Vertex heights between ``low`` and ``high`` (metres), sorted, to the millimetre."""
+    inside = z[(z > low - 1e-9) & (z < high + 1e-9)]
+    return np.unique(np.round(inside, 3))
+
+
+def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
+    """Return ``wanted``, or the middle of the largest gap between vertex heights within half of it to either side.
+
+    Parameters
+    ----------
+    wanted
+        Height in metres above the level's floor.
+    z
+        (n,) vertex heights of the mesh, metres.
+    """
+    if not z.size or np.abs(z - wanted).min() >= CLEARANCE_M:
+        return wanted
+    low, high = 0.5 * wanted, 1.5 * wanted
+    edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
+    widest = int(np.argmax(np.diff(edges)))
+    return float(edges[widest] + edges[widest + 1]) / 2
+
+
+def clear_of(wanted: float, z: npt.NDArray[np.float64], *, step: float = 0.005, most: int = 20) -> float:
+    """Return the height nearest to ``wanted``, in steps, that keeps its distance from every vertex height.
+
+    A scan has a vertex at every height: there ``wanted`` itself is as good as any.
+    """
+    near_by = z[np.abs(z - wanted) < (most + 1) * step]
+    for k in range(most):
+        for height in (wanted - k * step, wanted + k * step):
+            if not near_by.size or np.abs(near_by - height).min() >= CLEARANCE_M:
+                return height
+    return wanted
+
+
+def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int) -> list[float]:
+    """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
+
+    Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap
+    is enough: the ``most`` widest of them, the highest always among them. A scan has a vertex at every height: there,
+    ``most`` evenly spaced heights stand for the gaps.
+    """
+    if high <= low:
+        return []
+    edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
+    gaps = np.diff(edges)
+    wide = np.flatnonzero(gaps >= smallest_gap)
+    if len(wide) and gaps[wide].sum() > 0.5 * (high - low):
+        others = wide[:-1][np.argsort(-gaps[wide[:-1]], kind="stable")[: most - 1]]
+        return [float(edges[k] + edges[k + 1]) / 2 for k in sorted([*others, wide[-1]])]
+    spread = np.linspace(low, high, most + 2)[1:-1]
+    return [near_gap(float(h), edges) for h in spread]
+
+
+def near_gap(wanted: float, edges: npt.NDArray[np.float64]) -> float:
+    """Move a height off a vertex height by the smallest step that keeps it clear."""
+    if np.abs(edges - wanted).min() >= CLEARANCE_M / 2:
+        return wanted
+    k = int(np.searchsorted(edges, wanted))
+    above = edges[k : k + 2]
+    return float(above.mean()) if len(above) == 2 else wanted + CLEARANCE_M

@@ -19,8 +19,8 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bodies import Box
-from pipeline.geometry.overlay import clipped, overlap
+from pipeline.geometry.areas import clipped, overlap
+from pipeline.geometry.meshes import Box
 
 PLAY_M = 0.35
 """A leaf ends at most so far from the jamb: the play and the frame are between."""

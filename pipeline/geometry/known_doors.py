@@ -1,43 +1,360 @@
-"""Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
-
-R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
-R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one in a frame of its own as
-    deep as that wall: a door in a thin partition.
-R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
-    width: that hangs over the doorway, and the leaf stands ajar against another wall.
-R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
-R5  A leaf that is one body with its wall shows by the recess under its lintel (``geometry.recesses``).
-R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
-R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own over
-    it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a doorway.
-"""
+"""Doors known before any gap is looked at: named by the source, or shown by the leaf that stands in them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import networkx as nx
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.bodies import Bodies, Box, box_around
+from pipeline.geometry.areas import clipped, mitred, opened, overlap, polygons_of, united
 from pipeline.geometry.doorways import Doorway, box_of, doorway, rectangle, seated
-from pipeline.geometry.leaves import DEEPEST_M, PLATE_M, WIDTH_M, Leaf, find_leaves
-from pipeline.geometry.mesh import Mesh
-from pipeline.geometry.overlay import clipped, overlap, polygons_of, united
-from pipeline.geometry.recesses import leaves_in_recesses
+from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
+#
+# R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
+#     the ceiling, and is no wider than a door.
+# R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
+#     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
+#     parallel ones that only a third joins.
+# R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
+# ---------------------------------------------------------------------------------------------------------------------
+
+WIDTH_M = (0.5, 1.7)
+PLATE_M = 0.12
+DEEPEST_M = 0.45
+TALL_M = 1.7
+HIGHEST_M = 3.4
+CEILING_M = 0.1
+FOOT_M = 0.3
+HOLLOW = 0.5
+"""A frame fills less than this share of the box around it."""
+TOUCH_M = 0.06
+SHEET_M = 0.02
+IN_ROW_M = 0.2
+PARALLEL = np.cos(np.deg2rad(10.0))
+SQUARE = np.sin(np.deg2rad(10.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """What may be a door: the box around it, the bodies that it is made of, and their boxes.
+
+    ``plate_m`` is how thick it is without frames: the metres across the box from the first to the last of its plates.
+    """
+
+    box: Box
+    bodies: tuple[int, ...]
+    parts: tuple[Box, ...]
+    plate_m: float
+
+
+def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+    """All that is shaped as a door; heights count from the level's floor."""
+    boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - CEILING_M, HIGHEST_M))}
+    parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
+    casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
+    parts |= casings
+    keys = list(parts)
+    found = []
+    parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
+    for group in (each for members in parallel for each in _touching(members, parts)):  # R2
+        points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
+        box = box_around(np.concatenate(points))
+        if WIDTH_M[0] <= box.width <= 2 * WIDTH_M[1] and box.thickness <= DEEPEST_M:
+            plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
+            found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
+    return [leaf for leaf in found if not _is_panelling(leaf, found)]
+
+
+def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """The parts in groups of those that touch."""
+    boxes = [parts[k] for k in keys]
+    shapes = np.array([rectangle(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
+    graph = nx.Graph()
+    graph.add_nodes_from(range(len(keys)))
+    if len(keys) > 1:
+        pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T
+        graph.add_edges_from(pairs[pairs[:, 0] < pairs[:, 1]].tolist())
+    return [sorted(keys[k] for k in group) for group in nx.connected_components(graph)]
+
+
+def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """A group parted by the directions of its parts; a post belongs to the nearest one square to it, or to none.
+
+    Frames of two doors touch in a corner, and posts stand square to both.
+    """
+    wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
+    parted: list[list[int]] = []
+    for k in wide:
+        same = [each for each in parted if abs(parts[each[0]].along @ parts[k].along) > PARALLEL]
+        if same:
+            same[0].append(k)
+        else:
+            parted.append([k])
+    for k in sorted(set(group) - set(wide)):
+        square = [each for each in parted if _is_square(parts[each[0]], parts[k])]
+        if square:
+            min(square, key=lambda each: _distance(parts[each[0]], parts[k])).append(k)
+    return [sorted(each) for each in parted] or [group]
+
+
+def _distance(box: Box, post: Box) -> float:
+    """How far a post stands from a plate in plan, metres."""
+    return float(rectangle(box).distance(shapely.points(post.centre)))
+
+
+def _is_square(box: Box, post: Box) -> bool:
+    """Whether a post stands parallel to a box or at right angles to it."""
+    along = abs(box.along @ post.along)
+    return bool(along > PARALLEL or along < SQUARE)
+
+
+def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
+    """Whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
+    if box.width < WIDTH_M[0] or box.thickness > DEEPEST_M:
+        return False
+    corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    sides = 1.0 if box.thickness < 1e-3 else 2.0
+    return bool(area > HOLLOW * sides * box.width * box.height) and (
+        box.thickness < SHEET_M or _volume(bodies, body) > HOLLOW * box.width * box.thickness * box.height
+    )
+
+
+def _depth(box: Box, plates: list[Box]) -> float:
+    """From the near face of the first plate to the far face of the last, metres across the box."""
+    at = [(float((plate.centre - box.centre) @ box.across), plate.thickness / 2) for plate in plates]
+    return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
+
+
+def _likely(bodies: Bodies, highest_m: float) -> Iterable[int]:
+    low, high = bodies.low, bodies.high
+    extent = np.hypot(*(high - low)[:, :2].T)
+    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= TALL_M) & (high[:, 2] <= highest_m)
+    return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * WIDTH_M[1]))]
+
+
+def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
+    """R1."""
+    if box.width > WIDTH_M[1] or box.thickness > DEEPEST_M:
+        return False
+    if box.thickness <= PLATE_M and box.width >= WIDTH_M[0]:
+        return True
+    return box.thickness <= TOUCH_M or _volume(bodies, body) < HOLLOW * box.width * box.thickness * box.height
+
+
+def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
+    """R1: whether a box holds a leaf: a frame and its filling drawn as one block."""
+    if not (WIDTH_M[0] <= box.width <= WIDTH_M[1] and box.thickness <= DEEPEST_M):
+        return False
+    return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
+
+
+def _holds(box: Box, part: Box) -> bool:
+    to = part.centre - box.centre
+    aside = abs(to @ box.across) < box.thickness / 2 and abs(to @ box.along) < 0.15 * box.width
+    return bool(aside and abs(box.along @ part.along) > PARALLEL)
+
+
+def _volume(bodies: Bodies, body: int) -> float:
+    corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
+    corners = corners - corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6
+
+
+def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
+    """R3: whether a row of plates goes on from this one, or it is one itself."""
+    if leaf.box.width > WIDTH_M[1]:
+        return _plates(leaf) > 2
+    beside = sum(other is not leaf and _in_row(leaf.box, other.box) for other in leaves)
+    return beside >= 2
+
+
+def _plates(leaf: Leaf) -> int:
+    """How many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
+    wide = [part for part in leaf.parts if part.width >= WIDTH_M[0]]
+    at = sorted(float((part.centre - leaf.box.centre) @ leaf.box.along) for part in wide)
+    return 1 + int((np.diff(at) > WIDTH_M[0] / 2).sum()) if at else 0
+
+
+def _in_row(one: Box, other: Box) -> bool:
+    to = other.centre - one.centre
+    return bool(
+        abs(one.along @ other.along) > PARALLEL
+        and abs(to @ one.across) < 0.1
+        and abs(to @ one.along) < (one.width + other.width) / 2 + IN_ROW_M
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors of cubicles (toilets, changing rooms): lower than any other, in partitions that end below the ceiling.
+#
+# R1  The leaf is a thin plate that stands on the floor or a little above, as high as a person, and as wide as a door.
+# R2  Thin partitions in line with it, or one with a cut-out for it, hold both of its ends. They are higher than the
+#     leaf and end below the ceiling; so a headboard or the panel of a desk is none.
+# ---------------------------------------------------------------------------------------------------------------------
+
+CUBICLE_WIDTH_M = (0.5, 1.0)
+MIN_M = 1.2
+CUBICLE_PLATE_M = 0.06
+HIGHER_M = 0.05
+CUBICLE_HIGHEST_M = 2.4
+IN_LINE_M = 0.05
+CUBICLE_PARALLEL = np.cos(np.deg2rad(4.0))
+
+
+def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
+    """All that is shaped and held as the door of a cubicle; heights count from the level's floor."""
+    return [
+        Leaf(box, (k,), (box,), box.thickness)
+        for k, box in _cubicle_doors(bodies)
+        if _is_held(k, box, bodies, ceiling_m)
+    ]
+
+
+def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
+    """R1."""
+    low, high = bodies.low, bodies.high
+    tall = high[:, 2] - low[:, 2]
+    extent = np.hypot(*(high - low)[:, :2].T)
+    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < TALL_M)
+    for k in np.flatnonzero(likely & (extent >= CUBICLE_WIDTH_M[0]) & (extent <= CUBICLE_WIDTH_M[1] + CUBICLE_PLATE_M)):
+        box = bodies.box(int(k))
+        if CUBICLE_WIDTH_M[0] <= box.width <= CUBICLE_WIDTH_M[1] and box.thickness <= CUBICLE_PLATE_M:
+            yield int(k), box
+
+
+def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
+    """R2."""
+    low, high = bodies.low, bodies.high
+    near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
+    top = min(ceiling_m - CEILING_M, CUBICLE_HIGHEST_M)
+    near &= (high[:, 2] >= box.high + HIGHER_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
+    partitions = [rectangle(each, depth=max(each.thickness, CUBICLE_PLATE_M)) for each in _in_line(near, box, bodies)]
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
+
+
+def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[Box]:
+    """The thin upright boxes among bodies that lie in line with a plate."""
+    for k in np.flatnonzero(near):
+        each = bodies.box(int(k))
+        aside = abs((each.centre - box.centre) @ box.across)
+        if each.thickness <= CUBICLE_PLATE_M and aside < IN_LINE_M and abs(each.along @ box.along) > CUBICLE_PARALLEL:
+            yield each
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel.
+# ---------------------------------------------------------------------------------------------------------------------
+
+RECESS_WIDTH_M = (0.45, 2.8)
+DEPTH_M = (0.015, 0.6)
+LEAF_M = 0.09
+STRAIGHT = 0.7
+JOIN_M = 0.01
+SEAM_M = 0.12
+LOOKS = np.linspace(-0.4, 0.4, 5)
+
+Floats = npt.NDArray[np.float64]
+
+
+def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    """Doorways in which a thin piece of ``walls`` stands beside a slim lintel; each is the piece and the lintels by it.
+
+    ``lintels`` is what hangs over free floor. A lintel over an open door is as deep as the wall; one over a recess is
+    slimmer, and what stands beside it, as long as it, is the leaf.
+    """
+    found = _recesses(lintels, walls, RECESS_WIDTH_M)
+    return polygons_of(united(_with_lintel(leaf, lintel) for lintel, leaf in found))
+
+
+def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
+    bare = opened(lintels, SEAM_M)  # without the seams of a ceiling that end at them
+    return [lintel for lintel, _ in _recesses(bare, walls, (RECESS_WIDTH_M[1], np.inf))]
+
+
+def _recesses(
+    lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
+) -> list[tuple[Polygon, Polygon]]:
+    """Slim lintels of such widths, each with the thin piece of wall beside it."""
+    found = []
+    for lintel in polygons_of(lintels):
+        box = box_of(lintel)
+        slim = DEPTH_M[0] <= box.thickness <= DEPTH_M[1] and width_m[0] <= box.width <= width_m[1]
+        if not slim or lintel.area < STRAIGHT * box.width * box.thickness:
+            continue
+        x1, y1, x2, y2 = lintel.bounds
+        near = clipped(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
+        for sign in (-1.0, 1.0):
+            thickness = _thickness_beside(box, sign, near)
+            if thickness is not None:
+                found += [(lintel, leaf) for leaf in _leaf(box, sign, thickness, near)]
+    return found
+
+
+def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
+    """A leaf and the lintel beside it as one area."""
+    return mitred(mitred(united([leaf, lintel]), JOIN_M), -JOIN_M)
+
+
+def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
+    """How thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
+    across = sign * box.across
+    found: list[float] = []
+    for share in LOOKS:
+        foot = box.centre + share * box.width * box.along + (box.thickness / 2 - 0.01) * across
+        ray = shapely.linestrings([foot, foot + (LEAF_M + 0.05) * across])
+        parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
+        if not parts:
+            continue
+        ends = (shapely.get_coordinates(parts[0]) - foot) @ across
+        if ends.min() <= 0.03 and ends.max() <= LEAF_M + 0.02:
+            found.append(float(ends.max() - ends.min()))
+    return float(np.median(found)) if len(found) >= len(LOOKS) - 1 else None
+
+
+def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[Polygon]:
+    centre = box.centre + sign * box.across * (box.thickness + thickness) / 2
+    strip = rectangle(Box(centre, box.along, box.width, thickness + 0.02, 0.0, 0.0))
+    return polygons_of(overlap(strip, walls))[:1]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
+#
+# R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
+# R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one in a frame of its own as
+#     deep as that wall: a door in a thin partition.
+# R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
+#     width: that hangs over the doorway, and the leaf stands ajar against another wall.
+# R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
+# R5  A leaf that is one body with its wall shows by the recess under its lintel, as above.
+# R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+# R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
+#     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
+#     doorway.
+# ---------------------------------------------------------------------------------------------------------------------
 
 PROUD_M = 0.04
 FRAME_M = 0.01
 CLOSE_M = 0.005
-SHEET_M = 0.05
+LEAST_DEPTH_M = 0.05
 ABOVE = 0.5
 SAME = 0.3
 HINGE_M = 0.15
 ALIKE = 0.25
-PARALLEL = np.cos(np.deg2rad(4.0))
+IN_ONE_LINE = np.cos(np.deg2rad(4.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +375,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     things: list[Polygon] = []
     for leaf in leaves:
         way = doorway(leaf.box, walls)
-        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
+        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, LEAST_DEPTH_M))
         if leaf.box.thickness <= PLATE_M and _stands_ajar(leaf.box, hanging):  # R7
             found.append(plan)
             continue
@@ -66,7 +383,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(rectangle(way), "leaf"))
             found.append(plan)
-        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not _is_framed(leaf, over):  # R2
+        elif 0 < over <= 1.25 * max(leaf.plate_m, LEAST_DEPTH_M) and not _is_framed(leaf, over):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(rectangle(way), "leaf"))
@@ -89,7 +406,7 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     """How thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
     near = clipped(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
-    if overlap(rectangle(box, depth=SHEET_M), near).area < ABOVE * box.width * SHEET_M:
+    if overlap(rectangle(box, depth=LEAST_DEPTH_M), near).area < ABOVE * box.width * LEAST_DEPTH_M:
         return 0.0
     wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
     return float(wide.area / box.width)
@@ -109,14 +426,14 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
     """R7."""
-    plan = rectangle(box, depth=max(box.thickness, SHEET_M))
+    plan = rectangle(box, depth=max(box.thickness, LEAST_DEPTH_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < HINGE_M]
     lintels = [(p, box_of(p)) for p in parts]
-    own = any(abs(lintel.along @ box.along) > PARALLEL and p.intersects(plan) for p, lintel in lintels)
+    own = any(abs(lintel.along @ box.along) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
     return not own and any(
         shapely.distance(ends, p).min() < HINGE_M
-        and abs(lintel.along @ box.along) < PARALLEL
+        and abs(lintel.along @ box.along) < IN_ONE_LINE
         and abs(lintel.width - box.width) < ALIKE * box.width
         for p, lintel in lintels
     )
@@ -129,7 +446,7 @@ def known_doorways(
     found = [replace(each, polygon=seated(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
     for box in (box for mesh in doors for box in _boxes(mesh)):
-        leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
+        leaves.append(rectangle(box, depth=max(box.thickness, LEAST_DEPTH_M)))
         way = None if _stands_ajar(box, lintels) else doorway(box, walls)  # R7
         if way is not None:
             found.append(Doorway(rectangle(way), "named"))

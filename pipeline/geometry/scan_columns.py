@@ -1,12 +1,4 @@
-"""What stands over each spot of a scanned surface, height by height: a raster of columns.
-
-A scan is a surface of small faces, seen from inside: it is noisy, a part of it is missing, and furniture has grown
-together with the walls. One section through it says little; what persists over many heights is a wall.
-
-R1  The raster lies along the house's main direction, so that most walls run along its rows and columns.
-R2  Each face that does not lie flat is cut at every plane of a stack, a few centimetres apart, and marks the cells that
-    the cut touches, and their neighbours: noise moves a wall from height to height.
-"""
+"""Columns of a scan: what stands over each spot of a scanned surface or a point cloud, height by height."""
 
 from __future__ import annotations
 
@@ -17,7 +9,18 @@ import numpy as np
 import numpy.typing as npt
 import scipy.ndimage
 
-from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.meshes import Mesh
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What stands over each spot of a scanned surface, height by height: a raster of columns.
+#
+# A scan is a surface of small faces, seen from inside: it is noisy, a part of it is missing, and furniture has grown
+# together with the walls. One section through it says little; what persists over many heights is a wall.
+#
+# R1  The raster lies along the house's main direction, so that most walls run along its rows and columns.
+# R2  Each face that does not lie flat is cut at every plane of a stack, a few centimetres apart, and marks the cells
+#     that the cut touches, and their neighbours: noise moves a wall from height to height.
+# ---------------------------------------------------------------------------------------------------------------------
 
 STEP_M = 0.03
 """From plane to plane."""
@@ -206,3 +209,127 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
     seen = np.zeros(raster.shape, bool)
     seen.reshape(-1)[at[inside]] = True
     return np.asarray(scipy.ndimage.binary_dilation(seen, np.ones((3, 3), bool)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A cloud of points without most of its noise: each point is drawn to the middle of those about it.
+#
+# Walls stand upright, so that what lies above and below a point says where its wall is.
+#
+# R1  The points are taken band by band of height. In each band, seen from above, a point goes STEPS times to the middle
+#     of the points about it, weighed by a Gaussian: to the ridge of the wall that it is of.
+# R2  An outlier has far fewer points about it than a wall's, and is dropped.
+# ---------------------------------------------------------------------------------------------------------------------
+
+BAND_M = 0.3
+PIXEL_M = 0.01
+REACH_M = 0.03
+"""The Gaussian's; the two faces of a thin wall are three times as far apart."""
+STEPS = 4
+DENSE = 0.9
+SPARSE = 0.15
+MAX_PIXELS = 16_000_000
+
+
+def drawn_in(points: Floats) -> Floats:
+    """The points (n, 3) that stand, drawn in; fewer than there were."""
+    if not len(points):
+        return points
+    band = np.floor((points[:, 2] - points[:, 2].min()) / BAND_M).astype(np.int64)
+    found = [_of_band(points[band == k]) for k in range(int(band.max()) + 1)]
+    return np.concatenate(found)
+
+
+def _of_band(points: Floats) -> Floats:
+    if not len(points):
+        return points
+    low = points[:, :2].min(axis=0) - 4 * REACH_M
+    size = points[:, :2].max(axis=0) + 4 * REACH_M - low
+    pixel = max(PIXEL_M, float(np.sqrt(np.prod(size) / MAX_PIXELS)))
+    columns, rows = (np.ceil(size / pixel).astype(int) + 1).tolist()
+    at = (points[:, :2] - low) / pixel
+    cell = np.floor(at).astype(np.int64)
+    flat = cell[:, 1] * columns + cell[:, 0]
+    sums = [np.bincount(flat, weight, rows * columns) for weight in (None, at[:, 0], at[:, 1])]
+    mass, x, y = (_blurred(each.reshape(rows, columns).astype(np.float64), REACH_M / pixel) for each in sums)
+    middle = np.stack([x, y], axis=2) / np.maximum(mass, 1e-6)[:, :, None]
+    for _ in range(STEPS):  # R1
+        cell = np.floor(at).astype(np.int64)
+        at = middle[cell[:, 1], cell[:, 0]]
+    cell = np.floor(at).astype(np.int64)
+    close = mass[cell[:, 1], cell[:, 0]]
+    kept = close > SPARSE * np.quantile(close, DENSE)  # R2
+    return np.column_stack([at[kept] * pixel + low, points[kept, 2]])
+
+
+def _blurred(image: Floats, sigma_px: float) -> Floats:
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma_px), np.float64)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The columns of a point cloud: what stands over each spot of it, height by height, as of a scanned surface.
+#
+# R1  The raster lies in the direction in which the points that stand fall on the fewest rows and columns.
+# R2  A layer of heights is as thick as it takes for a wall to have ENOUGH points before each cell: a thin cloud has few
+#     and thick layers.
+# R3  Ground is where the points about the floor's height lie as close as most of them do; outliers lie far apart.
+# ---------------------------------------------------------------------------------------------------------------------
+
+THICKEST_M = 0.15
+ENOUGH = 3.0
+USUAL = 0.98
+"""Of the cells that hold points this share holds fewer than a wall's."""
+GROUND_M = 0.08
+FAINT = 0.3
+BLUR = 5
+TURNS_DEG = np.arange(0.0, 90.0, 1.5)
+
+
+def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float) -> Columns:
+    """The columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
+    inside = (points[:, 2] >= low_m) & (points[:, 2] < high_m)
+    standing = drawn_in(points[inside])
+    raster = _raster(standing[:, :2], cell_m)
+    cells = raster.cells(standing[:, :2])
+    step = _step(cells, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)
+    count = max(1, int((high_m - low_m) / step))
+    step = (high_m - low_m) / count
+    layer = np.minimum(((standing[:, 2] - low_m) / step).astype(np.int64), count - 1)
+    stands = np.zeros((count, *raster.shape), bool)
+    stands.reshape(count, -1)[layer, cells] = True
+    square = np.ones((2 * SPREAD + 1, 2 * SPREAD + 1), np.uint8)
+    for each in stands:
+        each[:] = cv2.dilate(each.view(np.uint8), square).view(bool)
+    floor = points[np.abs(points[:, 2]) < GROUND_M, :2]
+    heights = np.asarray(low_m + (np.arange(count) + 0.5) * step, np.float64)
+    return Columns(raster, heights, stands, _ground_points(floor, raster), high_m)
+
+
+def _raster(plan: Floats, cell_m: float) -> Raster:
+    """R1; the points may lie on a grid of their own, which is the sharpest of all."""
+    off = np.random.default_rng(0).uniform(-cell_m / 2, cell_m / 2, plan.shape)
+    along = sharpest(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
+    return raster_over(plan, sharpest(plan + off, along), cell_m)
+
+
+def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
+    """R2."""
+    mass = np.bincount(cells)
+    if not len(cells):
+        return STEP_M
+    beside = 2 * SPREAD + 1
+    per_metre = beside * float(np.quantile(mass[mass > 0], USUAL)) / max(height_m, STEP_M)
+    return float(np.clip(ENOUGH / per_metre, STEP_M, THICKEST_M))
+
+
+def _ground_points(floor: Floats, raster: Raster) -> Bools:
+    """R3."""
+    rows, columns = raster.shape
+    at = np.floor((floor @ raster.axes.T - raster.origin) / raster.cell_m).astype(np.int64)
+    at = at[((at >= 0) & (at < (columns, rows))).all(axis=1)]
+    if not len(at):
+        return np.zeros(raster.shape, bool)
+    mass = np.bincount(at[:, 1] * columns + at[:, 0], minlength=rows * columns).reshape(raster.shape)
+    close = np.asarray(cv2.blur(mass.astype(np.float32), (BLUR, BLUR)), np.float32)
+    usual = float(np.median(close[at[:, 1], at[:, 0]]))
+    return np.asarray(close > FAINT * usual)

@@ -1,18 +1,27 @@
-"""A house as rooms and the ways between them."""
+"""Spaces: rooms and the ways between them, voids, odd shapes, and where a robot can stand."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import networkx as nx
 import numpy as np
 import numpy.typing as npt
+import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.analysis.navigability import erode
 from houseexpo.plan import DoorKind
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE, areas, differences, mitred, opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.bridges import Bridge, Vector, strips_of
+from pipeline.geometry.walls import close_cracks
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A house as rooms and the ways between them.
+# ---------------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,3 +81,175 @@ class Spaces:
             joins=tuple((new[a], new[b]) for a, b in self.joins if a in new and b in new),
             notes={**self.notes, **notes},
         )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Rooms that can be reached from each other.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def cells(spaces: Spaces) -> list[list[int]]:
+    """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
+    graph = nx.Graph()
+    graph.add_nodes_from(range(len(spaces.rooms)))
+    graph.add_edges_from(p.bridge.sides for p in spaces.passages if not p.leads_outside)
+    graph.add_edges_from(spaces.joins)
+    return sorted(sorted(part) for part in nx.connected_components(graph))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Passages fitted between the faces of the two spaces that each joins.
+# ---------------------------------------------------------------------------------------------------------------------
+
+REACH_M = 0.15
+
+
+def fitted(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
+    """The bridges with their faces where the rooms' are now; on the outside, where they were."""
+    limits = [[-bridge.depth / 2, bridge.depth / 2] for bridge in bridges]
+    ends = [(i, k) for i, bridge in enumerate(bridges) for k in (0, 1) if bridge.sides[k] != OUTSIDE]
+    facing = np.array([rooms[bridges[i].sides[k]] for i, k in ends], dtype=np.object_)
+    rays = shapely.linestrings(np.array([_ray(bridges[i], k) for i, k in ends]).reshape(-1, 2, 2))
+    for (i, k), hit in zip(ends, shapely.intersection(rays, facing), strict=True):
+        if not hit.is_empty:
+            at = (shapely.get_coordinates(hit) - bridges[i].centre) @ bridges[i].across
+            limits[i][k] = float(at.max() if k == 0 else at.min())
+    return [_between(bridge, low, high) for bridge, (low, high) in zip(bridges, limits, strict=True)]
+
+
+def _ray(bridge: Bridge, k: int) -> list[Vector]:
+    """From one face of a bridge across to its other one, number ``k``, and ``REACH_M`` further."""
+    near, far = -bridge.depth / 2, bridge.depth / 2
+    ends = (far, near - REACH_M) if k == 0 else (near, far + REACH_M)
+    return [bridge.centre + at * bridge.across for at in ends]
+
+
+def _between(bridge: Bridge, low: float, high: float) -> Bridge:
+    """The bridge with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
+    if high - low < 1e-3:
+        return bridge
+    return replace(bridge, centre=bridge.centre + bridge.across * (low + high) / 2, depth=high - low)
+
+
+def opening_polygons(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Polygon]:
+    """The area between the two faces of each bridge, corner to corner, also where they are not quite parallel."""
+    entrance = np.array([OUTSIDE in bridge.sides for bridge in bridges], np.bool_)
+    strips = np.where(entrance, strips_of(bridges), strips_of(bridges, deeper_m=REACH_M))
+    rest = strips.copy()
+    for k in (0, 1):
+        inner = [i for i, bridge in enumerate(bridges) if bridge.sides[k] != OUTSIDE]
+        rest[inner] = differences(rest[inner], np.array([rooms[bridges[i].sides[k]] for i in inner], np.object_))
+    return [_holding(bridge, polygons_of(areas(r)) or [s]) for bridge, r, s in zip(bridges, rest, strips, strict=True)]
+
+
+def _holding(bridge: Bridge, pieces: list[Polygon]) -> Polygon:
+    """The piece that holds a bridge's centre, else the largest."""
+    centre = shapely.points(bridge.centre)
+    return next((piece for piece in pieces if len(pieces) > 1 and piece.distance(centre) < 1e-6), pieces[0])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Holes in a storey's floor through which one looks down onto the storey below: there is no free space over them.
+#
+# R1  A hole counts where the floor of a room is open, at least as wide as a stair, and half of it shows the storey
+#     below (the upper steps of a flight hide the rest).
+# R2  A room that the source names holds what it covers: many draw a stair's void as part of the hall around it.
+# R3  What is left of a room beside the hole is a room if a person can stand on it; the upper half of a hall is none.
+# ---------------------------------------------------------------------------------------------------------------------
+
+EDGE_M = 0.02
+NARROWEST_VOID_M = 0.6
+SHOWN = 0.5
+STANDING_M = 0.6
+MIN_M2 = 0.7
+
+
+def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named: BaseGeometry) -> list[Polygon]:
+    """What of a room has a floor: itself, a smaller piece, several where a void parts it, or none.
+
+    ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
+    own rooms cover; plan areas in the level frame.
+    """
+    bare = opened(subtract(room, united([mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
+    voids = [hole for hole in polygons_of(bare) if overlap(hole, below).area > SHOWN * hole.area]  # R1
+    if not voids:
+        return [room]
+    left = polygons_of(subtract(room, mitred(united(voids), EDGE_M)))
+    return [part for part in left if part.area > MIN_M2 and not opened(part, STANDING_M).is_empty]  # R3
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# What is odd about the shape of a room: its size, its width, and walls that end in the middle of it.
+# ---------------------------------------------------------------------------------------------------------------------
+
+SMALLEST_M2, LARGEST_M2 = 1.5, 200.0
+NARROWEST_ROOM_M = 0.85
+RAGGED = 0.15  # 4 pi area / length of the edge squared; a square has 0.79, a corridor of 1 : 10 has 0.26
+THICKEST_M = 0.4
+THINNEST_M = 0.03
+SHORTEST_M = 0.5
+
+Bools = npt.NDArray[np.bool_]
+
+
+def odd(rooms: list[Polygon]) -> Bools:
+    """Which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
+    area, length = shapely.area(rooms), shapely.length(rooms)
+    sized = (area >= SMALLEST_M2) & (area <= LARGEST_M2)
+    ragged = 4 * math.pi * area / length**2 < RAGGED
+    return np.asarray(~sized | ragged | shapely.is_empty(mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
+
+
+def with_loose_ends(rooms: list[Polygon]) -> Bools:
+    """Into which rooms (n,) a wall juts by more than ``SHORTEST_M`` and ends: most walls go on to the next one."""
+    whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
+    closed = mitred(mitred(whole, THICKEST_M / 2), -THICKEST_M / 2)
+    juts, room = shapely.get_parts(shapely.difference(closed, whole), return_index=True)
+    found = np.zeros(len(rooms), np.bool_)
+    if len(juts):
+        half = shapely.length(juts) / 2
+        thickness = shapely.area(juts) / np.maximum(half, 1e-9)
+        found[room[(thickness > THINNEST_M) & (half - thickness > SHORTEST_M)]] = True
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Where a disc robot can stand: free space drawn in by its radius, piece by piece.
+# ---------------------------------------------------------------------------------------------------------------------
+
+SPECK_M2 = 1e-3
+"""Smaller pieces, in m2, need no door; those that a plan counts have 0.1 m2 (``houseexpo.navigability``)."""
+LAP_M = 0.01
+SEAM_M = 1e-3
+"""Rooms that meet without a wall may stand so far apart by rounding."""
+
+
+def floor_of(spaces: Spaces) -> BaseGeometry:
+    """All rooms and the open passages between them, as one area."""
+    strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=LAP_M)
+    floor = united([*spaces.rooms, *strips])
+    return close_cracks(floor, SEAM_M) if spaces.joins else floor
+
+
+def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
+    """Return the areas in which the centre of a disc can be, the largest first, without those under 10 cm2."""
+    return sorted(erode(floor, radius_m, SPECK_M2), key=lambda piece: (-piece.area, piece.bounds))
+
+
+def sample(pieces: list[Polygon], count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
+    """``count`` points (n, 2) uniform over all pieces, and one more inside each."""
+    low = np.min([p.bounds[:2] for p in pieces], axis=0)
+    high = np.max([p.bounds[2:] for p in pieces], axis=0)
+    whole = united(pieces)
+    shapely.prepare(whole)
+    found: list[npt.NDArray[np.float64]] = []
+    while sum(len(f) for f in found) < count:
+        trial = rng.uniform(low, high, (4 * count, 2))
+        found.append(trial[shapely.contains_xy(whole, trial[:, 0], trial[:, 1])])
+    inside = shapely.get_coordinates([p.representative_point() for p in pieces])
+    return np.concatenate([inside, np.concatenate(found)[:count]])
+
+
+def piece_of(points: npt.NDArray[np.float64], pieces: list[Polygon]) -> npt.NDArray[np.int64]:
+    """For each point (n, 2) the index of the nearest piece."""
+    return np.asarray(shapely.STRtree(pieces).nearest(shapely.points(points)), np.int64)

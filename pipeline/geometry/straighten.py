@@ -20,7 +20,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 
 Floats = npt.NDArray[np.float64]
 LONG_M = 0.3

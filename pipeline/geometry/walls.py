@@ -1,37 +1,53 @@
-"""From the raw segments of a section to the area of its walls: solids and sheets in one file.
-
-The segments of a plane are noded together and cut it into faces. Whether a face is wall is decided face by face,
-never component by component: walls may fall into hundreds of open shells (Sweet Home), and one file may hold solid
-walls and sheets. Rules, for a face of the arrangement:
-
-R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
-    round at this height, so nobody gets into it either;
-R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a bottom
-    lie over and under it (a room of sheets that look outwards has neither). Only what of it is
-    thick is massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one;
-R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit between
-    two sheets is no face;
-R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
-
-R5  Before all that, a mesh of many small faces (a scan) has its noise taken off: a corner every few centimetres would
-    make strips too short to be doors of every lintel.
-"""
+"""Walls from sections: the area of walls at a height, walls of two sheets, closets, and where walls end."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import accumulate, pairwise
 
+import manifold3d
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.closets import closets
-from pipeline.geometry.cutting import Segments
-from pipeline.geometry.overlay import EMPTY, areas, mitred, subtract, united
-from pipeline.geometry.regions import opened
-from pipeline.geometry.rings import closed_rings, united_rings
-from pipeline.geometry.winding import winding_number
+from pipeline.geometry.areas import (
+    EMPTY,
+    Shapes,
+    areas,
+    clipped,
+    mitred,
+    opened,
+    overlap,
+    polygons_of,
+    subtract,
+    united,
+)
+from pipeline.geometry.cutting import OVER_FLOOR_M, Cutter, Segments, winding_number
+from pipeline.geometry.doorways import box_of
+from pipeline.geometry.meshes import Mesh
+
+# ---------------------------------------------------------------------------------------------------------------------
+# From the raw segments of a section to the area of its walls: solids and sheets in one file.
+#
+# The segments of a plane are noded together and cut it into faces. Whether a face is wall is decided face by face,
+# never component by component: walls may fall into hundreds of open shells (Sweet Home), and one file may hold solid
+# walls and sheets. Rules, for a face of the arrangement:
+#
+# R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
+#     round at this height, so nobody gets into it either;
+# R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a
+#     bottom lie over and under it (a room of sheets that look outwards has neither). Only what of it is thick is
+#     massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one;
+# R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit
+#     between two sheets is no face;
+# R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
+#
+# R5  Before all that, a mesh of many small faces (a scan) has its noise taken off: a corner every few centimetres would
+#     make strips too short to be doors of every lintel.
+# ---------------------------------------------------------------------------------------------------------------------
 
 GRID_M = 1e-4
 """Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
@@ -188,3 +204,354 @@ def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bo
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
     return around
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Bodies that are each cut in simple closed rings: SUNCG's case, every slab a box of its own.
+#
+# Tracing their rings and uniting these with Clipper (manifold3d) costs a tenth of noding all segments of the plane.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Rings:
+    """Rings (n, 2), unclosed; for each its signed area (m2, counter-clockwise positive) and its thickness (m).
+
+    The thickness of a long strip is just that; of any convex ring it is at least the radius of the largest disc in it.
+    """
+
+    rings: list[Floats]
+    area: Floats
+    thickness: Floats
+
+    @classmethod
+    def of(cls, rings: list[Floats]) -> Rings:
+        """Measure them all at once."""
+        length = np.array([len(ring) for ring in rings])
+        start = np.cumsum(length) - length
+        points = np.concatenate(rings)
+        after = np.arange(1, len(points) + 1)
+        after[start + length - 1] = start
+        (x, y), (x2, y2) = points.T, points[after].T
+        area = np.add.reduceat(x * y2 - x2 * y, start) / 2
+        around = np.add.reduceat(np.hypot(x2 - x, y2 - y), start)
+        return cls(rings, area, 2 * np.abs(area) / around)
+
+    def polygons(self, which: npt.NDArray[np.bool_]) -> Shapes:
+        """The areas in these of the rings."""
+        chosen = [self.rings[k] for k in np.flatnonzero(which)]
+        if not chosen:
+            return np.zeros(0, np.object_)
+        of_ring = np.repeat(np.arange(len(chosen)), [len(ring) for ring in chosen])
+        return np.asarray(shapely.polygons(shapely.linearrings(np.concatenate(chosen), indices=of_ring)))
+
+
+def closed_rings(
+    ends: Floats, body: npt.NDArray[np.int64], grid_m: float, thickest_m: float = np.inf
+) -> tuple[Rings | None, npt.NDArray[np.bool_]]:
+    """The counter-clockwise rings of oriented segments (n, 2, 2), body by body, and which segments (n,) are in none.
+
+    Ends are the same where they round to the same place of the grid. A body is left out as a whole where a segment of
+    it does not go on in exactly one other, where a ring runs clockwise (a hole, or a body turned inside out), or is
+    thicker than ``thickest_m``.
+    """
+    places = np.round(ends / grid_m).astype(np.int64)
+    places -= places.min(axis=(0, 1))
+    if places.max() >= 1 << 24 or body.max() >= 1 << 14:
+        return None, np.ones(len(ends), np.bool_)  # larger than their keys: 1.6 km, 16,384 bodies
+    keys = (body[:, None] << 48) + (places[:, :, 0] << 24) + places[:, :, 1]
+    good = np.ones(int(body.max()) + 1, np.bool_)
+    order = np.argsort(keys[:, 0], kind="stable")
+    starts = keys[order, 0]
+    good[body[order[1:][starts[1:] == starts[:-1]]]] = False
+    good[body[~_among(keys[:, 1], starts) | ~_among(keys[:, 0], np.sort(keys[:, 1]))]] = False
+    order = order[good[body[order]]]
+    if not len(order):
+        return None, np.ones(len(ends), np.bool_)
+    after = np.zeros(len(ends), np.int64)
+    after[order] = order[np.searchsorted(keys[order, 0], keys[order, 1])]
+    cycles = [cycle for cycle in _cycles(np.sort(order).tolist(), after.tolist()) if len(cycle) > 2]
+    if not cycles:
+        return None, ~good[body]
+    rings = Rings.of(_parts(ends[np.concatenate(cycles), 0], [len(cycle) for cycle in cycles]))
+    of_ring = body[[cycle[0] for cycle in cycles]]
+    good[of_ring[(rings.area <= 0) | (rings.thickness >= thickest_m)]] = False
+    kept = np.flatnonzero(good[of_ring])
+    rest = ~good[body]
+    if not len(kept):
+        return None, rest
+    return Rings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
+
+
+def _among(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """Which of the keys stand in a sorted array."""
+    return np.asarray(ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys)
+
+
+def _parts(points: Floats, lengths: list[int]) -> list[Floats]:
+    """Rows of an array in parts of such lengths."""
+    stops = list(accumulate(lengths))
+    return [points[stop - length : stop] for stop, length in zip(stops, lengths, strict=True)]
+
+
+def _cycles(segments: list[int], after: list[int]) -> list[list[int]]:
+    """Rings of segments, each followed by the one that ``after`` says."""
+    done = bytearray(len(after))
+    found = []
+    for first in segments:
+        cycle, at = [], first
+        while not done[at]:
+            done[at] = 1
+            cycle.append(at)
+            at = after[at]
+        if cycle:
+            found.append(cycle)
+    return found
+
+
+def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
+    """The area of all rings together, with cracks up to ``crack_m`` wide closed and corners kept."""
+    section = manifold3d.CrossSection(rings, manifold3d.FillRule.Positive)
+    mitre = manifold3d.JoinType.Miter
+    closed = section.offset(crack_m / 2, mitre, 3.0).offset(-crack_m / 2, mitre, 3.0)
+    if closed.is_empty():
+        return EMPTY
+    found = Rings.of(closed.to_polygons())
+    shells = [ring for ring, area in zip(found.rings, found.area, strict=True) if area > 0]
+    holes = [ring for ring, area in zip(found.rings, found.area, strict=True) if area <= 0]
+    return united(_with_holes(shells, holes))
+
+
+def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
+    """Each hole in the smallest shell around it."""
+    outlines = [Polygon(shell) for shell in shells]
+    inside: list[list[Floats]] = [[] for _ in shells]
+    for hole in holes:
+        point = shapely.points(hole[0])
+        around = [k for k, outline in enumerate(outlines) if len(outlines) == 1 or outline.intersects(point)]
+        inside[min(around, key=lambda k: outlines[k].area)].append(hole)
+    return [Polygon(shell, own) for shell, own in zip(shells, inside, strict=True)]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Closets and shafts: narrow spaces in a closed body, as wide as the walls of other houses are thick.
+#
+# In a section over the heads of the doors nothing opens them, and by its width alone such a space is the inside of a
+# thick wall. Where the body is closed and wound with care, it is told by what the section winds around: not around the
+# space, but around the wall on every side of it. Sheets around a room give no such thing, whichever way they look.
+# ---------------------------------------------------------------------------------------------------------------------
+
+MIN_DEPTH_M = 0.4  # the shallowest closet; less is the cavity of a wall
+AROUND_CLOSET_M = 0.02
+ALL_ROUND = 0.95
+
+
+def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]) -> BaseGeometry:
+    """Those of the narrow ``faces`` of a section that are spaces.
+
+    ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
+    """
+    wide = ~shapely.is_empty(mitred(faces, -MIN_DEPTH_M / 2))
+    if not wide.any():
+        return EMPTY
+    winds = winding_number(shapely.point_on_surface(faces), segments)
+    spaces = faces[wide & (winds == 0)]
+    if not len(spaces):
+        return EMPTY
+    walls = united([*faces[winds > 0], solids])
+    around = shapely.difference(mitred(spaces, AROUND_CLOSET_M), spaces)
+    closed = np.array([overlap(band, walls).area > ALL_ROUND * band.area for band in around], np.bool_)
+    return united(spaces[closed])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Walls made of two sheets, one on each face: the slit between them is wall, and their faces are the wall's faces.
+#
+# R1  A slit narrower than any door between two sheets that stand along much of its edge is the inside of a wall.
+#     Whether wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
+# R2  A sheet of such a wall needs no thickness of its own: the half of it that lies outside the wall is taken off, but
+#     where more wall stands against it.
+# ---------------------------------------------------------------------------------------------------------------------
+
+WIDEST_SLIT_M = 0.38
+"""The widest slit inside a wall: narrower than any door."""
+THINNEST_M = 0.01
+"""Slits thinner than this are cracks, and closed as such."""
+SLIVER_M = 0.04
+SLIT_CRACK_M = 0.005
+LIKE_A_SHEET = 1.3
+EPS_M = 1e-4
+CLOSED = 0.3
+FEW_M2 = 0.05
+
+
+def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
+    """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
+    thick = opened(walls, LIKE_A_SHEET * sheet_m)
+    sheets = opened(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
+    if sheets.area < FEW_M2:
+        return walls
+    slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1
+    if slits.is_empty:
+        return walls
+    around = mitred(slits, sheet_m + EPS_M)
+    outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
+    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
+    left = subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m)))  # R2
+    return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
+
+
+def long_slits(walls: BaseGeometry) -> BaseGeometry:
+    """The slits between walls that are longer than any is wide."""
+    return united(p for p in _slits(walls, walls) if box_of(p).width > WIDEST_SLIT_M)
+
+
+def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    closed = mitred(mitred(faces, WIDEST_SLIT_M / 2), -WIDEST_SLIT_M / 2)
+    return polygons_of(opened(subtract(closed, walls), THINNEST_M))
+
+
+def _closed(slit: Polygon, walls: BaseGeometry) -> float:
+    """The share of a slit's edge that lies along walls."""
+    x1, y1, x2, y2 = slit.bounds
+    near = clipped(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
+    return float(shapely.intersection(slit.exterior, shapely.buffer(near, EPS_M)).length / slit.exterior.length)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The sections of one storey, each made once: what stands at a height, floors and slabs left out.
+# ---------------------------------------------------------------------------------------------------------------------
+
+STANDING = 0.5
+"""Share of a massive body's section at the floor, with which it is a wall or a chimney and no slab."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sections:
+    """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow."""
+
+    cutter: Cutter
+    sheet_m: float
+    solid_m: float
+    _made: dict[float, BaseGeometry] = field(default_factory=dict)
+    _closets: dict[float, BaseGeometry] = field(default_factory=dict)
+
+    def foot(self, height: float) -> BaseGeometry:
+        """All that stands at a height near the floor, massive bodies included."""
+        found = section(self.cutter.cut(height), sheet_m=self.sheet_m, solid_m=self.solid_m)
+        return united([joined_sheets(found.walls, self.sheet_m), found.solids])
+
+    def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
+        """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
+        if height not in self._made:
+            cut = self.cutter.cut(height, upright_only=True)
+            found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
+            massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
+            walls = joined_sheets(found.walls, self.sheet_m)
+            self._closets[height] = found.closets
+            self._made[height] = united([walls, *massive]) if massive else walls
+        return self._made[height]
+
+    @property
+    def closets(self) -> BaseGeometry:
+        """What of all sections made so far is narrow space in a closed body, and no wall."""
+        return united([closet for closet in self._closets.values() if not closet.is_empty])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Where things end: below the walls beside them, with them, or at a sloped roof.
+# ---------------------------------------------------------------------------------------------------------------------
+
+BESIDE_TOP_M = 0.3
+GOES_ON = 0.75
+KNEE_M = 0.4
+"""A roof begins so far above the wall that carries it, at most."""
+LOOKS = 5
+HEADROOM_M = (1.0, 1.9)
+LARGE_M2 = 0.5
+
+
+def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
+    """What hangs over what does not stand, in sections ``above`` each other, up to where the walls beside it end."""
+    found: list[BaseGeometry] = []
+    higher, kept = EMPTY, EMPTY
+    for here in reversed(above):
+        closing = opened(subtract(here, standing), SLIVER_M)
+        ending = opened(subtract(closing, kept), SLIVER_M)
+        walls = overlap(here, standing)
+        house_goes_on = overlap(walls, higher).area > GOES_ON * walls.area
+        loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
+        kept = subtract(closing, united(loose)) if loose else closing
+        found.append(kept)
+        higher = here
+    return opened(united(found), SLIVER_M) if found else EMPTY
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """A piece of what stands that ends; ``stood_m`` is the height of the last section in which it is there."""
+
+    part: Polygon
+    stood_m: float
+
+
+def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]) -> list[Ending]:
+    """The pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
+
+    ``heights`` are those of what stands and of the sections above it.
+    """
+    found: list[Ending] = []
+    present = standing
+    for here, below_m in zip(above, heights, strict=False):
+        still = overlap(present, here)
+        house_goes_on = still.area > 0.5 * present.area
+        found += [
+            Ending(part, below_m)
+            for part in polygons_of(opened(subtract(present, still), SLIVER_M))
+            if _walls_go_on(part, subtract(_around(part, present), part), here, alone=house_goes_on)
+        ]
+        present = still
+    return found
+
+
+def _around(part: Polygon, walls: BaseGeometry) -> BaseGeometry:
+    x1, y1, x2, y2 = part.bounds
+    return clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
+
+
+def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, alone: bool) -> bool:
+    """Whether the walls beside a part reach higher than it does; ``alone`` is the answer where none is beside it.
+
+    Under a sloped roof the wall on one side of a door goes on and the other does not: both have to.
+    """
+    beside = overlap(shapely.buffer(part, BESIDE_TOP_M, quad_segs=2), _around(part, walls))
+    if beside.is_empty:
+        return alone
+    return bool(overlap(beside, _around(part, higher)).area > GOES_ON * beside.area)
+
+
+def without_headroom(mesh: Mesh) -> BaseGeometry:
+    """Where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    corners = mesh.vertices[mesh.faces]
+    top = corners[:, :, 2].max(axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    plan_m2 = np.abs(normal[:, 2]) / 2
+    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > LARGE_M2)
+    return united(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
+
+
+def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = OVER_FLOOR_M) -> bool:
+    """Whether a piece that stands up to a height ends over that at a sloped roof."""
+    inside = np.array([p.coords[0] for p in _places(part)])
+    meets = cutter.caps.slopes_over(inside, KNEE_M, stood_m)
+    return bool(meets.sum() > len(meets) / 2)
+
+
+def _places(part: Polygon) -> list[shapely.Point]:
+    """Points spread over a part: one in each of a few pieces of it."""
+    x1, y1, x2, y2 = part.bounds
+    along_x = x2 - x1 >= y2 - y1
+    edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
+    boxes = [shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b) for a, b in pairwise(edges)]
+    pieces = [overlap(part, box) for box in boxes]
+    return [piece.representative_point() for piece in pieces if not piece.is_empty]

@@ -25,9 +25,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.overlay import mitred, polygons_of
-from pipeline.geometry.regions import opened
-from pipeline.geometry.triangles import triangulate
+from pipeline.geometry.areas import mitred, opened, polygons_of, triangulate
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 KNEE_M = 0.5

@@ -31,7 +31,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.plan import Frame
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,

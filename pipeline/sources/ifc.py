@@ -45,8 +45,8 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
+from pipeline.geometry.areas import mitred
 from pipeline.geometry.cutting import merged
-from pipeline.geometry.overlay import mitred
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
 from pipeline.sources.files import base_id, level_id, list_files

@@ -21,8 +21,7 @@ from shapely import Polygon
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.overlay import mitred, polygons_of
-from pipeline.geometry.regions import enclosed, opened
+from pipeline.geometry.areas import enclosed, mitred, opened, polygons_of
 from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file

@@ -22,7 +22,7 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.errors import MissingDependencyError, installing
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import clean
 from pipeline.sources.files import check_lengths, decode_document, members

@@ -45,7 +45,7 @@ from shapely.ops import substring
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,

@@ -7,7 +7,7 @@ room together with all rooms that can be reached from it; a small room with a do
 from __future__ import annotations
 
 from pipeline.config import CellsConfig
-from pipeline.geometry.cells import cells
+from pipeline.geometry.spaces import cells
 from pipeline.values import Spaces
 
 

@@ -9,7 +9,7 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
     than ``DEEPEST_M``.
-R6  A place with some evidence of a door (``geometry.cut_places``) is cut before any bare wall, where that joins two
+R6  A place with some evidence of a door (``geometry.cuts``) is cut before any bare wall, where that joins two
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
@@ -29,11 +29,10 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.cut_places import cut_places
-from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.overlay import clipped, overlap, polygons_of, subtract, united
-from pipeline.geometry.standing import SPECK_M2, floor_of, piece_of, sample, standing_pieces
+from pipeline.geometry.areas import clipped, overlap, polygons_of, subtract, united
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
+from pipeline.geometry.spaces import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
 

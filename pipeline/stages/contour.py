@@ -14,7 +14,7 @@ from typing import Final
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Spaces
 

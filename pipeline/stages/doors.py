@@ -20,10 +20,9 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.bridge import Bridge, distance_in_row
-from pipeline.geometry.closers import LAP_M
-from pipeline.geometry.overlay import polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, united
+from pipeline.geometry.bridges import Bridge, distance_in_row
+from pipeline.geometry.closing import LAP_M
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill", "gap", "gate"})

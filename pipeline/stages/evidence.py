@@ -8,12 +8,12 @@ R2  Below and above a window stands wall too: what stands at sill height and goe
     wall (a lamp over a table does not). Glazing from the floor up, too wide for a door, is wall as deep as the lintel
     over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
-R4  Two sheets are one wall (``geometry.slits``), and so are two walls with an edge of the same wall over them: the
+R4  Two sheets are one wall (``geometry.walls``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
 R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head
     height, except what is thin: that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
-    so is a closet, which the walls close all round over its door (``geometry.closets``).
+    so is a closet, which the walls close all round over its door (``geometry.walls``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
     (``stages.doorways``).
 R8  No cut runs through coplanar faces; the heights used are recorded.
@@ -28,23 +28,23 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.bodies import Bodies
-from pipeline.geometry.closers import LAP_M
-from pipeline.geometry.cubicles import cubicle_leaves
-from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.areas import EMPTY, clipped, mitred, opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.closing import LAP_M
+from pipeline.geometry.cutting import Cutter, between, clear_of
 from pipeline.geometry.doorways import box_of, doorway
-from pipeline.geometry.footprints import footprint
-from pipeline.geometry.heights import between, clear_of
-from pipeline.geometry.known_doors import judge_leaves, known_doorways
-from pipeline.geometry.leaves import find_leaves
-from pipeline.geometry.overlay import EMPTY, clipped, mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.recesses import glazed_recesses
-from pipeline.geometry.regions import opened
+from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, glazed_recesses, judge_leaves, known_doorways
+from pipeline.geometry.meshes import Bodies, footprint
 from pipeline.geometry.scan_columns import is_scan
-from pipeline.geometry.sections import Sections
-from pipeline.geometry.slits import SLIT_M, long_slits
-from pipeline.geometry.tops import ending_below, hanging_free, meets_slope, without_headroom
-from pipeline.geometry.walls import close_cracks
+from pipeline.geometry.walls import (
+    WIDEST_SLIT_M,
+    Sections,
+    close_cracks,
+    ending_below,
+    hanging_free,
+    long_slits,
+    meets_slope,
+    without_headroom,
+)
 from pipeline.stages.scan_evidence import gather_scan
 from pipeline.values import Evidence, Level
 
@@ -151,7 +151,7 @@ class _Heights:
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """R4: two sheets drawn together, as far as wall lies over what is between them."""
     slits = opened(overlap(long_slits(full), above), SLIVER_M)
-    long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > SLIT_M]
+    long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
     return united([full, *long]) if long else full
 
 

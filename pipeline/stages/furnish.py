@@ -16,10 +16,9 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.footprints import footprint
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import opened
-from pipeline.geometry.standing import floor_of
+from pipeline.geometry.areas import opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.meshes import footprint
+from pipeline.geometry.spaces import floor_of
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
 STEP_OVER_M = 0.5

@@ -29,10 +29,9 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.geometry.areas import OUTSIDE, mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.doorways import box_of
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE
-from pipeline.geometry.room_shapes import odd, with_loose_ends
+from pipeline.geometry.spaces import odd, with_loose_ends
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2

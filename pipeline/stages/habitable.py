@@ -5,7 +5,7 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     roof terrace), nor one under the sky that a fence or a lower wall does and that is larger than all the others
     together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
     person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.voids``).
+R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
 """
 
 from __future__ import annotations
@@ -19,10 +19,9 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.mesh import Mesh
-from pipeline.geometry.overlay import overlap, overlaps, united
-from pipeline.geometry.regions import OUTSIDE, too_narrow
-from pipeline.geometry.voids import without_voids
+from pipeline.geometry.areas import OUTSIDE, overlap, overlaps, too_narrow, united
+from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.spaces import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})

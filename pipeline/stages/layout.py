@@ -29,13 +29,22 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
-from pipeline.geometry.boundary import closes_most, from_floor, from_hull, from_rooms, from_wall_ends
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.closers import closed_plane, lapped, needed, parted, with_sides
+from pipeline.geometry.areas import OUTSIDE, enclosed, mitred, overlap, polygons_of, subtract, too_narrow, united
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.closing import (
+    closed_plane,
+    closes_most,
+    from_floor,
+    from_hull,
+    from_rooms,
+    from_wall_ends,
+    gaps,
+    lapped,
+    needed,
+    parted,
+    with_sides,
+)
 from pipeline.geometry.doorways import box_of
-from pipeline.geometry.gaps import gaps
-from pipeline.geometry.overlay import mitred, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, enclosed, too_narrow
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import habitable, on_floor
 from pipeline.values import Closer, Evidence, Layout, Level, Planes

@@ -12,10 +12,8 @@ R4  No cut runs through coplanar faces; the heights used are recorded.
 from __future__ import annotations
 
 from pipeline.config import PlanesConfig
-from pipeline.geometry.cutting import Cutter, Segments, differing
-from pipeline.geometry.heights import near
-from pipeline.geometry.overlay import EMPTY, subtract, united
-from pipeline.geometry.regions import opened
+from pipeline.geometry.areas import EMPTY, opened, subtract, united
+from pipeline.geometry.cutting import Cutter, Segments, differing, near
 from pipeline.geometry.walls import Section, section
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Evidence, Level, Planes

@@ -15,9 +15,8 @@ import shapely
 from shapely import Polygon
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.fitting import fitted
-from pipeline.geometry.overlay import polygons_of, subtract, united
-from pipeline.geometry.regions import each_opened
+from pipeline.geometry.areas import each_opened, polygons_of, subtract, united
+from pipeline.geometry.spaces import fitted
 from pipeline.geometry.straighten import straighten
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces

@@ -17,7 +17,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
-from pipeline.geometry.overlay import overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import overlap, polygons_of, subtract, united
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
 MIN_SHARE = 0.3

@@ -1,6 +1,6 @@
 """What stands in a scanned level: ``stages.evidence`` for a surface of many small faces.
 
-R1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_masks``).
+R1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_walls``).
 R2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.
 R3  The floor of a scan is as incomplete as the rest of it, so that it deletes no room.
 """
@@ -10,13 +10,11 @@ from __future__ import annotations
 from shapely import Polygon
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.footprints import footprint
+from pipeline.geometry.areas import EMPTY, overlap, subtract, united
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
-from pipeline.geometry.overlay import EMPTY, overlap, subtract, united
-from pipeline.geometry.scan_columns import columns_of
-from pipeline.geometry.scan_masks import top_of_walls, wall_masks
-from pipeline.geometry.scan_points import columns_of_points
-from pipeline.geometry.scan_shapes import area_of
+from pipeline.geometry.meshes import footprint
+from pipeline.geometry.scan_columns import columns_of, columns_of_points
+from pipeline.geometry.scan_walls import area_of, top_of_walls, wall_masks
 from pipeline.values import Evidence, Level
 
 LOWEST_M = 0.15

@@ -20,9 +20,8 @@ from houseexpo.inference.tiling import Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
 from houseexpo.tolerances import GRID_M
-from pipeline.geometry.fitting import opening_polygons
-from pipeline.geometry.overlay import polygons_of, united
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE, polygons_of, united
+from pipeline.geometry.spaces import opening_polygons
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
 TOUCH_M = 0.03

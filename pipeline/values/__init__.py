@@ -4,9 +4,9 @@
 (meshes, closers, doorways, spaces) are its own and are named here too.
 """
 
-from pipeline.geometry.closers import Closer, CloserKind
+from pipeline.geometry.closing import Closer, CloserKind
 from pipeline.geometry.doorways import Doorway
-from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import JoinedPair, Passage, Spaces
 from pipeline.values.source import MADE, Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
 from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes

@@ -15,7 +15,7 @@ from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan import Frame
 from pipeline.geometry.doorways import Doorway
-from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.closers import Closer
+from pipeline.geometry.areas import EMPTY
+from pipeline.geometry.closing import Closer
 from pipeline.geometry.doorways import Doorway
-from pipeline.geometry.overlay import EMPTY
 
 
 @dataclass(frozen=True, eq=False)

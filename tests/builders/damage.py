@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.random import Generator
 
-from pipeline.geometry.bodies import Bodies
+from pipeline.geometry.meshes import Bodies
 from pipeline.values import Level, Mesh
 
 

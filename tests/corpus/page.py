@@ -24,7 +24,7 @@ import shapely
 import trimesh
 from PIL import Image
 
-from pipeline.geometry.mesh import Mesh
+from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
 from pipeline.report_page import page, table
 from pipeline.sources import find, reader

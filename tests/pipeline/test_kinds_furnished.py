@@ -9,8 +9,8 @@ import trimesh
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.bodies import Bodies
-from pipeline.geometry.leaves import find_leaves
+from pipeline.geometry.known_doors import find_leaves
+from pipeline.geometry.meshes import Bodies
 from pipeline.stages.evidence import gather
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, gap, kinds, level, plan_of, two_rooms, window
 from tests.builders.meshes import box, joined

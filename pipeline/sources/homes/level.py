@@ -14,8 +14,8 @@ import shapely
 
 from houseexpo.plan import Frame
 from houseexpo.plan.categories import canonical
-from pipeline.geometry.mesh import Mesh
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.values import Home
 from pipeline.sources.procedural.solids import prism
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.geometry.triangles import triangulate
+from pipeline.geometry.areas import triangulate
 from pipeline.sources.procedural.values import WALL_TOP_M
 from pipeline.sources.procedural.walls import Hole, Slab
 

@@ -24,7 +24,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Polygon
 
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, clean
 from pipeline.sources.files import LeftOut

@@ -21,7 +21,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan.categories import canonical
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import KNEE_M, Hole, Wall, floor_of, one_each, prism
 from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawn import WALL_M, Storey, hole_at, through

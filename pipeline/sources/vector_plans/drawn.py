@@ -25,8 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.overlay import polygons_of
-from pipeline.geometry.regions import opened
+from pipeline.geometry.areas import opened, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,

@@ -20,7 +20,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.plan.categories import canonical
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawn import (

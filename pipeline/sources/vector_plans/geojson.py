@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.overlay import polygons_of
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, decode_document
 from pipeline.sources.vector_plans.drawn import Drawing

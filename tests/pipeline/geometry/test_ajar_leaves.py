@@ -5,8 +5,8 @@ import pytest
 import shapely
 import trimesh
 
-from pipeline.geometry.bodies import Bodies
-from pipeline.geometry.leaves import find_leaves
+from pipeline.geometry.known_doors import find_leaves
+from pipeline.geometry.meshes import Bodies
 from pipeline.values import SourceObject
 from tests.builders.houses import Hole, Parts, kinds, level, plan_of, two_rooms, wall
 from tests.builders.meshes import box, joined

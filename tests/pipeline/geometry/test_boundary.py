@@ -1,8 +1,8 @@
 import pytest
 import shapely
 
-from pipeline.geometry.boundary import closes_most, enclosed_area, from_floor, from_hull, from_wall_ends
-from pipeline.geometry.overlay import united
+from pipeline.geometry.areas import united
+from pipeline.geometry.closing import closes_most, enclosed_area, from_floor, from_hull, from_wall_ends
 
 FLOOR = shapely.box(0, 0, 5, 4)
 

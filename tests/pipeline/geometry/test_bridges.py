@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridge import Bridge, distance_in_row, free_intervals, joined
-from pipeline.geometry.bridges import bridges
-from pipeline.geometry.regions import OUTSIDE, enclosed
+from pipeline.geometry.areas import OUTSIDE, enclosed
+from pipeline.geometry.bridges import Bridge, bridges, distance_in_row, free_intervals, joined
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
 UPPER, LOWER = shapely.box(4.0, 1.9, 4.2, 3.0), shapely.box(4.0, 0.0, 4.2, 1.0)

@@ -1,8 +1,8 @@
 import pytest
 import shapely
 
-from pipeline.geometry.closers import needed, parted, with_sides
-from pipeline.geometry.regions import enclosed
+from pipeline.geometry.areas import enclosed
+from pipeline.geometry.closing import needed, parted, with_sides
 from pipeline.values import Closer
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))

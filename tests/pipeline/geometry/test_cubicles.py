@@ -2,8 +2,8 @@
 
 import pytest
 
-from pipeline.geometry.bodies import Bodies
-from pipeline.geometry.cubicles import cubicle_leaves
+from pipeline.geometry.known_doors import cubicle_leaves
+from pipeline.geometry.meshes import Bodies
 from tests.builders.houses import CEILING, Hole, Parts, kinds, plan_of, two_rooms
 from tests.builders.meshes import box, joined
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridge import Bridge
+from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.standing import standing_pieces
+from pipeline.geometry.spaces import standing_pieces
 
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 FLOOR = shapely.union_all([LEFT, RIGHT])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bodies import Box
 from pipeline.geometry.doorways import doorway
+from pipeline.geometry.meshes import Box
 
 LEAF = Box(np.array([2.0, 0.0]), np.array([1.0, 0.0]), 0.9, 0.04, 0.0, 2.0)
 

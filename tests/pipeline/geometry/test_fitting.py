@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.fitting import fitted, opening_polygons
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.spaces import fitted, opening_polygons
 
 ROOMS = [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)]
 

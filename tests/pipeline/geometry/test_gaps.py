@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.gaps import gap_at, gaps, wall_ends
+from pipeline.geometry.closing import gap_at, gaps, wall_ends
 
 
 def walls(*rectangles: tuple[float, float, float, float]) -> shapely.Geometry:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.geometry.heights import between, distinct_heights, near
+from pipeline.geometry.cutting import between, distinct_heights, near
 
 
 def test_a_height_that_is_clear_stays() -> None:

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.gaps import wall_ends
-from pipeline.geometry.outlines import outlines
+from pipeline.geometry.areas import outlines
+from pipeline.geometry.closing import wall_ends
 
 
 def tee(middle_y: float) -> shapely.Polygon:

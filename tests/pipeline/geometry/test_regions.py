@@ -2,8 +2,18 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.overlay import areas, overlap, polygons_of, subtract, united
-from pipeline.geometry.regions import OUTSIDE, WALL, enclosed, locate, opened
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    WALL,
+    areas,
+    enclosed,
+    locate,
+    opened,
+    overlap,
+    polygons_of,
+    subtract,
+    united,
+)
 
 FRAME = shapely.box(0, 0, 8, 5).difference(
     shapely.union_all([shapely.box(0.2, 0.2, 3, 4.8), shapely.box(3.2, 0.2, 7.8, 4.8)])

@@ -4,7 +4,7 @@ import pytest
 import shapely
 from shapely import Polygon, box
 
-from pipeline.geometry.room_shapes import odd, with_loose_ends
+from pipeline.geometry.spaces import odd, with_loose_ends
 
 ROOM = box(0, 0, 5, 4)
 

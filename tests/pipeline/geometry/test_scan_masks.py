@@ -10,8 +10,7 @@ from shapely import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.scan_columns import columns_of, is_scan
-from pipeline.geometry.scan_masks import WallMasks, wall_masks
-from pipeline.geometry.scan_shapes import area_of
+from pipeline.geometry.scan_walls import WallMasks, area_of, wall_masks
 from pipeline.values import Mesh
 
 HEIGHT_M, HEAD_M = 2.6, 2.0

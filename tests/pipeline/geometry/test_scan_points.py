@@ -9,10 +9,8 @@ import pytest
 import shapely
 from shapely import box
 
-from pipeline.geometry.scan_masks import wall_masks
-from pipeline.geometry.scan_noise import drawn_in
-from pipeline.geometry.scan_points import columns_of_points
-from pipeline.geometry.scan_shapes import area_of
+from pipeline.geometry.scan_columns import columns_of_points, drawn_in
+from pipeline.geometry.scan_walls import area_of, wall_masks
 
 HEIGHT_M = 2.5
 

@@ -5,7 +5,7 @@ import shapely
 import shapely.affinity
 from shapely import box
 
-from pipeline.geometry.slits import joined_sheets
+from pipeline.geometry.walls import joined_sheets
 
 SHEET_M = 0.05
 

@@ -5,7 +5,7 @@ import trimesh
 from shapely import box as area
 
 from pipeline.geometry.cutting import Cutter
-from pipeline.geometry.tops import ending_below, meets_slope
+from pipeline.geometry.walls import ending_below, meets_slope
 from pipeline.values import Mesh
 from tests.builders.meshes import box, joined
 

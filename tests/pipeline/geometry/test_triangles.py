@@ -7,7 +7,7 @@ import pytest
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.triangles import triangulate
+from pipeline.geometry.areas import triangulate
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
 TOUCHING = shapely.from_wkt(  # walls of a made home: its rooms touch the outside in a corner; GEOS finds no triangles

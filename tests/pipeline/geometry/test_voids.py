@@ -4,8 +4,8 @@ import pytest
 import shapely
 from shapely import box
 
-from pipeline.geometry.overlay import EMPTY
-from pipeline.geometry.voids import without_voids
+from pipeline.geometry.areas import EMPTY
+from pipeline.geometry.spaces import without_voids
 
 HALL = box(0, 0, 5, 4)
 VOID = box(3, 1, 5, 4)

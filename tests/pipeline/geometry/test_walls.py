@@ -5,9 +5,8 @@ import pytest
 import shapely
 import trimesh
 
-from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.cutting import Cutter, winding_number
 from pipeline.geometry.walls import Section, close_cracks, section, thicken
-from pipeline.geometry.winding import winding_number
 from pipeline.values import Mesh
 from tests.builders.houses import sheet_wall, shell, wall, window
 from tests.builders.meshes import L_WALLS, box, joined, storey

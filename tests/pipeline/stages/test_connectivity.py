@@ -10,8 +10,8 @@ import shapely
 
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.overlay import united
-from pipeline.geometry.standing import floor_of, standing_pieces
+from pipeline.geometry.areas import united
+from pipeline.geometry.spaces import floor_of, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect
 from pipeline.values import Doorway, Evidence, Spaces

@@ -9,7 +9,7 @@ import pytest
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.standing import floor_of, sample, standing_pieces
+from pipeline.geometry.spaces import floor_of, sample, standing_pieces
 from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect
 from pipeline.values import Spaces
 from tests.builders.houses import Hole, Parts, level, shell, snapshots, three_rooms, two_rooms, wall

@@ -5,9 +5,9 @@ import pytest
 import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.cells import cells
-from pipeline.geometry.overlay import united
+from pipeline.geometry.areas import united
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.spaces import cells
 from pipeline.rejection import Rejection
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.contour import trace_contour

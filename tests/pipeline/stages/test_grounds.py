@@ -9,8 +9,8 @@ import shapely
 from shapely import Polygon, box
 
 from houseexpo.plan import DoorKind, Frame
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE
+from pipeline.geometry.bridges import Bridge
 from pipeline.quality import GROUNDS
 from pipeline.stages.grounds import weigh
 from pipeline.values import Closer, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces

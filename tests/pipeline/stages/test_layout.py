@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather
 from pipeline.stages.layout import lay_out

@@ -6,7 +6,7 @@ import shapely
 from shapely.affinity import rotate
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.bridge import Bridge
+from pipeline.geometry.bridges import Bridge
 from pipeline.stages.refine import refine
 from pipeline.values import Passage, Spaces
 

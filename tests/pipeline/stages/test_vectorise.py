@@ -10,8 +10,8 @@ from shapely.affinity import rotate, translate
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_from_plan
 from houseexpo.plan import Frame
-from pipeline.geometry.bridge import Bridge
-from pipeline.geometry.regions import OUTSIDE
+from pipeline.geometry.areas import OUTSIDE
+from pipeline.geometry.bridges import Bridge
 from pipeline.stages.vectorise import vectorise
 from pipeline.values import NamedRoom, Passage, SourceRoom, Spaces
 from tests.builders.houses import level, shell

@@ -1,10 +1,4 @@
-"""The bodies of a mesh: what hangs together by its corners, with the upright box that each of them fills.
-
-R1  Faces that share corners are one body. A closed one is never joined to another, though they touch: a leaf and its
-    frame, a frame and its wall.
-R2  Many exporters write a corner once for each face that meets there (normals, textures), which leaves open pieces:
-    these are joined where their corners are at one place.
-"""
+"""Triangle meshes: their connected pieces, the bodies that these form, and the footprint of a body."""
 
 from __future__ import annotations
 
@@ -14,9 +8,64 @@ from functools import cached_property
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.mesh import Mesh
-from pipeline.geometry.pieces import closed_pieces, connected
+from pipeline.geometry.areas import EMPTY, areas
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Triangles in space.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles: ``vertices`` (n, 3) float64 metres, ``faces`` (m, 3) int64. No promise that it is welded or closed.
+
+    A point cloud has vertices and no faces.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64]
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether it has points only."""
+        return len(self.vertices) > 0 and not len(self.faces)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Pieces of a mesh: what is connected by its corners, and whether it is closed.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def connected(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
+    """For each face (m, 3) a number of the piece that it is connected to by its corners."""
+    i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
+    links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n_vertices, n_vertices))
+    return np.asarray(connected_components(links, directed=False)[1][faces[:, 0]], np.int64)
+
+
+def closed_pieces(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    """For each piece whether all of its edges have a face on both sides."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    key = edges[:, 0] * (int(faces.max()) + 1) + edges[:, 1]
+    _, first, count = np.unique(key, return_index=True, return_counts=True)
+    closed = np.ones(int(label.max()) + 1, np.bool_)
+    closed[np.tile(label, 3)[first[count < 2]]] = False
+    return closed
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The bodies of a mesh: what hangs together by its corners, with the upright box that each of them fills.
+#
+# R1  Faces that share corners are one body. A closed one is never joined to another, though they touch: a leaf and its
+#     frame, a frame and its wall.
+# R2  Many exporters write a corner once for each face that meets there (normals, textures), which leaves open pieces:
+#     these are joined where their corners are at one place.
+# ---------------------------------------------------------------------------------------------------------------------
 
 WELD_M = 1e-4
 MAX_FACES = 500_000
@@ -119,3 +168,22 @@ def _places(vertices: Floats) -> npt.NDArray[np.int64]:
     """For each corner the number of its place."""
     cells = np.round(vertices / WELD_M).astype(np.int64)
     return np.asarray(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The shadow of a body in plan.
+# ---------------------------------------------------------------------------------------------------------------------
+
+EXACT_FACES = 2000
+GRID_M = 1e-3
+
+
+def footprint(mesh: Mesh) -> BaseGeometry:
+    """The area that a body covers, square metres of plan; of one with very many faces its convex hull."""
+    if not len(mesh.faces):
+        return EMPTY
+    corners = mesh.vertices[mesh.faces][:, :, :2]
+    if len(mesh.faces) > EXACT_FACES:
+        return areas(shapely.convex_hull(shapely.multipoints(np.unique(corners.reshape(-1, 2), axis=0))))
+    triangles = shapely.polygons(corners)
+    return areas(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=GRID_M))

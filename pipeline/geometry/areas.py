@@ -1,0 +1,277 @@
+"""Areas in the plane: overlays that give areas, the bounded pieces of free space, clean outlines, triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import manifold3d
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Overlays of areas that give areas: the lines and points that a touching pair leaves behind are dropped.
+# ---------------------------------------------------------------------------------------------------------------------
+
+EMPTY = Polygon()
+FALLBACK_GRID_M = 1e-6
+Shapes = npt.NDArray[np.object_]
+_POLYGON, _MULTIPOLYGON = 3, 6
+
+
+def polygons_of(shape: BaseGeometry) -> list[Polygon]:
+    """The polygons of any geometry, largest first; lines and points are left out."""
+    if isinstance(shape, Polygon):
+        return [] if shape.is_empty else [shape]
+    parts = shapely.get_parts(shape)
+    if not isinstance(shape, MultiPolygon):
+        parts = shapely.get_parts(parts)
+    found = [p for p in parts if isinstance(p, Polygon) and not p.is_empty]
+    return sorted(found, key=lambda p: (-p.area, p.bounds)) if len(found) > 1 else found
+
+
+def areas(shape: BaseGeometry) -> BaseGeometry:
+    """Only the areas of a geometry."""
+    if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):
+        return shape
+    return MultiPolygon(polygons_of(shape))
+
+
+def quiet() -> np.errstate:
+    """Keep still NumPy's warnings that GEOS divides by the length of edges, which may be none."""
+    return np.errstate(divide="ignore", invalid="ignore")
+
+
+def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
+    """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
+    with quiet():
+        return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
+
+
+def clipped(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
+    """What of an area lies in a rectangle; lines may be left on its edge."""
+    try:
+        return shapely.clip_by_rect(shape, x1, y1, x2, y2)
+    except shapely.errors.GEOSException:  # quick, and defeated by rings that touch the edge in a point
+        return overlap(shape, shapely.box(x1, y1, x2, y2))
+
+
+def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
+    """What of ``a`` is not in ``b``."""
+    return areas(_robust(shapely.difference, a, b))
+
+
+def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
+    """What ``a`` and ``b`` share."""
+    return areas(_robust(shapely.intersection, a, b))
+
+
+def overlaps(a: Shapes, b: Shapes) -> Shapes:
+    """What each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
+    return _each(shapely.intersection, a, b)
+
+
+def differences(a: Shapes, b: Shapes) -> Shapes:
+    """What of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
+    return _each(shapely.difference, a, b)
+
+
+def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
+    """All of them in one."""
+    return areas(_robust(shapely.union_all, list(shapes)))
+
+
+def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometry:
+    """Overlay as exactly as it goes; where rounding defeats that, the shapes mended and on a grid of a micrometre.
+
+    Buffers with square corners come out invalid now and then, which no grid can put right.
+    """
+    try:
+        return operation(*shapes)
+    except shapely.errors.GEOSException:
+        return operation(*(_mended(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+
+
+def _each(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
+    """Overlay pair by pair; where one of them defeats that, each by itself."""
+    try:
+        return np.asarray(operation(a, b))
+    except shapely.errors.GEOSException:
+        found = np.empty(len(a), np.object_)
+        found[:] = [areas(_robust(operation, one, other)) for one, other in zip(a, b, strict=True)]
+        return found
+
+
+def _mended(shape: Any) -> Any:
+    """A shape, or each of a list of them, valid and without the lines that mending leaves."""
+    if isinstance(shape, BaseGeometry):
+        return areas(shapely.make_valid(shape))
+    return [_mended(each) for each in shape]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Bounded pieces of the free space between walls.
+# ---------------------------------------------------------------------------------------------------------------------
+
+OUTSIDE = -1
+WALL = -2
+SPECK_M2 = 0.05
+
+
+def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
+    """The walls, and every piece of free space that they close all round, largest first.
+
+    Specks (cracks between pieces of one wall) count as wall, and are filled.
+    """
+    parts = polygons_of(walls)
+    holes = [hole for part in parts for hole in shapely.polygons(shapely.get_rings(part)[1:])]
+    if not holes:
+        return walls, []
+    free: list[Polygon] = []
+    hole_of, part_in = shapely.STRtree(parts).query(holes, predicate="contains")
+    for k, hole in enumerate(holes):
+        standing = [Polygon(parts[i].exterior) for i in part_in[hole_of == k]]  # its own holes come by themselves
+        free += polygons_of(subtract(hole, united(standing))) if standing else [hole]
+    free.sort(key=lambda p: (-p.area, p.bounds))
+    rooms = [p for p in free if p.area > SPECK_M2]
+    specks = free[len(rooms) :]
+    return (united([walls, *specks]) if specks else walls), rooms
+
+
+def filled(walls: BaseGeometry) -> BaseGeometry:
+    """The walls and all that they close."""
+    return united(Polygon(part.exterior) for part in polygons_of(walls))
+
+
+def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
+    """The shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
+    eroded = mitred(shape, -width_m / 2)
+    if eroded.is_empty:
+        return eroded
+    grown = mitred(eroded, width_m / 2 + 1e-6)
+    return overlap(grown, shape)
+
+
+def each_opened(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
+    """``opened`` for each of the shapes."""
+    given = np.array(shapes, dtype=np.object_)
+    return overlaps(mitred(mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
+
+
+def too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
+    """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
+    return np.asarray(shapely.is_empty(mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
+
+
+def locate(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:
+    """For each point (n, 2): the index of the room that holds it, WALL, or OUTSIDE."""
+    found = np.full(len(points), OUTSIDE, np.int64)
+    if not len(points):
+        return found
+    geometry = shapely.points(points)
+    shapely.prepare(walls)
+    found[shapely.intersects(walls, geometry)] = WALL
+    if rooms:
+        which, room = shapely.STRtree(rooms).query(geometry, predicate="intersects").astype(np.int64)
+        found[which[::-1]] = room[::-1]
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The rings of areas with the corners that they have, and no others.
+# ---------------------------------------------------------------------------------------------------------------------
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Corners (n, 2) of unclosed rings, one after the other, the area on their left.
+
+    ``ring`` (n,) ascends and says in which ring a corner is, ``area`` (n,) of which of the areas.
+    """
+
+    points: Floats
+    ring: Indices
+    area: Indices
+
+    @cached_property
+    def after(self) -> Indices:
+        """For each corner the index of the next one of its ring."""
+        after = np.arange(1, len(self.points) + 1)
+        after[self._last] = self._first
+        return after
+
+    @cached_property
+    def before(self) -> Indices:
+        """For each corner the index of the one before it in its ring."""
+        before = np.arange(-1, len(self.points) - 1)
+        before[self._first] = self._last
+        return before
+
+    @cached_property
+    def _first(self) -> Indices:
+        return np.flatnonzero(np.diff(self.ring, prepend=-1))
+
+    @cached_property
+    def _last(self) -> Indices:
+        return np.flatnonzero(np.diff(self.ring, append=-1))
+
+    def only(self, kept: npt.NDArray[np.bool_]) -> Outlines:
+        """The same rings with these of the corners (n,)."""
+        return Outlines(self.points[kept], self.ring[kept], self.area[kept])
+
+
+def outlines(areas: Sequence[Polygon], detail_m: float) -> Outlines:
+    """The rings of some areas, without details smaller than ``detail_m``.
+
+    Simplifying (Douglas-Peucker) keeps the point that lies farthest from the line between two others. Of the points of
+    one edge parallel to that line any may be it, also one in the middle of the edge: such points are dropped here.
+    """
+    shapes = shapely.orient_polygons(shapely.simplify(np.array(areas, dtype=np.object_), detail_m))
+    rings, of_area = shapely.get_rings(shapes, return_index=True)
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    closed = Outlines(points, ring, of_area[ring])
+    return _corners(closed.only(np.diff(ring, append=-1) == 0), detail_m)
+
+
+def _corners(found: Outlines, detail_m: float) -> Outlines:
+    """The points that lie off the line between their neighbours; of two in a row that do not, the first goes."""
+    before = found.points[found.before]
+    along, to = found.points[found.after] - before, found.points - before
+    length = np.hypot(*along.T)
+    off = np.abs(along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]) / np.where(length > 0, length, 1.0)
+    between = (to * along).sum(axis=1) / np.where(length > 0, length, 1.0) ** 2
+    straight = (off < detail_m) & (between > 0) & (between < 1)
+    kept = ~straight | straight[found.before]
+    too_few = np.bincount(found.ring, kept) < 3
+    return found.only(kept | too_few[found.ring])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Triangles of a polygon, without new corners.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def triangulate(polygon: shapely.Polygon) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Return a polygon's corners (n, 2), ring by ring, the outer one counterclockwise, and its triangles (m, 3).
+
+    GEOS makes the better triangles, but fails on some valid polygons, such as those with a hole that touches the outer
+    ring in a corner; these Manifold does.
+    """
+    outline = shapely.orient_polygons(polygon)
+    rings = [shapely.get_coordinates(ring)[:-1] for ring in (outline.exterior, *outline.interiors)]
+    corners = np.concatenate(rings)
+    try:
+        triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(outline))
+    except shapely.GEOSException:
+        return corners, np.asarray(manifold3d.triangulate(rings), np.int64)
+    number = {point: k for k, point in enumerate(map(tuple, corners.tolist()))}
+    used = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
+    return corners, np.array([number[point] for point in map(tuple, used.tolist())], np.int64).reshape(-1, 3)

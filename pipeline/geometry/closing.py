@@ -1,0 +1,513 @@
+"""What may close the door plane: strips under lintels, gaps of full height, and a boundary for an open house."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Final, Literal, TypeAlias
+
+import networkx
+import numpy as np
+import numpy.typing as npt
+import shapely
+from networkx.utils import UnionFind
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    WALL,
+    Outlines,
+    Shapes,
+    areas,
+    each_opened,
+    enclosed,
+    filled,
+    locate,
+    mitred,
+    opened,
+    outlines,
+    overlap,
+    overlaps,
+    polygons_of,
+    subtract,
+    united,
+)
+from pipeline.geometry.bridges import REACH_M, Bridge, bridges, strips_of
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Pieces that close the door plane, as the straight strips they consist of.
+# ---------------------------------------------------------------------------------------------------------------------
+
+IN_LINE_M = 0.8
+LAP_M = 0.002
+"""A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
+ROUNDING_M2 = 1e-9
+EPS_M = 1e-5
+TOUCH_M = 1e-3
+CONTACT_M = 1e-5
+SHARES = np.array([[-0.3], [0.0], [0.3]])
+"""Where along a face is looked, from its middle, in widths of the bridge."""
+
+
+CloserKind: TypeAlias = Literal[
+    "opening", "door", "lintel", "sill", "gap", "gate", "rail", "room_edge", "floor_edge", "wall_ends"
+]
+"""``gate``: a wide gap; it closes to the outside, and between two rooms that are much broader."""
+GAPS: Final = frozenset({"gap", "gate"})
+
+
+@dataclass(frozen=True, eq=False)
+class Closer:
+    """A piece of the closed plane P_g that does not stand in the door plane P_d.
+
+    ``bridge`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
+    between two lintels, the boundary of an open house) closes, but nobody passes it.
+    """
+
+    polygon: Polygon
+    kind: CloserKind
+    bridge: Bridge | None = None
+
+
+def lapped(pieces: list[Polygon]) -> list[Polygon]:
+    """Pieces of one plane, a little larger, so that they meet the walls of the other."""
+    return list(mitred(np.array(pieces, dtype=np.object_), LAP_M))
+
+
+def parted(
+    door: BaseGeometry, pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Closer], list[Closer]]:
+    """Take each piece apart into its bridges and the rest of it, in the ``plane`` that all of them close.
+
+    A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
+    be judged for itself, and what hangs over one room only is freed.
+    """
+    found: list[Closer] = []
+    rest: list[Closer] = []
+    for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
+        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
+        found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
+        if piece.kind != "gate":  # of which nothing closes by itself
+            rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
+    if not rest:
+        return found, []
+    found_bridges = [c.bridge for c in found if c.bridge is not None]
+    in_line = united(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
+    return found, [part for piece in rest for part in _divided(piece, in_line)]
+
+
+def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
+    left: BaseGeometry = piece
+    for strip in strips:
+        left = subtract(left, strip)
+    # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
+    return [polygons_of(mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
+
+
+def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
+    """A rest where beams cross: what goes on in line with a bridge, and what leads away from it."""
+    if not piece.polygon.intersects(in_line):
+        return [piece]
+    parts = polygons_of(overlap(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
+    return [Closer(p, piece.kind) for p in parts]
+
+
+def needed(
+    door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
+) -> list[Closer]:
+    """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
+
+    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
+    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
+    as that holds no two spaces, the outside being one of them.
+    """
+    spaces = [*rooms, _outside(plane)]
+    others = united(closer.polygon for closer in kept)
+    bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
+    shapes = [areas(shape) for shape in each_opened(bare, 4 * EPS_M)]
+    grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
+    meets = networkx.Graph()
+    meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
+    meets.add_edges_from((("piece", k), ("piece", other)) for k, other in _touching(grown, shapes) if k != other)
+    sets = UnionFind([("space", k) for k in range(len(spaces))])
+    left = []
+    gone: set[int] = set()
+    for k in range(len(pieces) - 1, -1, -1):
+        node = ("piece", k)
+        touched = [n for n in meets[node] if n[0] == "space" or n[1] in gone] if node in meets else []
+        owners = {sets[n] for n in touched}
+        held = {sets[("space", space)] for space in range(len(spaces))} & owners
+        if len(held) > 1:
+            left.append(k)
+            continue
+        gone.add(k)
+        sets.union(node, *touched)
+    return [pieces[k] for k in sorted(left)]
+
+
+def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
+    """The door plane with these pieces in it."""
+    return united([door, *(c.polygon for c in closers)])
+
+
+def _outside(plane: BaseGeometry) -> BaseGeometry:
+    """The air around a house, a metre of it."""
+    house = filled(plane)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(1.0), house)
+
+
+def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
+    """Which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    tree = shapely.STRtree(others)
+    pairs = tree.query(grown, predicate="intersects")
+    shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
+    return [(int(k), int(other)) for k, other in pairs.T[shared > TOUCH_M * CONTACT_M]]
+
+
+def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
+    """The same pieces, the sides of their bridges looked up in ``rooms``: seen from three places along each face."""
+    looks = [_before_faces(closer.bridge) for closer in closers if closer.bridge is not None]
+    faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
+    found, k = [], 0
+    for closer in closers:
+        if closer.bridge is None:
+            found.append(closer)
+            continue
+        sides = (_most(faces[k, 0]), _most(faces[k, 1]))
+        blind = (faces[k] == WALL).all(axis=1)
+        if (
+            closer.kind in {"gap", "gate"} and blind.any()
+        ):  # between a curtain and the next, before a wall: it leads nowhere
+            sides = (sides[int(blind[0])],) * 2
+        same = sides == closer.bridge.sides
+        found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))
+        k += 1
+    return found
+
+
+def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of a bridge."""
+    off = bridge.across * (bridge.depth / 2 + 2 * REACH_M)
+    along = bridge.centre + bridge.along * bridge.width * SHARES
+    return np.array([along - off, along + off])
+
+
+def _most(faces: npt.NDArray[np.int64]) -> int:
+    """The space seen most often; walls count only where nothing else is seen, and then as the outside."""
+    seen = [face for face in faces.tolist() if face != WALL]
+    return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
+#
+# Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
+# outline between two right angles; the gap is what lies between it and the wall that it points at.
+#
+# R1  Where that is the end of another wall, the gap is a hole in one wall. The two walls may stand a little aside of
+#     each other, as those drawn by hand do.
+# R2  Where it is a wall that crosses, the gap has the width of a door at most, or every wall that juts into a corridor
+#     would part it in two. Where a leaf hangs at the end, it may be as wide as a double door.
+# R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
+# ---------------------------------------------------------------------------------------------------------------------
+
+THICKEST_M = 0.6
+SQUARE = np.sin(np.deg2rad(25.0))
+LONGER = 2.0
+"""A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
+NIB_M = 0.04
+"""Beside a corner a wall may end as soon as this, seen from one side; from the other it is long."""
+DOOR_M = 1.25
+"""The widest gap between the end of a wall and one that crosses."""
+DOUBLE_DOOR_M = 1.5
+"""The widest such gap where a leaf hangs at the end."""
+LEAST_OVERLAP = 0.3
+"""Two ends overlap if they do so by this share of the thinner wall; else the gap is as deep as both walls."""
+ASIDE_M = 0.1
+"""Two ends of one wall stand no farther aside of each other than this, seen along the wall."""
+ALIKE = 0.5
+OPPOSITE = 0.9
+GAP_IN_LINE_M = 0.03
+HINGE_M = 0.1
+DETAIL_M = 0.002
+GAP_LAP_M = 0.01
+BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
+
+
+@dataclass(frozen=True, eq=False)
+class WallEnd:
+    """The short edge ``a`` to ``b`` (2,) at the end of a wall, and the unit vector ``out`` that points on from it.
+
+    ``is_nib`` is True where it juts from a wall by less than a wall does that ends.
+    """
+
+    a: npt.NDArray[np.float64]
+    b: npt.NDArray[np.float64]
+    out: npt.NDArray[np.float64]
+    is_nib: bool = False
+
+    @property
+    def centre(self) -> npt.NDArray[np.float64]:
+        """The middle of the edge."""
+        return np.asarray((self.a + self.b) / 2)
+
+    def faces(self, other: WallEnd) -> bool:
+        """Whether two ends look at each other in one line, as those of one wall do."""
+        aside = np.array([-self.out[1], self.out[0]])
+        width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
+        beside = abs((other.centre - self.centre) @ aside)
+        return bool(other.out @ self.out < -OPPOSITE and max(abs(width - other_width), beside) < GAP_IN_LINE_M)
+
+
+def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
+    """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
+    parts = polygons_of(walls)
+    if parts:
+        yield from (end for end in _ends_of(outlines(parts, DETAIL_M)) if nibs or not end.is_nib)
+
+
+def _ends_of(walls: Outlines) -> Iterator[WallEnd]:
+    """All that looks like an end, ring by ring."""
+    points, after, before = walls.points, walls.after, walls.before
+    edge = points[after] - points
+    length = np.hypot(*edge.T)
+    unit = edge / length[:, None]
+    came = unit[before]
+    turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
+    square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
+    end = square & square[after] & (length <= THICKEST_M) & (np.minimum(length[before], length[after]) >= NIB_M)
+    long = np.maximum(length[before], length[after]) >= LONGER * length
+    juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
+    for k in np.flatnonzero(end & (long | juts)):
+        out = np.array([unit[k, 1], -unit[k, 0]])
+        yield WallEnd(points[k], points[after[k]], out, is_nib=not long[k])
+
+
+def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
+    """The rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
+    aside = np.array([-end.out[1], end.out[0]]) * 0.01
+    inner = (end.a + aside, end.b - aside) if (end.b - end.a) @ aside > 0 else (end.a - aside, end.b + aside)
+    far = []
+    for point in (*inner, (end.a + end.b) / 2):  # the other wall may stand a little aside
+        ray = shapely.linestrings([point + 1e-3 * end.out, point + reach_m * end.out])
+        hit = shapely.intersection(ray, walls)
+        if not hit.is_empty:
+            far.append(float(np.min((shapely.get_coordinates(hit) - point) @ end.out)))
+    if not far:
+        return None
+    step = end.out * (max(far) + 0.01)  # a little into the wall that it meets, so that they touch
+    back = end.out * -0.005
+    return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
+
+
+def gaps(
+    tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float, leaves: Sequence[Polygon] = ()
+) -> list[Polygon]:
+    """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
+
+    Parameters
+    ----------
+    tall
+        Walls that stand from the floor to above head height; a gap lies between two of them.
+    standing
+        All that closes the plane; a gap that it fills already is none.
+    leaves
+        The leaves of doors, wherever they stand.
+    """
+    ends = list(wall_ends(tall, nibs=True))
+    if not ends:
+        return []
+    before = shapely.points([end.centre + BEFORE_M * end.out for end in ends])
+    taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
+    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HINGE_M)[0].tolist())
+    found: list[Polygon] = []
+    for k, end in enumerate(ends):
+        if k in taken:
+            continue
+        gap = gap_at(end, tall, reach_m)
+        facing = _between_ends(gap or _lane(end, reach_m), end, ends, reach_m)
+        widest = DOUBLE_DOOR_M if k in hinges else DOOR_M
+        if facing is not None:  # R1
+            found.append(facing)
+        elif gap is not None and _width(gap, end) <= widest and not end.is_nib:  # R2
+            found.append(gap)
+    return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
+
+
+def _each_once(found: list[Polygon]) -> list[Polygon]:
+    """A gap between two ends is found from both; the first stands for what lies mostly in it."""
+    kept: list[Polygon] = []
+    for gap in found:
+        if not any(overlap(gap, other).area > ALIKE * min(gap.area, other.area) for other in kept):
+            kept.append(gap)
+    return kept
+
+
+def _width(gap: Polygon, end: WallEnd) -> float:
+    return float(np.ptp(shapely.get_coordinates(gap) @ end.out))
+
+
+def _lane(end: WallEnd, reach_m: float) -> Polygon:
+    """The strip before a wall's end where nothing stands in its line."""
+    return Polygon([end.a, end.b, end.b + reach_m * end.out, end.a + reach_m * end.out])
+
+
+def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: float) -> Polygon | None:
+    """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
+    near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
+    found = []
+    for other in ends:
+        if other.out @ end.out >= -OPPOSITE:
+            continue
+        if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
+            continue
+        away = (other.centre - end.centre) @ end.out
+        if not 0 < away <= reach_m + GAP_LAP_M:
+            continue
+        sure = end.faces(other) or not (end.is_nib or other.is_nib)  # R3
+        if sure and (strip := _strip(end, other)) is not None:
+            found.append(strip)
+    return min(found, key=lambda strip: strip.length, default=None)
+
+
+def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
+    """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
+    aside = np.array([-end.out[1], end.out[0]])
+    (a, b), (c, d) = (np.sort([side @ aside for side in (each.a, each.b)]) for each in (end, other))
+    low, high = max(a, c), min(b, d)
+    if low - high > ASIDE_M:
+        return None
+    if high - low < LEAST_OVERLAP * min(b - a, d - c):
+        low, high = min(a, c), max(b, d)
+    start = min(end.a @ end.out, end.b @ end.out) - 0.005
+    stop = max(other.a @ end.out, other.b @ end.out) + 0.01
+    corners = [(start, low), (stop, low), (stop, high), (start, high)]
+    return Polygon([step * end.out + side * aside for step, side in corners])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A boundary for a house that its walls leave open.
+# ---------------------------------------------------------------------------------------------------------------------
+
+BAND_M = 0.1
+NEAR_M = 0.25
+WALLED = 0.5
+"""At least this share of an open room's edge has to be wall; a slab in a garden is no room."""
+FARTHEST_M = 10.0
+SURROUNDED = 0.8
+"""A place that walls surround along this share of its hull is a room, whose one side is a front."""
+FRONT_M = 6.0
+HELD = 0.5
+"""A room of which walls enclose less than this share lies open."""
+
+
+def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Bands along the edges of the floor slab where it is open.
+
+    ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
+    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
+    it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
+    """
+    open_floor = polygons_of(opened(subtract(floor, filled(ground)), 0.5))
+    large = [part for part in open_floor if part.area >= least_m2]
+    if not large:
+        return []
+    bands: list[Polygon] = []
+    ends = list(wall_ends(ground))
+    near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
+    for part in large:
+        edge = part.exterior
+        if shapely.intersection(edge, near_walls).length < WALLED * edge.length:
+            continue
+        bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
+        going_on = [
+            gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
+        ]
+        bands += going_on
+        rest = shapely.difference(bare, shapely.buffer(united(going_on), NEAR_M, cap_style="flat"))
+        if rest.length > NEAR_M:
+            lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
+            band = shapely.buffer(lines, BAND_M, cap_style="square", join_style="mitre")
+            bands += polygons_of(subtract(band, united([floor, ground])))
+    return bands
+
+
+def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
+    """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
+
+    ``ground`` is the closed plane so far and ``rooms`` what it encloses.
+    """
+    if not named:
+        return []
+    known = united(rooms)
+    lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
+    if not lying_open:
+        return []
+    return polygons_of(subtract(united(mitred(room, BAND_M) for room in lying_open), united([*named, ground])))
+
+
+def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
+    return bool(overlap(gap, shapely.buffer(edge, NEAR_M, quad_segs=2)).area > 0.9 * gap.area)
+
+
+def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
+    ends = list(wall_ends(tall))
+    straight = [gap_at(end, ground, FARTHEST_M) for end in ends]
+    slanted = [_between(a, b, ground) for a, b in combinations(ends, 2)]
+    candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
+    kept: list[Polygon] = []
+    so_far = enclosed_area(ground)
+    hull = shapely.convex_hull(tall).area
+    for candidate in candidates:
+        if so_far > WALLED * hull:
+            break
+        trial = united([ground, candidate])
+        area = enclosed_area(trial)
+        if area >= so_far + least_m2:
+            kept.append(candidate)
+            ground, so_far = trial, area
+    return kept
+
+
+def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
+
+    There are none where walls stand along less than ``SURROUNDED`` of it (a corner piece, a stage), or where a front is
+    wider than ``FRONT_M``.
+    """
+    hull = shapely.convex_hull(tall)
+    if hull.geom_type != "Polygon" or hull.area < least_m2:
+        return []
+    bare = shapely.difference(hull.exterior, shapely.buffer(tall, NEAR_M, quad_segs=2))
+    fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
+    if bare.length > (1 - SURROUNDED) * hull.length or any(front.length > FRONT_M for front in fronts):
+        return []
+    bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
+    inner = shapely.buffer(hull, -BAND_M, join_style="mitre")
+    return [part for band in bands for part in polygons_of(subtract(band, united([inner, tall])))]
+
+
+def enclosed_area(walls: BaseGeometry) -> float:
+    """Square metres of free space that the walls close all round."""
+    return float(sum(r.area for r in enclosed(walls)[1]))
+
+
+def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
+    """The band between two wall ends, if nothing but the ends themselves stands between them."""
+    a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
+    length = float(np.hypot(*(b - a)))
+    if not 0.05 < length <= FARTHEST_M:
+        return None
+    line = shapely.linestrings([a, b])
+    within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
+    if shapely.intersection(line, ground).length > within_ends + 0.05:
+        return None
+    return polygons_of(shapely.buffer(line, BAND_M / 2, cap_style="square"))[0]
+
+
+def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
+    """Whether the rooms fill half of what the walls span: then the house counts as closed."""
+    return bool(sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area)

@@ -1,0 +1,503 @@
+"""Walls and free space of a scan, from its columns: masks on a raster, their holes closed, and areas from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import scipy.ndimage
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.areas import areas, mitred, subtract, united
+from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Masks on a raster: grown, closed, opened, and the parts of them that meet something.
+# ---------------------------------------------------------------------------------------------------------------------
+
+Pixels = npt.NDArray[np.uint8]
+
+SHEET = 3
+"""So many cells wide a sheet must be, if it is to last."""
+
+
+def square(cells: int) -> Pixels:
+    """A square as the kernel of a filter."""
+    return np.ones((cells, cells), np.uint8)
+
+
+def line(angle: float, cells: int) -> Pixels:
+    """A straight line, so many cells long, as the kernel of a filter."""
+    half = (cells + 1) // 2
+    x, y = (round(half * float(v)) for v in (np.cos(angle), np.sin(angle)))
+    kernel = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
+    cv2.line(kernel, (half - x, half - y), (half + x, half + y), 1)
+    return kernel
+
+
+def grown(mask: Bools, cells: int) -> Bools:
+    """A mask and all cells at most so far from it."""
+    return dilated(mask, square(2 * cells + 1))
+
+
+def dilated(mask: Bools, kernel: Pixels) -> Bools:
+    """A mask drawn with a kernel."""
+    return np.asarray(cv2.dilate(mask.view(np.uint8), kernel).view(bool))
+
+
+def closed(mask: Bools, cells: int) -> Bools:
+    """A mask with all that is narrower than so many cells filled."""
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, square(cells)).view(bool))
+
+
+def opened(mask: Bools, kernel: Pixels) -> Bools:
+    """A mask without all that a kernel does not fit into."""
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel).view(bool))
+
+
+def mostly(mask: Bools, marked: Bools, share: float) -> Bools:
+    """The connected parts of a mask of which so much is marked."""
+    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
+    return np.asarray(kept[label] & mask)
+
+
+def touching(mask: Bools, marked: Bools) -> Bools:
+    """The connected parts of a mask that share a cell with another."""
+    count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    kept = np.bincount(label[mask & marked], minlength=count) > 0
+    return np.asarray(kept[label] & mask)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Holes in the walls of a scan, closed: a part of every scan is missing.
+#
+# R1  A hole is closed where a straight wall ends and another stands before its end, if it is short, or if something
+#     stands below all along; and where two walls would meet in a corner and something stands below.
+# R2  A wall that was closed may end before another hole, so that all is done again until nothing is left to close. A
+#     hole has traces of a wall in it, a passage has none. Of a short hole these may be missing, too: where no ceiling
+#     was seen, it is closed at the end, before a free end of a wall, but not where that meets a wall that crosses, as
+#     walls beside a corridor do.
+# R3  Of a short wall with a door in it, all of the top may be missing. It is closed where in one line between two walls
+#     two jambs stand with a gap as wide as a door between them, or one that faces the end of a wall in that line. Jambs
+#     are as thick as walls, which leaves are not; and no wall runs close by, as behind the fronts of two cupboards.
+# ---------------------------------------------------------------------------------------------------------------------
+
+STRAIGHT_M = 1.6
+"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
+HOLE_M, LONG_HOLE_M = 1.4, 2.4
+"""The longer ones where something stands below all along."""
+TURNS = 24
+PASSES, FILLING = 6, 2
+"""The first passes also fill what is rough."""
+ALONGSIDE = 2
+RUN_M = 0.3
+"""A wall that goes on is at least this long, ..."""
+OBLIQUE_RUN_M = 1.2
+"""... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
+TRACED = 0.2
+CROSSING_M = 0.7
+"""A wall that crosses is longer than the thickest is thick."""
+DOOR_M = (0.55, 1.25)
+JAMB_M, HOLE_WALLS_M = 0.075, (0.15, 0.38)
+"""From the thinnest wall, as drawn in the raster, to a thick one."""
+SHORT_WALL_M = 2.6
+CLOSE_BY_M = (0.42, 0.8)
+"""From the back of a thick wall to that of a deep cupboard."""
+ALONG = 0.5
+
+
+def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
+    """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
+    untraced = has_ceiling
+    for k in range(PASSES):  # R2
+        found = _pass(_between_jambs(reaching, body, raster), body, traces, raster)
+        if k >= FILLING:
+            found = reaching | _holes(found, reaching)
+        if (found == reaching).all():
+            if untraced:
+                break
+            untraced, found = True, reaching | _holes(_without_traces(reaching, raster), reaching)
+        reaching = found
+    return reaching
+
+
+def _holes(found: Bools, reaching: Bools) -> Bools:
+    """What was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
+    return touching(found & ~reaching, ~grown(reaching, ALONGSIDE))
+
+
+def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
+    """R1: each straight run goes on to what stands before its end, and to its corner with another."""
+    below = grown(body, 1)
+    angles = np.pi * np.arange(TURNS) / TURNS
+    runs = _runs(reaching, raster)
+    found, beyond = reaching.copy(), []
+    for turn, angle in enumerate(angles):
+        if not runs[turn].any():
+            beyond.append(runs[turn])
+            continue
+        ending = runs[turn] & ~_across(runs, turn)
+        lanes = _lanes(reaching, ending, angle, raster.size(HOLE_M))
+        found |= touching(mostly(lanes, traces, TRACED), grown(ending, 1))
+        lanes = _lanes(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
+        found |= touching(lanes, grown(ending, 1))
+        beyond.append(dilated(ending, line(angle, raster.size(HOLE_M))) & below)
+    for turn, going_on in enumerate(beyond):
+        found |= going_on & _across(beyond, turn)
+    return _as_sheets(found, reaching)
+
+
+def _without_traces(reaching: Bools, raster: Raster) -> Bools:
+    """R2: short holes before the free ends of walls."""
+    found = reaching.copy()
+    for turn, run in enumerate(_runs(reaching, raster)):
+        angle = np.pi * turn / TURNS
+        crossing = opened(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
+        ending = run & ~grown(crossing, 2)
+        if ending.any():
+            found |= touching(_lanes(reaching, ending, angle, raster.size(HOLE_M)), grown(ending, 1))
+    return _as_sheets(found, reaching)
+
+
+def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
+    """The straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
+    wavy = grown(reaching, 2)
+    long = raster.size(STRAIGHT_M)
+    straight = wavy & grown(opened(wavy, line(0.0, long)) | opened(wavy, line(np.pi / 2, long)), 1)
+    found = []
+    for turn in range(TURNS):
+        oblique = turn % (TURNS // 2) != 0
+        run = opened(reaching, line(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
+        found.append(run & ~straight if oblique else run)
+    return found
+
+
+def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
+    """What lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
+    hole = line(angle, cells)
+    gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
+    if within is not None:
+        gaps &= within
+    return np.asarray(gaps & dilated(ending, line(angle, 2 * cells)))
+
+
+def _as_sheets(found: Bools, reaching: Bools) -> Bools:
+    """What was found beyond what reaches the top, as wide as what was seen."""
+    thin = found & ~reaching & ~opened(found, square(SHEET))
+    return found | grown(thin, SPREAD)
+
+
+def _across(by_turn: list[Bools], turn: int) -> Bools:
+    """All that lies in one of the directions that cross this one."""
+    return np.asarray(
+        np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
+    )
+
+
+def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
+    """R3, along the rows and along the columns."""
+    found = reaching.copy()
+    for walls, standing, marked in ((reaching, body, found), (reaching.T, body.T, found.T)):
+        beside = _close_by(walls, raster)
+        for row, first, last in _short_walls(walls, standing, raster):
+            if beside[row, first:last].mean() < ALONG:
+                marked[row, first:last] = True
+    return _as_sheets(found, reaching)
+
+
+def _close_by(walls: Bools, raster: Raster) -> Bools:
+    """Where a wall lies beside, above or below in the raster, as close as the wall behind a cupboard."""
+    near, far = (raster.size(m) for m in CLOSE_BY_M)
+    reach = np.zeros((2 * far + 1, 1), np.uint8)
+    reach[: far - near] = reach[far + near + 1 :] = 1
+    return dilated(walls, reach)
+
+
+def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
+    """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
+    least, most = (raster.size(m) for m in DOOR_M)
+    jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
+    in_line = opened(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
+    thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
+    solid = opened(closed(np.ascontiguousarray(walls | standing), thick), square(thin))
+    for row in np.flatnonzero((standing & ~walls).any(axis=1)):
+        at = np.flatnonzero(walls[row])
+        for k in np.flatnonzero((np.diff(at) > least + jamb) & (np.diff(at) <= longest)):
+            first, last = int(at[k]) + 1, int(at[k + 1])
+            gap = _gap(standing[row, first:last])
+            if gap is None or not least <= gap[1] - gap[0] <= most:
+                continue
+            parts = solid[row, first : first + gap[0]], solid[row, first + gap[1] : last]
+            jambs = [len(part) >= jamb and part.mean() > ALONG for part in parts]
+            ends = in_line[row, first - 1], in_line[row, last]
+            if all(jambs) or (jambs[0] and ends[1]) or (jambs[1] and ends[0]):
+                yield int(row), first, last
+
+
+def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
+    """Where the only gap in what stands begins and ends."""
+    free = np.flatnonzero(~standing)
+    if not len(free) or free[-1] - free[0] + 1 != len(free):
+        return None
+    return int(free[0]), int(free[-1]) + 1
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Walls and the free places in them, from the columns of a scan: masks on its raster.
+#
+# R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
+# R2  A part of every scan is missing: holes in the walls are closed, as above.
+# R3  Two faces with no more than a wall between them are the two sides of one.
+# R4  Around all that is inside stands an outer wall, also where none was seen.
+# R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
+# R6  A doorway is a place in a wall where nothing stands from the floor to head height, as long as a door is wide, with
+#     air of the house on both sides: the place of a window or of a door to the outside has a back.
+# ---------------------------------------------------------------------------------------------------------------------
+
+FOOT_M, HEAD_M = 0.2, 1.85
+TOP_BAND_M = 0.2
+RIM_M = 0.04
+"""So much of the top is frayed."""
+MIN_TOP_M = 2.0
+CEILING_BAND_M = 0.1
+"""Where the ceiling was seen, all that reaches it is wall, and a lintel may be as low as this."""
+TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
+"""In a high house, more of the wall can be looked at above all doors."""
+FULL = 0.5
+STANDS = 0.4
+PASSED = 0.15
+"""In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
+WALL_M = 0.38
+OUTER_M = 0.2
+LEAK_M = 1.0
+SEEN = 0.3
+SHORTEST_M = 0.5
+SPECK_M = 0.3
+RIMMED = 0.4
+HALF = 0.5
+FILLED = 0.6
+BEFORE = 4
+"""So many cells before a wall its air is looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class WallMasks:
+    """``walls`` (rows, columns) with all doorways closed, and the ``doorways``: rectangles (4, 2) of pixels (x, y)."""
+
+    raster: Raster
+    walls: Bools
+    doorways: tuple[Floats, ...]
+
+
+def top_of_walls(columns: Columns) -> float:
+    """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
+    amount = columns.amount
+    middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
+    high = columns.heights[amount > RIMMED * middle]
+    return float(high.max()) if len(high) else 0.0
+
+
+def wall_masks(columns: Columns) -> WallMasks:
+    """Judge all columns."""
+    raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - RIM_M
+    body = columns.share(FOOT_M, HEAD_M)
+    if columns.ceiling_m is not None:
+        lowest = top - CEILING_BAND_M
+    else:
+        lowest = max(top - TOP_BAND_M, min(MIN_TOP_M, top - RIM_M))
+    high = columns.share(lowest, top) >= FULL
+    if lowest > ABOVE_DOORS_M:
+        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
+    reaching = _without_specks(high, raster)  # R1
+    seen = (body >= PASSED) | (columns.share(lowest, top) > 0)
+    reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
+    thick = closed(reaching, raster.size(WALL_M))  # R3
+    outside = _outside(thick | columns.ground | (body >= STANDS), raster)
+    band = outside & grown(~outside, raster.size(OUTER_M))  # R4
+    house = closed(thick | band, raster.size(WALL_M))
+    solid = house | _unseen(~(house | outside), columns)  # R5
+    standing = closed((body >= PASSED) & thick, raster.size(WALL_M)) & thick
+    behind = grown(standing, raster.size(OUTER_M)) & solid & ~thick
+    free = solid & ~(standing | behind)
+    walls = _shrunk(solid)
+    return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
+
+
+def _without_specks(mask: Bools, raster: Raster) -> Bools:
+    """Without what is shorter than any wall."""
+    count, label, boxes, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    long = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= raster.size(SPECK_M)
+    long[0] = False
+    return np.asarray(long[label]) if count else mask
+
+
+def _outside(inside: Bools, raster: Raster) -> Bools:
+    """R4: the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
+    half = raster.size(LEAK_M / 2)
+    air = (~grown(inside, half)).view(np.uint8)
+    _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
+    around = (label == label[0, 0])[1:-1, 1:-1]
+    return grown(around, half) & ~inside
+
+
+def _unseen(air: Bools, columns: Columns) -> Bools:
+    """R5; where little ground was seen at all, it says nothing."""
+    if not air.any() or columns.ground[air].mean() < SEEN:
+        return np.zeros_like(air)
+    count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)
+    share = scipy.ndimage.mean(columns.ground, label, np.arange(count))
+    hidden = np.asarray(share) < SEEN
+    hidden[0] = False
+    return np.asarray(hidden[label])
+
+
+def _shrunk(solid: Bools) -> Bools:
+    """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
+    core = opened(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
+    return core | (solid & ~grown(core, SPREAD + 1))
+
+
+def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
+    """R6."""
+    count, label, boxes, _ = cv2.connectedComponentsWithStats(free.view(np.uint8), connectivity=4)
+    found = []
+    for k in range(1, count):
+        x, y, w, h, pixels = (int(v) for v in boxes[k])
+        if max(w, h) < raster.size(SHORTEST_M):
+            continue
+        box = _box(np.argwhere(label[y : y + h, x : x + w] == k)[:, ::-1] + (x, y), pixels)
+        if all(_share(air, side) > HALF for side in _sides(box)):
+            found.append(_stretched(box))
+    return tuple(found)
+
+
+def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
+    """The rectangle (4, 2) around pixels, long side first: along the raster if they fill it well, else the smallest."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    (x1, y1), (x2, y2) = low, high
+    box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)
+    if pixels < FILLED * np.prod(high - low + 1):
+        box = np.asarray(cv2.boxPoints(cv2.minAreaRect(points.astype(np.float32))), float)
+    return box if np.hypot(*(box[1] - box[0])) >= np.hypot(*(box[2] - box[1])) else np.roll(box, -1, axis=0)
+
+
+def _sides(box: Floats) -> tuple[Floats, Floats]:
+    """The middle lines (2, 2) of what lies before each long side."""
+    across = box[3] - box[0]
+    off = BEFORE * across / max(float(np.hypot(*across)), 1e-9) if across.any() else np.array([0.0, BEFORE])
+    return box[:2] - off, box[2:] + off
+
+
+def _share(mask: Bools, line: Floats) -> float:
+    """The share of a line that lies in a mask."""
+    points = np.round(np.linspace(line[0], line[1], 20)).astype(int)
+    rows, columns = np.clip(points[:, 1], 0, mask.shape[0] - 1), np.clip(points[:, 0], 0, mask.shape[1] - 1)
+    return float(mask[rows, columns].mean())
+
+
+def _stretched(box: Floats) -> Floats:
+    """From jamb to jamb: faces were spread by so much along the wall, and the wall may bulge across."""
+    centre = box.mean(axis=0)
+    along, across = box[1] - box[0], box[3] - box[0]
+    length, depth = float(np.hypot(*along)), float(np.hypot(*across))
+    along /= length
+    across = np.array([-along[1], along[0]])
+    half_along, half_across = along * (length / 2 + SPREAD), across * (depth / 2 + 2 * SPREAD)
+    return np.array([centre + i * half_along + j * half_across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Masks on a raster as areas with few, straight edges.
+# ---------------------------------------------------------------------------------------------------------------------
+
+ROUGH_M = 0.045
+"""Contours are drawn with as few corners as this allows."""
+SMOOTH = 5
+EDGE = 0.25
+"""Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
+AXIS = np.tan(np.deg2rad(12.0))
+CUT_M = 0.15
+SLACK_M = 0.07
+"""An edge is put along the raster if none of its ends moves more than that."""
+
+
+def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
+    """A mask as an area in the level frame."""
+    smooth = cv2.medianBlur(mask.view(np.uint8) * 255, SMOOTH)
+    contours, tree = cv2.findContours(smooth, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    shapes = []
+    for k, contour in enumerate(contours):
+        if tree[0][k][3] >= 0:
+            continue
+        holes, child = [], int(tree[0][k][2])
+        while child >= 0:
+            holes.append(_ring(np.asarray(contours[child][:, 0], float), raster))
+            child = int(tree[0][child][0])
+        ring = _ring(np.asarray(contour[:, 0], float), raster)
+        if len(ring) >= 3:
+            inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
+            shapes.append(subtract(shapely.make_valid(Polygon(ring)), united(inner)))
+    pixels = mitred(mitred(united(shapes), 0.5), EDGE - 0.5)
+    return areas(shapely.transform(pixels, raster.placed))
+
+
+def _ring(points: Floats, raster: Raster) -> Floats:
+    """The corners of a contour (n, 2), its edges along the raster where they nearly are."""
+    loose = ROUGH_M / raster.cell_m
+    corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
+    return (
+        _squared(_sharpened(corners, CUT_M / raster.cell_m), SLACK_M / raster.cell_m) if len(corners) >= 3 else corners
+    )
+
+
+def _sharpened(corners: Floats, longest: float) -> Floats:
+    """A short edge between a level and an upright one is their corner, which noise has cut off."""
+    d = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*d.T)
+    level, upright = np.abs(d[:, 1]) <= AXIS * np.abs(d[:, 0]), np.abs(d[:, 0]) <= AXIS * np.abs(d[:, 1])
+    found: list[Floats] = []
+    last_cut = False
+    for k in range(-1, len(corners)):
+        came, goes = k - 1, (k + 1) % len(corners)
+        turns = (level[came] and upright[goes]) or (upright[came] and level[goes])
+        is_cut = bool(turns and length[k] < min(longest, length[came], length[goes]) and not (level[k] or upright[k]))
+        if is_cut and k >= 0:
+            p, q = corners[k], corners[goes]
+            found.append(np.array([q[0], p[1]] if level[came] else [p[0], q[1]]))
+        elif k >= 0 and not last_cut:
+            found.append(corners[k])
+        last_cut = is_cut
+    return np.array(found)
+
+
+def _squared(corners: Floats, slack: float) -> Floats:
+    """Each edge that is nearly level or upright becomes so, at the mean of its ends."""
+    ends = np.roll(corners, -1, axis=0)
+    d = np.abs(ends - corners)
+    level = (d[:, 1] <= AXIS * d[:, 0]) & (d[:, 1] <= 2 * slack)
+    upright = (d[:, 0] <= AXIS * d[:, 1]) & (d[:, 0] <= 2 * slack) & ~level
+    middle = (corners + ends) / 2
+    found: list[Floats] = []
+    for k, corner in enumerate(corners):
+        came = k - 1
+        into, out = corner.copy(), corner.copy()
+        for axis, lies in ((1, level), (0, upright)):
+            if lies[came]:
+                into[axis] = middle[came, axis]
+            if lies[k]:
+                out[axis] = middle[k, axis]
+        if level[came] and upright[k]:
+            found.append(np.array([middle[k, 0], middle[came, 1]]))
+        elif upright[came] and level[k]:
+            found.append(np.array([middle[came, 0], middle[k, 1]]))
+        elif (into == out).all() or not (level[came] | upright[came]):
+            found.append(out)
+        else:
+            found += [into, out]
+    return np.array(found)
