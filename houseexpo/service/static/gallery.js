@@ -129,7 +129,7 @@ function columns(total) { // null: tiles
   const mark = { none: "", ascending: " ↑", descending: " ↓" };
   const cell = (each, words) => element("span", { class: "cell", role: "columnheader", "aria-sort": sorting(each) },
     [...sort.options].some((option) => option.value === each)
-      ? element("button", { type: "button", class: "quiet", "data-column": each, on: { click: () => sorted(each, sorting(each) === "ascending") } }, words + mark[sorting(each)]) : words);
+      ? element("button", { type: "button", class: "quiet", "data-column": each, on: { click: () => sorted(each, (state.get("sort") ?? "id") === each) } }, words + mark[sorting(each)]) : words);
   const head = document.getElementById("head"), focused = document.activeElement?.dataset?.column;
   head.replaceChildren(cell("id", "Plan"), ...shown.map((each) => cell(each.name, each.title + (each.unit ? `, ${each.unit}` : ""))));
   if (focused) head.querySelector(`[data-column="${focused}"]`)?.focus();
