@@ -1,0 +1,444 @@
+"""A robot's map: occupancy cells with their size and place, read from the files of map_server, pictures and arrays.
+
+Formats: map_server's ``map.yaml`` with its picture (ROS 1 and Nav2), a picture alone (.pgm, .png and others), a NumPy
+array (.npy), and the ``nav_msgs/OccupancyGrid`` of a ROS 2 bag (.mcap, .db3, or the folder of a bag).
+
+R1  A picture's colours are averaged, and transparent pixels are unknown. ``negate`` swaps black and white.
+R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scale``, a cell darker than
+    ``occupied_thresh`` is occupied, and one lighter than ``free_thresh`` is free. In between, it is unknown
+    (``trinary``), or its occupancy grows linearly from 0 to 100 (``scale``).
+R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
+R4  Without a ``map.yaml``, only what is nearly white is free, since programs draw unknown space in all kinds of grey.
+R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
+    beside the ``map.yaml`` is taken.
+R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
+    are occupancy from 0 to 100, and other values are unknown. Row 0 is at the highest y, as in a picture.
+R7  Of a bag, the last map of the topic ``/map`` counts. Without this topic, it is the one topic with maps; of several,
+    the one whose name ends with ``map`` and names no costmap.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
+
+UNKNOWN: Final = -1
+GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
+MAX_MAP_CELLS: Final = 100_000_000
+LARGEST_CELL_M: Final = 10.0
+SMALLEST_CELL_M: Final = 1e-4
+OCCUPIED_FROM, FREE_TO = 65, 25
+"""Occupancy, in percent, from which a cell counts as occupied and up to which as free (Nav2's defaults)."""
+OCCUPIED_THRESH: Final = 0.65
+FREE_THRESH: Final = 0.25
+WHITE: Final = 0.02
+"""R4: ``free_thresh`` of a picture alone."""
+BAGS: Final = (".mcap", ".db3")
+PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+YAML_BYTES: Final = 1 << 20
+
+Occupancy = npt.NDArray[np.int8]
+Bools = npt.NDArray[np.bool_]
+Fault = Literal["missing_file", "unreadable", "too_large", "bad_units", "empty"]
+
+
+class MapError(HouseExpoError):
+    """A robot's map cannot be read; ``fault`` is the kind of fault, ``problem`` and ``advice`` are for people."""
+
+    def __init__(self, problem: str, advice: str = "", fault: Fault = "unreadable") -> None:
+        super().__init__(problem, advice, fault)
+        self.problem, self.advice, self.fault = problem, advice, fault
+
+    def __str__(self) -> str:
+        return f"{self.problem}; {self.advice}" if self.advice else self.problem
+
+
+@dataclass(frozen=True, eq=False)
+class RobotMap:
+    """Occupancy cells of a place.
+
+    Parameters
+    ----------
+    occupancy
+        (rows, cols) int8, row 0 at the highest y: 0 (free) to 100 (occupied), -1 for unknown.
+    resolution_m
+        The side of a cell, metres.
+    origin
+        (x, y, yaw) of the lower-left corner of the lower-left cell in the map's frame: metres and radians. ``yaw``
+        turns the grid counter-clockwise about this corner.
+    name
+        The name of the map, for messages.
+
+    Raises
+    ------
+    MapError
+        The cells are none or too many, or a number is not finite or out of range.
+    """
+
+    occupancy: Occupancy
+    resolution_m: float
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    name: str = "map"
+
+    def __post_init__(self) -> None:
+        if self.occupancy.ndim != 2 or not self.occupancy.size:
+            raise MapError(f"{self.name}: expected rows and columns of cells, found an array {self.occupancy.shape}")
+        _check_size(self.occupancy.shape, self.name)
+        if not SMALLEST_CELL_M <= self.resolution_m <= LARGEST_CELL_M:  # also refuses NaN
+            raise MapError(
+                f"{self.name}: resolution: expected {SMALLEST_CELL_M:g} to {LARGEST_CELL_M:g} m a cell, found "
+                f"{self.resolution_m:g}",
+                "correct it",
+                "bad_units",
+            )
+        if not all(map(math.isfinite, self.origin)):
+            raise MapError(
+                f"{self.name}: origin: expected x, y and yaw, found {self.origin}", "correct it", "bad_units"
+            )
+
+    @property
+    def free(self) -> Bools:
+        """(rows, cols): whether a cell is free."""
+        return (self.occupancy >= 0) & (self.occupancy <= FREE_TO)
+
+    @property
+    def occupied(self) -> Bools:
+        """(rows, cols): whether a cell is occupied."""
+        return self.occupancy >= OCCUPIED_FROM
+
+    def placed(self, pixels: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return points (n, 2) in the map's frame, metres, of points (across, down) from the picture's top left corner.
+
+        Points are in cells; the middle of cell (row, col) is (col + 0.5, row + 0.5).
+        """
+        (a, b, c), (d, e, f) = self.affine
+        across, down = np.asarray(pixels, np.float64).reshape(-1, 2).T * self.resolution_m
+        up = self.occupancy.shape[0] * self.resolution_m - down
+        return np.column_stack([a * across + b * up + c, d * across + e * up + f])
+
+    @property
+    def affine(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """The map's frame from metres (right, up) from the lower-left corner: rows (a, b, x) and (d, e, y)."""
+        x, y, yaw = self.origin
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return (cos, -sin, x), (sin, cos, y)
+
+
+def read_map(
+    path: str | os.PathLike[str],
+    resolution: float | None = None,
+    *,
+    topic: str | None = None,
+    negate: bool = False,
+    occupied_thresh: float = OCCUPIED_THRESH,
+    free_thresh: float | None = None,
+) -> RobotMap:
+    """Read a robot's map: a ``map.yaml``, a picture, an array or a bag (see the module's rules).
+
+    Parameters
+    ----------
+    path
+        The file, or the folder of a bag.
+    resolution
+        The side of a cell, metres, of a picture or an array alone. A ``map.yaml`` and a bag say their own.
+    topic
+        The topic of a bag (R7).
+    negate, occupied_thresh, free_thresh
+        How a picture alone is understood (R1, R2, R4).
+
+    Raises
+    ------
+    MapError
+        The file is missing, damaged or too large, names a picture that is not there, its resolution is none, or no cell
+        of the map is free.
+    MissingDependencyError
+        The file is a bag, and rosbags is not installed.
+    """
+    shading = _Shading(negate=negate, occupied=occupied_thresh, free=WHITE if free_thresh is None else free_thresh)
+    found = _read(Path(path), resolution, topic, shading)
+    if not found.free.any():
+        advice = "check the thresholds, and whether black and white are swapped (negate)"
+        raise MapError(f"{found.name}: expected free space, found no free cell", advice, "empty")
+    return found
+
+
+def _read(file: Path, resolution: float | None, topic: str | None, shading: _Shading) -> RobotMap:
+    suffix = file.suffix.lower()
+    if suffix in BAGS or is_bag(file):
+        return _from_bag(file, topic)
+    if not file.is_file():
+        raise MapError(f"{file}: there is no such file", "check the path", "missing_file")
+    if suffix in {".yaml", ".yml"}:
+        return _from_yaml(file)
+    if resolution is None:
+        raise MapError(f"{file.name}: expected the side of a cell, found none", "give the resolution", "bad_units")
+    size = _number(resolution, "resolution", file.name)
+    if suffix == ".npy":
+        return RobotMap(_from_array(file), size, name=file.name)
+    return RobotMap(shading.occupancy(_darkness(file), file.name), size, name=file.name)
+
+
+def is_map_yaml(head: bytes) -> bool:
+    """Whether the first bytes of a YAML file are those of a ``map.yaml``."""
+    lines = {line.split(b":")[0].strip() for line in head.split(b"\n") if not line.startswith((b" ", b"\t", b"#"))}
+    return {b"image", b"resolution"} <= lines
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path is the folder of a ROS 2 bag."""
+    return path.is_dir() and (path / "metadata.yaml").is_file()
+
+
+def picture_of(path: Path) -> Path | None:
+    """Return the picture that a ``map.yaml`` takes (R5), or None if it names none that is there."""
+    try:
+        return _picture(path, _document(path))
+    except MapError:
+        return None
+
+
+@dataclass(frozen=True)
+class _Shading:
+    """R1 to R3: how pixels become occupancy."""
+
+    negate: bool = False
+    occupied: float = OCCUPIED_THRESH
+    free: float = FREE_THRESH
+    mode: str = "trinary"
+
+    def occupancy(self, pixels: tuple[npt.NDArray[np.uint8], Bools | None], name: str) -> Occupancy:
+        if not (0.0 <= self.free <= self.occupied <= 1.0):
+            found = f"free_thresh {self.free:g} and occupied_thresh {self.occupied:g}"
+            raise MapError(
+                f"{name}: expected thresholds from 0 to 1, free not above occupied, found {found}", "correct it"
+            )
+        grey, clear = pixels
+        shades = np.arange(256)
+        value = np.full(256, UNKNOWN, np.int8)
+        if self.mode == "raw":  # R3
+            raw = 255 - shades if self.negate else shades
+            value[raw <= 100] = raw[raw <= 100]
+        else:
+            dark = shades / 255 if self.negate else (255 - shades) / 255
+            span = max(self.occupied - self.free, 1e-9)
+            between = np.rint(np.clip((dark - self.free) / span, 0, 1) * 98 + 1)
+            value[:] = between if self.mode == "scale" else UNKNOWN
+            value[dark < self.free] = 0
+            value[dark > self.occupied] = 100
+        cells: Occupancy = value[grey]
+        if clear is not None:
+            cells[clear] = UNKNOWN
+        return cells
+
+
+def _from_yaml(file: Path) -> RobotMap:
+    document = _document(file)
+    missing = [key for key in ("image", "resolution") if key not in document]
+    if missing:
+        raise MapError(f"{file.name}: expected the keys image and resolution, found no {missing[0]}", "add it")
+    picture = _picture(file, document)
+    if picture is None:
+        said = str(document["image"])[:120]
+        raise MapError(
+            f"{file.name}: image: expected a picture in the folder of the yaml, found none of the name {said!r}",
+            "put the picture beside the yaml, and its name into it",
+            "missing_file",
+        )
+    mode = str(document.get("mode", "trinary")).lower()
+    if mode not in {"trinary", "scale", "raw"}:
+        raise MapError(f"{file.name}: mode: expected trinary, scale or raw, found {mode[:40]!r}", "correct it")
+    shading = _Shading(
+        negate=_flag(document.get("negate", 0), file.name),
+        occupied=_number(document.get("occupied_thresh", OCCUPIED_THRESH), "occupied_thresh", file.name),
+        free=_number(document.get("free_thresh", FREE_THRESH), "free_thresh", file.name),
+        mode=mode,
+    )
+    resolution = _number(document["resolution"], "resolution", file.name)
+    origin = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
+    cells = shading.occupancy(_darkness(picture), picture.name)
+    return RobotMap(cells, resolution, origin, file.name)
+
+
+def _document(file: Path) -> Mapping[str, Any]:
+    import yaml
+
+    if file.stat().st_size > YAML_BYTES:
+        raise MapError(f"{file.name} has {file.stat().st_size:,} bytes, which no map.yaml has", fault="too_large")
+    try:
+        text = file.read_text("utf-8")
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
+            raise MapError(f"{file.name} repeats a part by an alias (*name), which map_server never writes")
+        document = yaml.safe_load(text)
+    except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
+        raise MapError(f"{file.name} is no YAML: {' '.join(str(error).split())[:200]}", "save the map again") from None
+    if not isinstance(document, Mapping):
+        raise MapError(f"{file.name}: expected a mapping with image and resolution", "save the map again")
+    return document
+
+
+def _picture(file: Path, document: Mapping[str, Any]) -> Path | None:
+    """R5: the picture, or None."""
+    named = document.get("image")
+    if not isinstance(named, str) or not named or "\0" in named:
+        return None
+    folder = file.parent.resolve()
+    beside = PureWindowsPath(PurePosixPath(named).name).name
+    for candidate in (file.parent / named, file.parent / beside):
+        try:
+            whole = candidate.resolve()
+            if whole.is_relative_to(folder) and whole.is_file():
+                return whole
+        except OSError:  # a name that is too long, a circle of links
+            continue
+    return None
+
+
+def _darkness(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
+    """R1: the mean of a picture's colours, 0 to 255, and where it is transparent."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of pictures that Pillow thinks large; ours are counted below
+            with Image.open(file) as image:
+                _check_size((image.height, image.width), file.name)
+                if image.mode in {"I;16", "I;16B", "I"}:
+                    deep = np.asarray(image, np.int64)
+                    return (deep >> (8 if deep.max(initial=0) > 255 else 0)).clip(0, 255).astype(np.uint8), None
+                has_alpha = "A" in image.getbands() or "transparency" in image.info
+                if not has_alpha and image.mode in {"L", "1"}:
+                    return np.asarray(image.convert("L")), None
+                colours = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
+    except (
+        UnidentifiedImageError,
+        OSError,
+        ValueError,
+        SyntaxError,
+        MemoryError,
+        Image.DecompressionBombError,
+    ) as error:
+        what = " ".join(str(error).split())[:160]
+        raise MapError(f"{file.name} cannot be read as a picture: {what}", "save the map again") from None
+    grey = colours[..., :3].sum(axis=2, dtype=np.uint16) // 3
+    return grey.astype(np.uint8), colours[..., 3] == 0 if has_alpha else None
+
+
+def _from_array(file: Path) -> Occupancy:
+    """R6."""
+    try:
+        array = np.load(file, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise MapError(
+            f"{file.name} is no array: {' '.join(str(error).split())[:160]}", "save it with numpy.save"
+        ) from None
+    return occupancy_of(array, file.name)
+
+
+def occupancy_of(array: npt.NDArray[Any], name: str) -> Occupancy:
+    """Return the occupancy of an array (rows, cols) by R6; raise MapError if it is none."""
+    if array.ndim != 2:
+        raise MapError(f"{name}: expected rows and columns, found an array of shape {array.shape}", "save one map")
+    _check_size(array.shape, name)
+    if array.dtype == np.bool_:
+        return np.where(array, 100, 0).astype(np.int8)
+    if array.dtype.kind == "f":
+        known = (array >= 0) & (array <= 1)
+        return np.where(known, np.rint(np.where(known, array, 0) * 100), UNKNOWN).astype(np.int8)
+    if array.dtype.kind in "iu":
+        return np.where((array >= 0) & (array <= 100), array, UNKNOWN).astype(np.int8)
+    raise MapError(f"{name}: expected numbers, found an array of {array.dtype}", "save occupancy from 0 to 100")
+
+
+def _from_bag(path: Path, topic: str | None) -> RobotMap:
+    """R7."""
+    if not path.exists():
+        raise MapError(f"{path}: there is no such file", "check the path", "missing_file")
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        said = f"{path.name} is a bag; reading it needs rosbags, which is not installed: {installing('bag')}"
+        raise MissingDependencyError(said) from error
+    try:
+        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+            maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
+            chosen = _chosen_topic([each.topic for each in maps], topic, path.name)
+            last = None
+            for _, _, last in reader.messages([each for each in maps if each.topic == chosen]):  # noqa: B007
+                pass
+            message = None if last is None else reader.deserialize(last, GRID_TYPE)
+    except MapError:
+        raise
+    except Exception as error:  # noqa: BLE001 - the library's own, struct's, sqlite's, lz4's and zstd's
+        what = " ".join(str(error).split())[:160] or type(error).__name__
+        raise MapError(f"{path.name} cannot be read as a bag: {what}", "record it again") from None
+    if message is None:
+        raise MapError(f"{path.name}: expected a map on the topic {chosen}, found no message", "record it", "empty")
+    return _from_message(message, f"{path.name} {chosen}")
+
+
+def _chosen_topic(topics: list[str], wanted: str | None, name: str) -> str:
+    """R7."""
+    known = sorted(set(topics))
+    if not known:
+        raise MapError(f"{name}: expected a topic of type {GRID_TYPE}, found none", "record the topic /map", "empty")
+    named = [each for each in known if each.endswith("map") and "costmap" not in each]
+    for few in ([wanted] if wanted else ["/map"], known if not wanted else [], named if not wanted else []):
+        if len(few) == 1 and few[0] in known:
+            return few[0]
+    expected = f"the topic {wanted}" if wanted else "one topic with maps"
+    raise MapError(f"{name}: expected {expected}, found {', '.join(known)[:200]}", "name one of them")
+
+
+def _from_message(message: Any, name: str) -> RobotMap:
+    """Return the map of a ``nav_msgs/OccupancyGrid``, whose row 0 is at the lowest y."""
+    info, place = message.info, message.info.origin
+    turn = place.orientation
+    yaw = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+    rows, cols = int(info.height), int(info.width)
+    _check_size((rows, cols), name)
+    cells = np.asarray(message.data)
+    if cells.size != rows * cols:
+        raise MapError(f"{name}: expected {rows} x {cols} cells, found {cells.size:,}", "record it again")
+    occupancy = occupancy_of(cells.reshape(rows, cols)[::-1].astype(np.int8), name)
+    return RobotMap(occupancy, float(info.resolution), (float(place.position.x), float(place.position.y), yaw), name)
+
+
+def _check_size(shape: tuple[int, ...], name: str) -> None:
+    if math.prod(shape) > MAX_MAP_CELLS:
+        found = " x ".join(f"{length:,}" for length in shape)
+        raise MapError(f"{name}: expected at most {MAX_MAP_CELLS:,} cells, found {found}", "crop the map", "too_large")
+
+
+def _origin(value: Any, name: str) -> tuple[float, float, float]:
+    if not isinstance(value, list) or not 2 <= len(value) <= 3:
+        raise MapError(f"{name}: origin: expected [x, y, yaw], found {str(value)[:60]}", "correct it", "bad_units")
+    x, y, yaw = (_number(each, "origin", name) for each in (*value, 0.0)[:3])
+    return x, y, yaw
+
+
+def _number(value: Any, key: str, name: str) -> float:
+    """Return a finite number; YAML reads ``1e-2`` as text."""
+    try:
+        found = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise MapError(f"{name}: {key}: expected a number, found {str(value)[:40]!r}", "correct it", "bad_units")
+    return found
+
+
+def _flag(value: Any, name: str) -> bool:
+    if value in {0, 1} or isinstance(value, bool):
+        return bool(value)
+    raise MapError(f"{name}: negate: expected 0 or 1, found {str(value)[:40]!r}", "correct it")

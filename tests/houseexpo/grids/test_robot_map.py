@@ -1,0 +1,244 @@
+"""Robots' maps as map_server, arrays and bags have them: a small map with one cell of each kind, known by hand."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from houseexpo.grids import MapError, RobotMap, read_map
+from houseexpo.grids.robot_map import MAX_MAP_CELLS, is_map_yaml, picture_of
+
+SHADES = np.array([[254, 205, 0], [255, 100, 37]], np.uint8)
+"""White is free, black is occupied; darkness 0.004, 0.196, 1 and 0, 0.608, 0.855."""
+
+
+def saved(folder: Path, name: str = "map.pgm", shades: np.ndarray = SHADES, **keys: Any) -> Path:
+    """Write a map_server map, and return the path of its yaml."""
+    Image.fromarray(shades).save(folder / name)
+    settings = {"image": name, "resolution": 0.05, "origin": [-1.0, 2.0, 0.0], "negate": 0} | keys
+    settings = {"occupied_thresh": 0.65, "free_thresh": 0.196} | settings
+    file = folder / "map.yaml"
+    file.write_text("".join(f"{key}: {value}\n" for key, value in settings.items() if value is not None))
+    return file
+
+
+def bagged(folder: Path, topics: dict[str, np.ndarray], plugin: str = "MCAP", yaw: float = 0.0) -> Path:
+    """Write a bag with maps, rows from the lowest y up, after an older map of each topic that is all unknown."""
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = store.types
+    time = types["builtin_interfaces/msg/Time"](0, 0)
+    turn = types["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    pose = types["geometry_msgs/msg/Pose"](types["geometry_msgs/msg/Point"](1.0, 2.0, 0.0), turn)
+    header = types["std_msgs/msg/Header"](time, "map")
+    path = folder / "bag"
+    with Writer(path, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
+        for topic, cells in topics.items():
+            rows, cols = cells.shape
+            info = types["nav_msgs/msg/MapMetaData"](time, 0.1, cols, rows, pose)
+            kind = "nav_msgs/msg/OccupancyGrid"
+            connection = writer.add_connection(topic, kind, typestore=store)
+            for stamp, data in ((1, np.full(cells.size, -1, np.int8)), (2, cells.ravel())):
+                message = types[kind](header, info, data)
+                writer.write(connection, stamp, store.serialize_cdr(message, kind))
+    return path
+
+
+CELLS = np.array([[0, 100, -1], [50, 0, 0]], np.int8)
+
+
+def test_trinary_is_the_default(tmp_path: Path) -> None:
+    found = read_map(saved(tmp_path))
+    assert found.occupancy.tolist() == [[0, -1, 100], [0, -1, 100]]
+    assert found.resolution_m == 0.05
+    assert found.origin == (-1.0, 2.0, 0.0)
+
+
+def test_scale_keeps_what_is_between_the_thresholds(tmp_path: Path) -> None:
+    found = read_map(saved(tmp_path, mode="scale")).occupancy
+    assert found[:, [0, 2]].tolist() == [[0, 100], [0, 100]]
+    assert found[1, 1] == pytest.approx(98 * (155 / 255 - 0.196) / (0.65 - 0.196) + 1, abs=0.51)
+
+
+def test_raw_values_are_the_occupancy(tmp_path: Path) -> None:
+    found = read_map(saved(tmp_path, mode="raw"))
+    assert found.occupancy.tolist() == [[-1, -1, 0], [-1, 100, 37]]
+
+
+def test_negate_swaps_black_and_white(tmp_path: Path) -> None:
+    found = read_map(saved(tmp_path, negate=1))
+    assert found.occupancy.tolist() == [[100, 100, 0], [100, -1, 0]]
+
+
+def test_a_colour_picture_is_averaged_and_transparent_pixels_are_unknown(tmp_path: Path) -> None:
+    shades = np.zeros((1, 3, 4), np.uint8)
+    shades[0] = [[255, 255, 255, 255], [0, 0, 0, 255], [255, 255, 255, 0]]
+    assert read_map(saved(tmp_path, "map.png", shades)).occupancy.tolist() == [[0, 100, -1]]
+
+
+def test_the_origin_turns_the_grid_about_its_lower_left_corner(tmp_path: Path) -> None:
+    found = read_map(saved(tmp_path, origin=[1.0, 2.0, math.pi / 2]))
+    lower_left, upper_right = found.placed([(0, 2), (3, 0)])
+    assert lower_left == pytest.approx([1.0, 2.0])
+    assert upper_right == pytest.approx([1.0 - 0.1, 2.0 + 0.15])  # 0.15 m to the right became up, 0.1 m up became left
+
+
+@pytest.mark.parametrize("named", ["/home/someone/maps/map.pgm", "../other/map.pgm", r"C:\maps\map.pgm"])
+def test_a_picture_of_another_folder_is_looked_for_beside_the_yaml(tmp_path: Path, named: str) -> None:
+    file = saved(tmp_path)
+    file.write_text(file.read_text().replace("map.pgm", named))
+    assert read_map(file).occupancy.shape == (2, 3)
+    assert picture_of(file) == (tmp_path / "map.pgm").resolve()
+
+
+def test_a_picture_outside_the_folder_is_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    Image.fromarray(SHADES).save(tmp_path / "secret.pgm")
+    (tmp_path / "maps" / "link.pgm").symlink_to(tmp_path / "secret.pgm")
+    for named in ("../secret.pgm", "link.pgm"):
+        (tmp_path / "maps" / "map.yaml").write_text(f"image: {named}\nresolution: 0.05\n")
+        with pytest.raises(MapError, match="image: expected a picture in the folder of the yaml") as caught:
+            read_map(tmp_path / "maps" / "map.yaml")
+        assert caught.value.fault == "missing_file"
+
+
+def test_a_picture_alone_has_grey_as_unknown(tmp_path: Path) -> None:
+    saved(tmp_path)
+    assert read_map(tmp_path / "map.pgm", 0.1).occupancy.tolist() == [[0, -1, 100], [0, -1, 100]]
+    with pytest.raises(MapError, match="expected the side of a cell, found none; give the resolution"):
+        read_map(tmp_path / "map.pgm")
+
+
+@pytest.mark.parametrize(
+    ("array", "expected"),
+    [
+        (np.array([[True, False]]), [[100, 0]]),
+        (np.array([[0.0, 0.37, 1.0, np.nan, 2.0]]), [[0, 37, 100, -1, -1]]),
+        (np.array([[0, 37, 100, -1, 120]]), [[0, 37, 100, -1, -1]]),
+        (np.array([[0, 255]], np.uint8), [[0, -1]]),
+    ],
+)
+def test_arrays(tmp_path: Path, array: np.ndarray, expected: list[list[int]]) -> None:
+    np.save(tmp_path / "map.npy", array)
+    assert read_map(tmp_path / "map.npy", 0.05).occupancy.tolist() == expected
+
+
+@pytest.mark.parametrize("plugin", ["MCAP", "SQLITE3"])
+def test_the_last_map_of_a_bag_with_the_lowest_row_first(tmp_path: Path, plugin: str) -> None:
+    bag = bagged(tmp_path, {"/global_costmap/costmap": CELLS * 0, "/map": CELLS}, plugin, yaw=0.5)
+    whole = read_map(bag)
+    assert whole.occupancy.tolist() == CELLS[::-1].tolist()
+    assert whole.origin == pytest.approx((1.0, 2.0, 0.5))
+    assert whole.resolution_m == pytest.approx(0.1)
+    (file,) = [path for path in bag.iterdir() if path.suffix in {".mcap", ".db3"}]
+    assert read_map(file).occupancy.tolist() == CELLS[::-1].tolist()
+    assert read_map(bag, topic="/global_costmap/costmap").occupancy.tolist() == (CELLS * 0).tolist()
+
+
+def test_the_topic_of_a_bag(tmp_path: Path) -> None:
+    only = bagged(tmp_path, {"/robot/slam": CELLS})
+    assert read_map(only).occupancy.shape == (2, 3)
+    with pytest.raises(MapError, match="expected the topic /none, found /robot/slam; name one of them"):
+        read_map(only, topic="/none")
+    (tmp_path / "two").mkdir()
+    with pytest.raises(MapError, match="expected one topic with maps, found /a/map, /b/map"):
+        read_map(bagged(tmp_path / "two", {"/a/map": CELLS, "/b/map": CELLS}))
+    (tmp_path / "few").mkdir()
+    assert read_map(bagged(tmp_path / "few", {"/a/costmap": CELLS, "/a/map": CELLS})).name == "bag /a/map"
+
+
+def test_damaged_bags(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    for name, data in (("a.mcap", b"\x89MCAP0\r\n" + b"\xff" * 64), ("b.db3", b"SQLite format 3\0" + b"\xff" * 64)):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(MapError, match="cannot be read as a bag"):
+            read_map(tmp_path / name)
+    whole = bagged(tmp_path, {"/map": CELLS}) / "bag.mcap"
+    whole.write_bytes(whole.read_bytes()[:-300])
+    with pytest.raises(MapError):
+        read_map(whole)
+
+
+FAULTS = {
+    "image: map.pgm\n": "expected the keys image and resolution, found no resolution",
+    "resolution: 0.05\n": "expected the keys image and resolution, found no image",
+    "image: none.pgm\nresolution: 0.05\n": "found none of the name 'none.pgm'",
+    "image: map.pgm\nresolution: 0\n": "resolution: expected 0.0001 to 10 m a cell, found 0",
+    "image: map.pgm\nresolution: .nan\n": "resolution: expected a number",
+    "image: map.pgm\nresolution: -0.05\n": "resolution: expected 0.0001 to 10 m a cell, found -0.05",
+    "image: map.pgm\nresolution: 0.05\nmode: wild\n": "mode: expected trinary, scale or raw, found 'wild'",
+    "image: map.pgm\nresolution: 0.05\nnegate: maybe\n": "negate: expected 0 or 1, found 'maybe'",
+    "image: map.pgm\nresolution: 0.05\norigin: [1]\n": "origin: expected",
+    "image: map.pgm\nresolution: 0.05\norigin: [1, x, 0]\n": "origin: expected a number, found 'x'",
+    "image: map.pgm\nresolution: 0.05\norigin: [1, .inf, 0]\n": "origin: expected a number",
+    "image: map.pgm\nresolution: 0.05\nfree_thresh: 0.9\n": "expected thresholds from 0 to 1, free not above occupied",
+    "image: [a]\nresolution: 0.05\n": "found none of the name",
+    "- image\n": "expected a mapping",
+    "image: &a map.pgm\nresolution: *a\n": "by an alias",
+    "image: {{{\n": "is no YAML",
+    "image: map.pgm\nresolution: 0.05\nfree_thresh: 0.0\n": "expected free space, found no free cell; check the thresh",
+    "[" * 5000: "is no YAML",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_what_is_wrong_is_named(tmp_path: Path, text: str) -> None:
+    file = saved(tmp_path)
+    file.write_text(text)
+    with pytest.raises(MapError) as caught:
+        read_map(file)
+    assert FAULTS[text] in str(caught.value)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)  # noqa: S301 - our own
+
+
+def test_a_yaml_of_two_megabytes_is_not_parsed(tmp_path: Path) -> None:
+    file = saved(tmp_path)
+    file.write_text("image: map.pgm\nresolution: 0.05\n#" + "x" * (2 << 20))
+    with pytest.raises(MapError, match="which no map"):
+        read_map(file)
+
+
+def test_pictures_that_say_they_are_huge_are_refused_unopened(tmp_path: Path) -> None:
+    for rows, cols in ((20_000, 20_000), (2_000_000_000, 2_000_000_000), (1, MAX_MAP_CELLS + 1)):
+        (tmp_path / "map.pgm").write_bytes(f"P5 {cols} {rows} 255\n".encode() + b"\0" * 100)
+        with pytest.raises(MapError):
+            read_map(tmp_path / "map.pgm", 0.05)
+
+
+def test_damaged_pictures_and_arrays(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"\0" * 40)
+    (tmp_path / "b.pgm").write_bytes(b"P5 100 100 255\n" + b"\xff" * 20)
+    (tmp_path / "c.npy").write_bytes(b"\x93NUMPY\x01\x00v\x00{'descr': '|O', 'fortran_order': False, 'shape': (1, 1)}")
+    np.save(tmp_path / "d.npy", np.zeros((3, 3, 3)))
+    np.save(tmp_path / "e.npy", np.array([["a", "b"]]))
+    np.save(tmp_path / "f.npy", np.array([[object()]]), allow_pickle=True)
+    np.save(tmp_path / "g.npy", np.zeros((0, 4)))
+    for file in sorted(tmp_path.iterdir()):
+        with pytest.raises(MapError):
+            read_map(file, 0.05)
+    with pytest.raises(MapError, match="there is no such file"):
+        read_map(tmp_path / "none.png", 0.05)
+
+
+def test_a_map_of_one_value_is_made_by_hand() -> None:
+    made = RobotMap(np.zeros((2, 3), np.int8), 0.1)
+    assert made.free.all()
+    assert not made.occupied.any()
+    with pytest.raises(MapError, match="expected rows and columns of cells"):
+        RobotMap(np.zeros(3, np.int8), 0.1)
+    with pytest.raises(MapError, match="origin: expected x, y and yaw"):
+        RobotMap(np.zeros((2, 3), np.int8), 0.1, (0.0, math.nan, 0.0))
+
+
+def test_a_map_yaml_is_known_by_its_keys(tmp_path: Path) -> None:
+    assert is_map_yaml(saved(tmp_path).read_bytes())
+    assert not is_map_yaml(b"levels:\n  image: a\n  resolution: 1\n")
