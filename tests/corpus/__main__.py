@@ -91,6 +91,8 @@ def _truth_rows(built: list[runs.Built], folder: Path, console: Console) -> Rows
 def _files(asked: argparse.Namespace, folder: Path, console: Console) -> list[File]:
     """The files that are asked for and lie in the folder; says which do not."""
     listed = [file for file in load(asked.manifest) if not asked.kind or file.kind in asked.kind]
+    if asked.half:
+        listed = [file for file in listed if file.half == asked.half]
     if asked.only:
         listed = [file for file in listed if file.name in asked.only]
     for line in fetch(listed, folder) if asked.fetch else ():
@@ -140,6 +142,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--kind", action="append", choices=KINDS, help="files of this kind only; may be repeated")
     parser.add_argument("--only", action="append", metavar="NAME", help="this file only; may be repeated")
+    parser.add_argument("--half", type=int, choices=(1, 2), help="files of this half only")
     parser.add_argument("--record", metavar="RUN", help="keep the outcomes in results.json under this name")
     parser.add_argument("--no-page", action="store_true", help="draw nothing")
     parser.add_argument(

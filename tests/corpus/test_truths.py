@@ -15,7 +15,7 @@ from houseexpo.plan.json_codec import encode
 from pipeline.algorithm import plan_house
 from pipeline.config import PipelineConfig
 from pipeline.values import Level
-from tests.builders.houses import Hole, Parts, level, two_rooms, window
+from tests.builders.houses import Hole, Parts, level, shell, two_rooms, window
 from tests.corpus.manifest import load as load_manifest
 from tests.corpus.truths import TRUTHS, Door, Found, Room, Storey, Truth, compare, extent_of, load, rooms_of, save
 
@@ -96,3 +96,10 @@ def test_each_truth_belongs_to_an_interior_of_the_list() -> None:
     names = {path.stem for path in TRUTHS.glob("*.json")}
     assert names <= interiors
     assert all(load(name) for name in names)
+
+
+def test_a_hall_around_a_room_is_without_it() -> None:
+    found, _ = house(shell((0.0, 0.0, 8.0, 8.0)) + shell((3.0, 3.0, 5.0, 5.0)))
+    hall, core = rooms_of(found, Storey(0, extent_of(found), [Room((1.0, 1.0)), Room((4.0, 4.0))]))
+    assert core.area == pytest.approx(4.0, abs=0.3)
+    assert hall.area == pytest.approx(60.0, abs=0.5)

@@ -14,8 +14,8 @@ Rules:
 
 1. The walls are what the reader's level shows at ``heights`` above its floor, but for what lies in a box of ``ignore``,
    and the strokes of ``walls`` (windows, glass, low walls). Doors and what is ``open`` close, too.
-2. A room is all that can be reached from its seed. One that reaches the border, or another's seed, is a fault of the
-   drawing.
+2. A room is all that can be reached from its seed, with what stands free in it, but for other rooms. One that reaches
+   the border, or another's seed, is a fault of the drawing.
 3. Where the level's walls are not as large as ``extent``, within 2%, the reader has changed its mind on scale or
    storey: nothing of the storey is found.
 4. A room is found where one of the plan's overlaps it with an IoU of 0.6 or more, one to one. An interior door is found
@@ -206,7 +206,13 @@ def rooms_of(level: Level, storey: Storey) -> list[Polygon]:
         ring = max(rings, key=cv2.contourArea)[:, 0, :] * cell + low
         outer = shapely.make_valid(Polygon(ring)).simplify(cell)
         found.append(shapely.buffer(outer, cell, join_style="mitre"))  # the ring lies in the cells beside the walls
-    return found
+    return [_without_inner(number, found) for number in range(len(found))]
+
+
+def _without_inner(number: int, rooms: Sequence[Polygon]) -> Polygon:
+    """A room without those that lie in it: a hall around a core of rooms."""
+    inner = [other for k, other in enumerate(rooms) if k != number and rooms[number].contains(other)]
+    return rooms[number].difference(shapely.union_all(inner)) if inner else rooms[number]
 
 
 def _strokes(storey: Storey) -> Iterable[list[float]]:
