@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
-    from houseexpo.pseudoslam.worlds.cache import Plans
+    from houseexpo.pseudoslam.worlds.maps import Plans
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
 
@@ -26,6 +26,7 @@ def environment(
     *,
     interface: Interface | None = None,
     ranges: bool = False,
+    resolution: float | None = None,
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
     """Return an environment and the options for its resets; ``max_steps`` applies if no configuration is given.
 
@@ -35,32 +36,41 @@ def environment(
         The driver's observations and actions; None for single steps and the map.
     ranges
         Whether the observation is a dictionary with the laser's ranges, which also contains the map.
+    resolution
+        The side of a cell of maps that do not say it, metres.
     """
     from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
     from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
+    from houseexpo.pseudoslam.worlds.maps import open_houses, own_resolution
 
     make, default = {
         "exploration": (ExplorationEnv, Exploration.default),
         "avoidance": (ObstacleAvoidanceEnv, ObstacleAvoidance.default),
         "navigation": (NavigationEnv, Navigation.default),
     }[task]
+    houses = _plans(dataset, plan, task, resolution)
     given: SimulatorConfig = SimulatorConfig.from_yaml(config) if config else replace(default, max_steps=max_steps)
+    if config is None and (own := own_resolution(open_houses(houses))) is not None:
+        given = replace(given, pixels_per_metre=own)
     wanted = interface or Interface()
     if wanted.view is not None:
         given = replace(given, observation=wanted.view)
     observation = "dict" if ranges and wanted.observation == "map" else wanted.observation
-    env = make(_plans(dataset, plan, task), given, actions=wanted.actions, observation=observation)
+    env = make(houses, given, actions=wanted.actions, observation=observation)
     return env, {"plan_id": plan} if plan else {}
 
 
-def _plans(dataset: Path | None, plan: str | None, task: TaskName) -> Plans:
-    """Return the named plans; if none are named, the paper's room for avoidance, or else the fetched data set."""
+def _plans(dataset: Path | None, plan: str | None, task: TaskName, resolution: float | None) -> Plans:
+    """Return the named plans or maps; if there are none, the paper's room for avoidance, or else the fetched plans."""
     from houseexpo.commands.arguments import data_set, is_plan_file
     from houseexpo.floorplan import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
+    from houseexpo.pseudoslam.worlds.maps import is_maps, open_maps
 
+    if dataset is not None and is_maps(dataset):
+        return open_maps(dataset, resolution)
     if dataset is not None and is_plan_file(dataset):
         return load_plan(dataset)
     if dataset is None and plan is None and task == "avoidance":

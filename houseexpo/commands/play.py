@@ -19,9 +19,16 @@ _NO_END = 1_000_000_000
 
 def play(
     dataset: Annotated[
-        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+        Path | None,
+        typer.Argument(
+            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
+            show_default="fetched",
+        ),
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
+    ] = None,
     task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
     window: Annotated[
         bool, typer.Option("--window", help="Show a window (needs pygame) instead of the terminal.")
@@ -51,7 +58,7 @@ def play(
     screen = _screen(window)  # first, since nothing else makes sense without one
     printed = console()
     with printed.status("making the house ready"):
-        env, options = environment(dataset, plan, task, config, _NO_END)
+        env, options = environment(dataset, plan, task, config, _NO_END, resolution=resolution)
         session = Drive(env, seed, options)
     with screen:
         drive(session, screen)

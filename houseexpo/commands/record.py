@@ -16,13 +16,20 @@ _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance":
 
 def record(
     dataset: Annotated[
-        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+        Path | None,
+        typer.Argument(
+            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
+            show_default="fetched",
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Movie to write: .gif or .mp4.", show_default="none")] = None,
     bag: Annotated[
         Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs the extra 'bag').", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
+    ] = None,
     task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
     policy: Annotated[
         str | None,
@@ -66,7 +73,7 @@ def record(
         with Output(out, [dataset], replace=replace), printed.status(f"recording {counted(steps, 'step')}"):
             interfaces = [interface_for(name, task) for name in names]
             racers = [
-                (name, *environment(dataset, plan, task, config, steps, interface=interface))
+                (name, *environment(dataset, plan, task, config, steps, interface=interface, resolution=resolution))
                 for name, interface in zip(names, interfaces, strict=True)
             ]
             runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
@@ -82,7 +89,9 @@ def record(
                 opened.enter_context(Output(file, [dataset], replace=replace))
         opened.enter_context(printed.status(f"recording {counted(steps, 'step')}"))
         interface = interface_for(names[0], task)
-        env, options = environment(dataset, plan, task, config, steps, interface=interface, ranges=bag is not None)
+        env, options = environment(
+            dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution
+        )
         acts = policy_of(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag

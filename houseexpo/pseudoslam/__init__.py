@@ -37,6 +37,7 @@ from houseexpo.pseudoslam.config.obstacles import (
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 from houseexpo.pseudoslam.worlds.world import World
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "Ellipse",
     "GoalConfig",
     "LaserConfig",
+    "MapHouse",
     "NoiseConfig",
     "ObservationConfig",
     "Obstacle",
@@ -60,6 +62,8 @@ __all__ = [
     "State",
     "Trajectory",
     "World",
+    "map_house",
+    "open_maps",
     "world_for",
 ]
 

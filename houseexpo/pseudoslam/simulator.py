@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
@@ -18,6 +17,7 @@ from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import look_round, prepare_kernel, scratch_of, step_one, step_params_of
 from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -47,6 +47,7 @@ class Simulator:
 
     Examples
     --------
+    >>> from houseexpo import FloorPlan
     >>> plan = FloorPlan("square", [(0, 0), (0, 4), (4, 4), (4, 0)], 1, {})
     >>> simulator = Simulator.of(plan, SimulatorConfig())
     >>> state = simulator.start(np.random.default_rng(0))
@@ -66,8 +67,8 @@ class Simulator:
         self._moves = motions(config)
 
     @classmethod
-    def of(cls, plan: FloorPlan, config: SimulatorConfig) -> Simulator:
-        """Return the simulator of a plan; raise ConfigError or PlanError like ``world_for``."""
+    def of(cls, plan: House, config: SimulatorConfig) -> Simulator:
+        """Return the simulator of a plan or a map; raise ConfigError or PlanError like ``world_for``."""
         params = step_params_of(config)
         prepare_kernel(config, params)
         return cls(world_for(plan, config), config, params)

@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
 from houseexpo.pseudoslam.tasks import ROOM
-from houseexpo.pseudoslam.worlds.cache import Plans
+from houseexpo.pseudoslam.worlds.maps import Plans
 from tests.builders.needs import need
 from tests.builders.paper_policies import PAPER, SEEDS, held_out, scores_of, task_of
 from tests.builders.shared import needs_shared

@@ -13,7 +13,7 @@ import numpy as np
 
 from houseexpo import Dataset, open_dataset
 from houseexpo.pseudoslam.tasks import ROOM
-from houseexpo.pseudoslam.worlds.cache import Plans
+from houseexpo.pseudoslam.worlds.maps import Plans
 from tests.builders.shared import DATA
 
 PAPER = Path(__file__).parents[2] / "experiments" / "paper"

@@ -39,7 +39,7 @@ from houseexpo.pseudoslam.tasks import (
     ObstacleAvoidance,
     Task,
 )
-from houseexpo.pseudoslam.worlds.cache import Plans
+from houseexpo.pseudoslam.worlds.maps import Plans
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.window import Window

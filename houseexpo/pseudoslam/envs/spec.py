@@ -29,7 +29,8 @@ from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import prepare_kernel, scratch_of, step_params_of
 from houseexpo.pseudoslam.tasks import Task
-from houseexpo.pseudoslam.worlds.cache import Plans, WorldCache
+from houseexpo.pseudoslam.worlds.cache import WorldCache
+from houseexpo.pseudoslam.worlds.maps import Plans, open_houses, own_resolution
 from houseexpo.pseudoslam.worlds.reset import initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -317,18 +318,29 @@ def make_env_spec(
         ("layout", layout, Layout),
     ):
         one_of(value, name, get_args(kinds))
-    config = _make_config(task, config, observation, max_episode_steps)
+    houses = open_houses(dataset)
+    config = _make_config(task, config, observation, max_episode_steps, own_resolution(houses))
     planner = make_planner_spec(actions, observation, planning, config, task)
-    choice = PlanChoice(WorldCache(dataset, config), plan_ids, plan_order)
+    choice = PlanChoice(WorldCache(houses, config), plan_ids, plan_order)
     spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
     prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
     return spec
 
 
 def _make_config(
-    task: Task, config: SimulatorConfig | str | None, observation: Kind, max_episode_steps: int | None
+    task: Task,
+    config: SimulatorConfig | str | None,
+    observation: Kind,
+    max_episode_steps: int | None,
+    own_ppm: float | None,
 ) -> SimulatorConfig:
-    """Return the configuration; raise ConfigError if it is invalid or does not fit the observation."""
+    """Return the configuration; raise ConfigError if it is invalid or does not fit the observation.
+
+    ``own_ppm`` are the cells per metre of maps, which are kept if no configuration is given.
+    """
+    if own_ppm is not None and (config is None or isinstance(config, str)):
+        kept = replace(task.configured(None), pixels_per_metre=own_ppm)
+        config = kept if config is None else with_preset(config, kept)
     if isinstance(config, str):
         config = with_preset(config, task.configured(None))
     if config is not None and not isinstance(config, SimulatorConfig):

@@ -37,7 +37,7 @@ from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
-from houseexpo.pseudoslam.worlds.cache import Plans
+from houseexpo.pseudoslam.worlds.maps import Plans
 
 SETTABLE = ("task", "plan_ids")
 """Attributes that can be set later: the task, from the next step on, and the plans, from the next episodes on."""

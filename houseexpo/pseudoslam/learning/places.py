@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.envs.vector import (
 )
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig
 from houseexpo.pseudoslam.tasks import ROOM, Exploration, Navigation, ObstacleAvoidance, Task
-from houseexpo.pseudoslam.worlds.cache import Plans
+from houseexpo.pseudoslam.worlds.maps import Plans
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
 TASKS: Final[dict[str, tuple[type[Task], Callable[..., PseudoSlamVectorEnv]]]] = {

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import os
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
-from typing import Generic, TypeAlias, TypeVar, Union
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, raster_of
-from houseexpo.pseudoslam.worlds.world import World, make_world
+from houseexpo.pseudoslam.worlds.world import World, make_world, world_of
 from houseexpo.words import unknown_name
 
 Thing = TypeVar("Thing")
-Plans: TypeAlias = Union[str, "os.PathLike[str]", FloorPlan, Sequence[FloorPlan]]
 
 MAX_KEPT = 1_000_000_000
 """Bytes of packed worlds in memory. A house of 120 m2 takes 20 kB at 16 px/m, so that 10,000 of them fit easily."""
@@ -32,8 +30,8 @@ OF_A_CELL = 8
 """Bytes per cell of an unpacked world with obstacles: three rasters, an empty map and the nearest standing cells."""
 
 
-def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
-    """Return the world of a plan for a configuration, including the paths of people and trajectories.
+def world_for(plan: House, config: SimulatorConfig) -> World:
+    """Return the world of a plan or a map for a configuration, including the paths of people and trajectories.
 
     Raises
     ------
@@ -46,12 +44,15 @@ def world_for(plan: FloorPlan, config: SimulatorConfig) -> World:
     return add_moving_obstacles(static_world(plan, config), plan, config)
 
 
-def static_world(plan: FloorPlan, config: SimulatorConfig) -> World:
-    """Return the world of a plan like ``world_for``, but without moving obstacles."""
+def static_world(plan: House, config: SimulatorConfig) -> World:
+    """Return the world of a plan or a map like ``world_for``, but without moving obstacles."""
+    if isinstance(plan, MapHouse):
+        house = plan.resampled(config.pixels_per_metre).closed()
+        return world_of(house.occupied.copy(), house.frame, config.robot.radius_m, config.laser.range_m, house.id)
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
 
-def add_moving_obstacles(world: World, plan: FloorPlan, config: SimulatorConfig) -> World:
+def add_moving_obstacles(world: World, plan: House, config: SimulatorConfig) -> World:
     """Return a world with the paths of people and trajectories added, like ``world_for``."""
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
@@ -63,18 +64,13 @@ def add_moving_obstacles(world: World, plan: FloorPlan, config: SimulatorConfig)
 class WorldCache:
     """The worlds of a data set for one configuration; recent ones stay in memory as bits, the latest as bytes.
 
-    ``plans`` is a data set or its path, a plan, or a list of plans. The worlds of a data set are also stored on disk
-    (``worlds.store``), by ``prepare`` or when they are first used, but without moving obstacles.
+    ``plans`` is a data set or its path, a plan, a list of plans, or maps (``worlds.maps``). The worlds of a data set
+    are also stored on disk (``worlds.store``), by ``prepare`` or when they are first used, but without moving
+    obstacles.
     """
 
     def __init__(self, plans: Plans, config: SimulatorConfig) -> None:
-        found = open_dataset(plans) if isinstance(plans, (str, os.PathLike)) else plans
-        self._plans: Sequence[FloorPlan] = [found] if isinstance(found, FloorPlan) else found
-        given = self._plans if isinstance(self._plans, (list, tuple)) else ()  # plans of a data set are read later
-        if not isinstance(self._plans, Sequence) or not all(isinstance(plan, FloorPlan) for plan in given):
-            raise ConfigError(f"dataset: expected a data set or its path, a plan, or a list of plans, found {found!r}")
-        if not len(self._plans):
-            raise ConfigError("dataset: expected at least one plan, found none")
+        self._plans: Sequence[House] = open_houses(plans)
         self._config = config
         self._stored = (self._plans, WorldStore.of(config)) if isinstance(self._plans, Dataset) else None
         self._moves = bool(config.trajectories or config.people.number)
@@ -82,7 +78,7 @@ class WorldCache:
         self._open: _Recent[World] = _Recent(MAX_OPEN)
         self._lock = Lock()
 
-    def __reduce__(self) -> tuple[type[WorldCache], tuple[Sequence[FloorPlan], SimulatorConfig]]:
+    def __reduce__(self) -> tuple[type[WorldCache], tuple[Sequence[House], SimulatorConfig]]:
         """Pickle the plans and the configuration; worlds are made again when they are used."""
         return WorldCache, (self._plans, self._config)
 

@@ -29,6 +29,7 @@ from houseexpo.pseudoslam.kernels.people import FEELER, Walk, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
 from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, Flow
 from houseexpo.pseudoslam.kernels.tolerances import FEELER_RINGS_M, FEELERS, PATH_BLOCK_M, WALL_PUSH_M, WALL_PUSH_M_S2
+from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 _MIN_GOALS, _MAX_GOALS = 4, 24  # if a plan has no rooms to go to
@@ -38,7 +39,7 @@ Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
 
-def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: FloorPlan) -> Flow:
+def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) -> Flow:
     """Return the paths to all rooms of a plan for a disc of a person's radius.
 
     The goal in a room is its widest place. If the plan records fewer than two rooms that can be reached, goals are
@@ -57,9 +58,13 @@ def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: FloorPlan
         )
     side = max(round(PATH_BLOCK_M * frame.pixels_per_metre), 1)
     ways = _Ways(traversable, side)
-    goals = ways.connected(_room_cells(plan, frame, occupied, traversable) if len(plan.rooms) > 1 else [])
+    cells: list[tuple[int, int]] = []
+    if isinstance(plan, FloorPlan) and len(plan.rooms) > 1:
+        cells = _room_cells(plan, frame, occupied, traversable)
+    goals = ways.connected(cells)
     if len(goals) < 2:
-        goals = ways.spread(min(max(plan.room_num, _MIN_GOALS), _MAX_GOALS))
+        rooms = plan.room_num if isinstance(plan, FloorPlan) else 0
+        goals = ways.spread(min(max(rooms, _MIN_GOALS), _MAX_GOALS))
     toward = np.stack([ways.toward(goal) for goal in goals])
     sizes = np.array([(*ways.links.shape, side, len(goals))], FLOW_SIZES)
     return Flow(sizes, toward.ravel(), ways.spots.reshape(-1, 2), np.array(goals, np.int32))

@@ -223,7 +223,7 @@ def test_what_holds_no_plans_is_refused(dataset: object) -> None:
 @pytest.mark.parametrize(
     ("name", "given", "said"),
     [
-        ("Exploration", {}, "dataset: expected a data set or its path, a plan, or a list of plans, found None"),
+        ("Exploration", {}, "dataset: expected a data set or its path, a plan, a list of plans, or maps, found None"),
         (
             "Navigation",
             {"dataset": HALL, "foo": 1},
