@@ -319,7 +319,8 @@ def make_env_spec(
     ):
         one_of(value, name, get_args(kinds))
     houses = open_houses(dataset)
-    config = _make_config(task, config, observation, max_episode_steps, own_resolution(houses))
+    kept = own_resolution(houses) if config is None or isinstance(config, str) else None
+    config = _make_config(task, config, observation, max_episode_steps, kept)
     planner = make_planner_spec(actions, observation, planning, config, task)
     choice = PlanChoice(WorldCache(houses, config), plan_ids, plan_order)
     spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
@@ -338,7 +339,7 @@ def _make_config(
 
     ``own_ppm`` are the cells per metre of maps, which are kept if no configuration is given.
     """
-    if own_ppm is not None and (config is None or isinstance(config, str)):
+    if own_ppm is not None:
         kept = replace(task.configured(None), pixels_per_metre=own_ppm)
         config = kept if config is None else with_preset(config, kept)
     if isinstance(config, str):
