@@ -341,7 +341,7 @@ def _make_config(
     """
     if own_ppm is not None:
         kept = replace(task.configured(None), pixels_per_metre=own_ppm)
-        config = kept if config is None else with_preset(config, kept)
+        config = with_preset(config, kept) if isinstance(config, str) else kept
     if isinstance(config, str):
         config = with_preset(config, task.configured(None))
     if config is not None and not isinstance(config, SimulatorConfig):
