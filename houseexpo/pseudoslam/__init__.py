@@ -36,6 +36,8 @@ from houseexpo.pseudoslam.config.obstacles import (
 )
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.teams.making import parallel_env
+from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 from houseexpo.pseudoslam.worlds.world import World
@@ -53,6 +55,7 @@ __all__ = [
     "OccupancyGrid",
     "PeopleConfig",
     "Polygon",
+    "Radio",
     "RandomObstacles",
     "Rectangle",
     "RobotConfig",
@@ -64,6 +67,7 @@ __all__ = [
     "World",
     "map_house",
     "open_maps",
+    "parallel_env",
     "world_for",
 ]
 

@@ -93,9 +93,13 @@ def with_room(scratch: Scratch, cells: int) -> Scratch:
 _ONE_STEP = np.full(1, step.STEP, np.uint8)
 
 
-def kernel_for(episode: Episode, params: StepParams) -> Any:
-    """Return the compiled kernel for steps of such episodes, or for planners' actions in them."""
-    moves = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
+def kernel_for(episode: Episode, params: StepParams, *, moves: bool | None = None) -> Any:
+    """Return the compiled kernel for steps of such episodes, or for planners' actions in them.
+
+    ``moves`` is whether it moves people and bodies on trajectories; by default, if there are any.
+    """
+    if moves is None:
+        moves = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
     kernel = _kernel(params, travels=len(episode.plans.state) > 0, moves=moves, ranges=len(episode.ranges) > 0)
     wait_for(kernel)
     return kernel

@@ -20,19 +20,18 @@ from houseexpo.grids.raster import rings_of
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
-from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people, stamp_disc
+from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow
 from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import look_round, scratch_of, step_params_of
+from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, stamp, way_past
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 
 Floats = npt.NDArray[np.float64]
 
-ROBOTS_MOST: Final = 16
-"""The largest number of robots in one house."""
 _TOUCH_M: Final = 1e-6
 """Distance that discs keep, so that rounding does not make them overlap."""
 _CHUNK: Final = 2_000_000
@@ -266,10 +265,7 @@ class Fleet:
         self._stamp(occupied, self._others(number), self.radius_m - 2 * self._world.frame.cell_m)
 
     def _free_way(self, number: int, at: tuple[float, float], course: float, way: float) -> float:
-        """Return how far, up to ``abs(way)``, the robot's disc can go until it touches another robot or a person.
-
-        Discs are exact; cells are not: with those alone, a robot that touches another could not move away from it.
-        """
+        """Return how far, up to ``abs(way)``, the robot's disc can go until it touches another robot or a person."""
         sign = 1.0 if way >= 0 else -1.0
         right, up = sign * math.cos(course), sign * math.sin(course)
         free = abs(way)
@@ -277,11 +273,7 @@ class Fleet:
         if number > 0:  # the first robot's simulator does it for that one
             discs.append((self.people_m(), self.radius_m + self.config.people.radius_m))
         for centres, reach in discs:
-            for off_x, off_y in centres - at:
-                along = off_x * right + off_y * up
-                inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
-                if along > 0.0 and inside > 0.0:
-                    free = min(free, max(along - math.sqrt(inside) - _TOUCH_M, 0.0))
+            free = way_past((centres - at).tolist(), reach, (right, up), free, _TOUCH_M)
         return free
 
     def scan(self, robot: int, angles_rad: Floats, least_m: float, most_m: float) -> npt.NDArray[np.float32]:
@@ -328,9 +320,7 @@ class Fleet:
         return np.delete(self._positions_m(), robot, axis=0)
 
     def _stamp(self, occupied: npt.NDArray[np.uint8], centres_m: Floats, radius_m: float) -> None:
-        cell_m = self._world.frame.cell_m
-        for across, down in self._world.frame.pixels_from_points(centres_m).reshape(-1, 2).tolist():
-            stamp_disc(occupied, across, down, max(radius_m / cell_m, 1.0))
+        stamp(occupied, self._world.frame.pixels_from_points(centres_m), radius_m / self._world.frame.cell_m)
 
 
 def _segments(plan: FloorPlan) -> Floats:

@@ -1,0 +1,70 @@
+"""What robots of a team exchange: cells of their maps, and signals through walls."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
+from houseexpo.pseudoslam.kernels.types import Counts, Grid
+
+
+@njit(cache=True, nogil=True)
+def merge_map(known: Grid, observable: Grid, other: Grid, box: Counts, most: int) -> tuple[int, int]:
+    """Copy known cells of another map into the unknown cells of a map, row by row, at most ``most`` of them.
+
+    Return the number of cells copied, and how many of them are observable.
+
+    Parameters
+    ----------
+    known, observable, other
+        (rows, cols), the map, which is changed; the cells that coverage counts; and the other map.
+    box
+        (4,), the first row and the end, the first column and the end, of the cells to look at.
+    """
+    new, covered = 0, 0
+    for row in range(box[0], box[1]):
+        missing = 0
+        for col in range(box[2], box[3]):  # without a branch: most rows have nothing new
+            missing |= (known[row, col] == UNKNOWN) & (other[row, col] != UNKNOWN)
+        if missing:
+            for col in range(box[2], box[3]):
+                if known[row, col] == UNKNOWN and other[row, col] != UNKNOWN:
+                    if new == most:
+                        return new, covered
+                    known[row, col] = other[row, col]
+                    new += 1
+                    covered += int(observable[row, col])
+    return new, covered
+
+
+@njit(cache=True, nogil=True)
+def way_in_walls(occupied: Grid, x: float, y: float, to_x: float, to_y: float) -> float:
+    """Return how much of the straight line between two points, which are on the grid, lies in occupied cells, pixels.
+
+    The line is followed from cell to cell (Amanatides and Woo, 1987).
+    """
+    rows, cols = occupied.shape
+    way = math.hypot(to_x - x, to_y - y)
+    if way == 0.0:
+        return 0.0
+    right, down = (to_x - x) / way, (to_y - y) / way
+    row, col = int(y), int(x)
+    next_x = math.inf if right == 0.0 else ((col + 1 - x) if right > 0.0 else (col - x)) / right
+    next_y = math.inf if down == 0.0 else ((row + 1 - y) if down > 0.0 else (row - y)) / down
+    step_x = math.inf if right == 0.0 else abs(1.0 / right)
+    step_y = math.inf if down == 0.0 else abs(1.0 / down)
+    gone, found = 0.0, 0.0
+    while gone < way and 0 <= row < rows and 0 <= col < cols:
+        until = min(next_x, next_y, way)
+        if occupied[row, col] != 0:
+            found += until - gone
+        gone = until
+        if next_x <= next_y:
+            col += 1 if right > 0.0 else -1
+            next_x += step_x
+        else:
+            row += 1 if down > 0.0 else -1
+            next_y += step_y
+    return found

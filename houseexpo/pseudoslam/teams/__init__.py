@@ -1,0 +1,1 @@
+"""Several robots in one house: the environment, their radios, and the measures of a team."""

@@ -1,0 +1,136 @@
+"""How robots of a team communicate: who hears whom, and how much of a map a step can send."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.pseudoslam.config.checks import number, one_of, whole
+from houseexpo.pseudoslam.kernels.teams import way_in_walls
+
+Model = Literal["none", "always", "range", "sight", "signal"]
+RelativePoses = Literal["known", "met"]
+
+
+@dataclass(frozen=True)
+class Radio:
+    """The communication of a team. Robots that hear each other exchange their maps, in both directions.
+
+    Parameters
+    ----------
+    model
+        "none"; "always"; "range": within ``range_m``; "sight": within ``range_m``, with no wall in between; "signal":
+        the received power is above ``threshold_dbm``.
+    range_m
+        The range of the models "range" and "sight", metres.
+    power_dbm, threshold_dbm
+        The sent power, and the least power that is received.
+    loss_db
+        The path loss at the reference distance.
+    reference_m
+        The reference distance in air; air up to it adds no loss.
+    air_exponent, wall_exponent
+        The path-loss exponents of air and of walls.
+    wall_unit_m
+        The thickness of wall that adds no loss.
+    air_fading_db, wall_fading_db
+        Upper limits of additional losses, which are drawn for each episode, uniformly from 0.
+    cells_per_step
+        The largest number of cells that a robot receives from another in a step; None for all.
+    relative_poses
+        "known": the robots know where they are to each other from the start, and keep to that, so that noisy odometry
+        puts the other's map in the wrong place. "met": two robots exchange maps once they have seen each other, within
+        the laser's range and with no wall in between; each time they do, they measure the transformation between
+        their maps anew.
+
+    Notes
+    -----
+    "signal" is the model of IR2 (Tan et al., IROS 2024): with the length ``a`` of the line between two robots in
+    air and ``w`` in walls, the received power is ``power - loss - 10 air_exponent log10(a / reference) - 10
+    wall_exponent log10(w / wall_unit)``; a logarithm below 0 counts as 0. IR2 counts lengths in cells of its maps
+    (reference 35, unit 1); the defaults here take one of its cells as 0.1 m. It treats unknown cells like walls,
+    because it asks the robots' maps; here the house itself decides.
+    """
+
+    model: Model = "none"
+    range_m: float = 5.0
+    power_dbm: float = -20.0
+    threshold_dbm: float = -70.0
+    loss_db: float = 31.0
+    reference_m: float = 3.5
+    air_exponent: float = 2.0
+    wall_exponent: float = 4.0
+    wall_unit_m: float = 0.1
+    air_fading_db: float = 0.0
+    wall_fading_db: float = 0.0
+    cells_per_step: int | None = None
+    relative_poses: RelativePoses = "known"
+
+    def __post_init__(self) -> None:
+        one_of(self.model, "radio.model", get_args(Model))
+        one_of(self.relative_poses, "radio.relative_poses", get_args(RelativePoses))
+        for name in ("range_m", "reference_m", "wall_unit_m", "air_exponent", "wall_exponent"):
+            number(getattr(self, name), f"radio.{name}", above=0.0)
+        for name in ("loss_db", "air_fading_db", "wall_fading_db"):
+            number(getattr(self, name), f"radio.{name}", at_least=0.0)
+        for name in ("power_dbm", "threshold_dbm"):
+            number(getattr(self, name), f"radio.{name}")
+        if self.cells_per_step is not None:
+            whole(self.cells_per_step, "radio.cells_per_step", at_least=1)
+
+    def received_dbm(self, air_m: float, wall_m: float, fading_db: tuple[float, float] = (0.0, 0.0)) -> float:
+        """Return the received power after lengths in air and in walls, and fading in both."""
+        loss = self.loss_db
+        if wall_m > 0.0:
+            loss += 10.0 * self.wall_exponent * math.log10(max(wall_m / self.wall_unit_m, 1.0)) + fading_db[1]
+        if air_m >= self.reference_m:
+            loss += 10.0 * self.air_exponent * math.log10(air_m / self.reference_m) + fading_db[0]
+        return self.power_dbm - loss
+
+    def hears(
+        self,
+        walls: npt.NDArray[np.uint8],
+        places_px: npt.NDArray[np.float64],
+        cell_m: float,
+        fading_db: tuple[float, float] = (0.0, 0.0),
+    ) -> npt.NDArray[np.bool_]:
+        """Return who hears whom (n, n), symmetric, False on the diagonal.
+
+        Parameters
+        ----------
+        walls
+            (rows, cols), not 0 for what does not move.
+        places_px
+            (n, 2), the robots' places, pixels.
+        """
+        n = len(places_px)
+        if self.model in {"none", "always"}:
+            found = np.full((n, n), self.model == "always")
+            np.fill_diagonal(found, val=False)
+            return found
+        found = np.zeros((n, n), bool)
+        places = places_px.tolist()
+        for i in range(n):
+            for j in range(i):
+                found[i, j] = found[j, i] = self._pair(walls, (*places[i], *places[j]), cell_m, fading_db)
+        return found
+
+    def _pair(
+        self,
+        walls: npt.NDArray[np.uint8],
+        ends_px: tuple[float, float, float, float],
+        cell_m: float,
+        fading_db: tuple[float, float],
+    ) -> bool:
+        x, y, to_x, to_y = ends_px
+        way_m = math.hypot(to_x - x, to_y - y) * cell_m
+        if self.model == "signal":
+            wall_m = way_in_walls(walls, x, y, to_x, to_y) * cell_m
+            return self.received_dbm(way_m - wall_m, wall_m, fading_db) > self.threshold_dbm
+        if way_m > self.range_m:
+            return False
+        return self.model == "range" or way_in_walls(walls, x, y, to_x, to_y) == 0.0

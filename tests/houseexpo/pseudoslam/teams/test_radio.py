@@ -1,0 +1,75 @@
+"""Radios: the formula against arithmetic, and the kernels against slow twins."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
+from houseexpo.pseudoslam.teams.radio import Radio
+
+
+def test_received_power_by_hand() -> None:
+    radio = Radio("signal")
+    assert radio.received_dbm(1.0, 0.0) == -51.0  # the loss at the reference distance
+    assert radio.received_dbm(35.0, 0.0) == pytest.approx(-71.0)  # ten times as far: 20 dB
+    assert radio.received_dbm(1.0, 0.1) == -51.0  # one unit of wall
+    assert radio.received_dbm(1.0, 1.0) == pytest.approx(-91.0)  # ten units: 40 dB
+    assert radio.received_dbm(7.0, 0.2, (3.0, 5.0)) == pytest.approx(
+        -51.0 - 20 * math.log10(2) - 3.0 - 40 * math.log10(2) - 5.0
+    )
+
+
+def test_who_hears_whom() -> None:
+    walls = np.zeros((40, 100), np.uint8)
+    walls[:30, 50:54] = 1  # 0.4 m of wall at 10 px/m
+    places = np.array([[20.5, 10.5], [40.5, 10.5], [60.5, 10.5], [60.5, 35.5]])
+    # from 1 to 3 the line crosses 0.5 m of wall, 28 dB; from 0 to 3 it crosses a corner, 0.2 m, 12 dB
+    pairs = {"none": "", "always": "01 02 03 12 13 23", "range": "01 12 23", "sight": "01 23", "signal": "01 03 23"}
+    for model, wanted in pairs.items():
+        found = Radio(model, range_m=2.6).hears(walls, places, 0.1)  # type: ignore[arg-type]  # a name
+        assert {f"{i}{j}" for i, j in np.argwhere(np.triu(found)).tolist()} == set(wanted.split()), model
+        assert (found == found.T).all()
+
+
+def test_bad_radios() -> None:
+    bad_ones: list[dict[str, Any]] = [{"range_m": 0.0}, {"cells_per_step": 0}, {"model": "x"}, {"air_fading_db": -1.0}]
+    for bad in bad_ones:
+        said = f"radio.{next(iter(bad))}"
+        with pytest.raises(ConfigError, match=said):
+            Radio(**bad)
+
+
+def test_way_in_walls_against_many_samples() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        walls = (rng.random((30, 41)) < 0.3).astype(np.uint8)
+        x, y, to_x, to_y = rng.uniform((0, 0, 0, 0), (41, 30, 41, 30))
+        if rng.random() < 0.2:
+            to_x = x
+        part = (np.arange(200_000) + 0.5) / 200_000
+        inside = walls[(y + part * (to_y - y)).astype(int), (x + part * (to_x - x)).astype(int)] != 0
+        way = math.hypot(to_x - x, to_y - y)
+        assert way_in_walls(walls, x, y, to_x, to_y) == pytest.approx(inside.mean() * way, abs=1e-2)
+        assert way_in_walls(walls, to_x, to_y, x, y) == pytest.approx(way_in_walls(walls, x, y, to_x, to_y), abs=1e-9)
+    assert way_in_walls(walls, 3.0, 3.0, 3.0, 3.0) == 0.0
+
+
+def test_merging_against_a_slow_twin() -> None:
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        known, other = (rng.choice(np.array([0, 0, 127, 255], np.uint8), (17, 23)) for _ in range(2))
+        observable = rng.integers(0, 2, (17, 23)).astype(np.uint8)
+        box, most = np.array([2, 15, 3, 20]), int(rng.integers(0, 80))
+        wanted, new, covered = known.copy(), 0, 0
+        for row in range(2, 15):
+            for col in range(3, 20):
+                if known[row, col] == 0 and other[row, col] != 0 and new < most:
+                    wanted[row, col] = other[row, col]
+                    new, covered = new + 1, covered + int(observable[row, col])
+        assert merge_map(known, observable, other, box, most) == (new, covered)
+        np.testing.assert_array_equal(known, wanted)

@@ -1,0 +1,220 @@
+"""A team's environment: PettingZoo's own tests, the single environment's bits, and what robots are to each other."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo import FloorPlan
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam import parallel_env
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
+from houseexpo.pseudoslam.kernels.collision import MOVING
+from houseexpo.pseudoslam.teams.radio import Radio
+
+pytest.importorskip("pettingzoo")
+
+HALL = FloorPlan(
+    "hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {}, holes=([(5.0, 1.0), (6.0, 1.0), (6.0, 2.0), (5.0, 2.0)],)
+)
+TWO_ROOMS = FloorPlan(  # a wall of 0.4 m between two rooms, with a door at the top
+    "two rooms", [(0, 0), (0, 4), (8, 4), (8, 0), (4.4, 0), (4.4, 3), (4, 3), (4, 0)], 1, {}
+)
+NOISY = SimulatorConfig(noise=NoiseConfig(odometry_way=0.05, odometry_deg_per_m=2.0, laser_m=0.02))
+
+
+def test_pettingzoo_accepts_it() -> None:
+    from pettingzoo.test import parallel_api_test, parallel_seed_test
+
+    parallel_api_test(parallel_env(robots=3, dataset=HALL, radio="sight"), num_cycles=150)
+    parallel_seed_test(lambda: parallel_env(robots=3, dataset=HALL, radio="signal", observation="dict"), 60)
+
+
+@pytest.mark.parametrize(
+    ("config", "options"),
+    [
+        (SimulatorConfig(), {}),
+        (SimulatorConfig(laser=LaserConfig(rule="rays")), {"observation": "dict", "actions": "continuous"}),
+        (NOISY, {"reward": "coverage"}),
+        (SimulatorConfig(people=PeopleConfig(2), obstacles=ObstaclesConfig(random=RandomObstacles((1, 2)))), {}),
+        (SimulatorConfig(), {"observation": "scales"}),
+    ],
+)
+def test_one_robot_has_the_bits_of_the_single_environment(config: SimulatorConfig, options: dict[str, Any]) -> None:
+    team = parallel_env(robots=1, dataset=[HALL, TWO_ROOMS], config=config, radio="always", **options)
+    single = ExplorationEnv([HALL, TWO_ROOMS], config, **options)
+    rng = np.random.default_rng(5)
+    for seed in (3, None):
+        observed, info = team.reset(seed=seed)
+        wanted, single_info = single.reset(seed=seed)
+        _same(observed["robot_0"], wanted)
+        for _ in range(80):
+            action = rng.choice([0, 0, 1, 2]) if single.actions == "discrete" else rng.uniform(-1, 1, 2)
+            observed, reward, ends, cut, info = team.step({"robot_0": action})
+            wanted, single_reward, single_ends, single_cut, single_info = single.step(action)
+            _same(observed["robot_0"], wanted)
+            assert (reward["robot_0"], ends["robot_0"], cut["robot_0"]) == (single_reward, single_ends, single_cut)
+            for key, value in single_info.items():
+                np.testing.assert_array_equal(info["robot_0"][key], value)
+            if single_ends or single_cut:
+                break
+
+
+def _same(one: Any, other: Any) -> None:
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for key in one:
+            np.testing.assert_array_equal(one[key], other[key])
+    else:
+        np.testing.assert_array_equal(one, other)
+
+
+def test_robots_never_overlap_and_count_their_collisions() -> None:
+    env = parallel_env(robots=6, dataset=FloorPlan("cell", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {}), until="robot",
+                       success_coverage=None)  # fmt: skip
+    env.reset(seed=0)
+    rng, radius_px = np.random.default_rng(0), env.team.radius_px
+    for _ in range(150):
+        _, _, _, _, infos = env.step({agent: rng.choice([0, 0, 0, 1, 2]) for agent in env.agents})
+        places = np.array([state.pose_px[:2] for state in env.team.states])
+        gaps = np.hypot(*(places[:, None] - places[None]).T)
+        np.fill_diagonal(gaps, math.inf)
+        assert gaps.min() >= 2 * radius_px - 1e-9
+    report = infos["robot_0"]["team"]
+    assert 0 < report["meetings"] <= report["collisions"] == sum(infos[a]["collisions"] for a in infos)
+
+
+def test_two_robots_face_to_face_stop_where_they_touch() -> None:
+    env = parallel_env(robots=2, dataset=HALL, success_coverage=None)
+    env.reset(seed=0, options={"pose": [(1.0, 3.0, 0.0), (3.0, 3.0, math.pi)]})
+    radius_m = env.config.robot.radius_m
+    for _ in range(20):
+        _, _, _, _, infos = env.step(dict.fromkeys(env.agents, 0))
+    gap = infos["robot_1"]["pose"][0] - infos["robot_0"]["pose"][0]
+    assert gap == pytest.approx(2 * radius_m, abs=1e-6)
+    assert infos["robot_0"]["collided"]
+    assert infos["robot_1"]["collided"]
+    before = infos["robot_0"]["pose"][0]
+    for action in [*[1] * 18, 0, 0, 0]:  # it can turn round and go away
+        _, _, _, _, infos = env.step({"robot_0": action, "robot_1": 1})
+    assert infos["robot_0"]["pose"][0] < before - 0.1 or infos["robot_0"]["pose"][1] != pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("rule", ["sector", "rays"])
+def test_a_robot_sees_another_and_its_trace_goes_away(rule: Any) -> None:
+    env = parallel_env(
+        robots=2, dataset=HALL, config=SimulatorConfig(laser=LaserConfig(rule=rule)), success_coverage=None
+    )
+    env.reset(seed=0, options={"pose": [(1.0, 3.0, 0.0), (3.0, 3.0, math.pi / 2)]})
+    watcher, other = env.team.states
+    x, y = (int(at) for at in other.pose_px[:2])
+    env.step({"robot_0": 1, "robot_1": 1})
+    near = np.s_[y - 6 : y + 7, x - 6 : x + 7]
+    assert (watcher.occupied[near] & MOVING).any()
+    assert (watcher.known[near] == 255).any()
+    for _ in range(60):
+        env.step({"robot_0": 1 if watcher.pose_px[2] < 0 else 2, "robot_1": 0})
+        if other.pose_px[1] > y + 15 or other.pose_px[1] < y - 15:
+            break
+    for action in [1, 2] * 20:
+        env.step({"robot_0": action, "robot_1": 0})
+    assert not (watcher.known[near] == 255).any()
+
+
+def test_starts_that_overlap_and_houses_without_room() -> None:
+    env = parallel_env(robots=2, dataset=HALL)
+    with pytest.raises(ConfigError, match=r"robot 2 at .* overlaps robot 1"):
+        env.reset(seed=0, options={"pose": [(1.0, 1.0, 0.0), (1.1, 1.0, 0.0)]})
+    with pytest.raises(ConfigError, match="at most one for each of 2 robots, found 3"):
+        env.reset(seed=0, options={"pose": [(1, 1, 0), (2, 1, 0), (3, 1, 0)]})
+    small = FloorPlan("cupboard", [(0, 0), (0, 1), (1, 1), (1, 0)], 1, {})
+    with pytest.raises(ConfigError, match="no room for robot"):
+        parallel_env(robots=16, dataset=small).reset(seed=0)
+    with pytest.raises(ConfigError, match="robots: expected a whole number of at most 16"):
+        parallel_env(robots=17, dataset=HALL)
+    with pytest.raises(ConfigError, match=r"radio\.model"):
+        parallel_env(dataset=HALL, radio="telepathy")
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match="expected one for each of robot_0, robot_1"):
+        env.step({"robot_0": 0})
+
+
+def test_maps_merge_when_robots_hear_each_other() -> None:
+    pose = {"pose": [(1.0, 1.0, 0.0), (7.0, 1.0, math.pi)]}
+    for model, joined in (("none", False), ("always", True), ("range", False), ("sight", False)):
+        env = parallel_env(robots=2, dataset=TWO_ROOMS, radio=model)
+        env.reset(seed=0, options=pose)
+        one, other = env.team.states
+        for _ in range(3):
+            env.step({"robot_0": 1, "robot_1": 1})
+        assert np.array_equal(one.known != 0, other.known != 0) == joined
+        assert int(one.counts.known) == np.count_nonzero(one.known)
+        assert int(one.counts.covered) == np.count_nonzero(one.known[one.episode.observable != 0])
+        together = (one.known != 0) | (other.known != 0)
+        assert env.team.explored == together.sum()
+        assert env.team.report()["connected"] == float(joined)
+
+
+def test_a_narrow_band_sends_a_number_of_cells_in_a_step() -> None:
+    env = parallel_env(robots=2, dataset=TWO_ROOMS, radio=Radio("always", cells_per_step=100), success_coverage=None)
+    env.reset(seed=0, options={"pose": [(1.0, 1.0, 0.0), (7.0, 1.0, math.pi)]})
+    one, other = env.team.states
+    had = int(one.counts.known)
+    for k in range(5):
+        env.team.step(np.zeros((2, 2)))
+        assert int(one.counts.known) == had + 100 * (k + 1)
+    for _ in range(400):
+        env.team.step(np.zeros((2, 2)))
+    assert int(one.counts.known) == int(other.counts.known) == env.team.explored
+
+
+def test_robots_that_must_meet_first_correct_their_drift() -> None:
+    starts = {"pose": [(1.0, 1.0, 0.0), (7.0, 1.0, math.pi)]}
+    env = parallel_env(robots=2, dataset=TWO_ROOMS, radio=Radio("always", relative_poses="met"))
+    env.reset(seed=0, options=starts)
+    one, other = env.team.states
+    assert not np.array_equal(one.known, other.known)
+    env = parallel_env(
+        robots=2, dataset=HALL, config=NOISY, radio=Radio("always", relative_poses="met"), success_coverage=None
+    )
+    env.reset(seed=1, options={"pose": [(1.0, 3.0, 0.0), (3.0, 3.0, 0.0)]})
+    for _ in range(15):
+        env.step({"robot_0": 2, "robot_1": 0})
+    one, other = env.team.states
+    affine = env.team._between(0, 1)  # a point that robot 1 sees 10 px ahead lies where robot 0 would put it
+    ahead = other.believed_px[:2] + 10 * np.array([math.cos(other.believed_px[2]), -math.sin(other.believed_px[2])])
+    truth = other.pose_px[:2] + 10 * np.array([math.cos(other.pose_px[2]), -math.sin(other.pose_px[2])])
+    off, turned = truth - one.pose_px[:2], one.believed_px[2] - one.pose_px[2]
+    cos, sin = math.cos(turned), math.sin(turned)
+    wanted = one.believed_px[:2] + np.array([off[0] * cos + off[1] * sin, off[1] * cos - off[0] * sin])
+    np.testing.assert_allclose(affine[:, :2] @ ahead + affine[:, 2], wanted, atol=1e-9)
+    assert not np.allclose(affine, np.eye(2, 3))
+
+
+def test_a_team_that_reports_ends_at_the_base() -> None:
+    room = FloorPlan("room", [(0, 0), (0, 4), (4, 4), (4, 0)], 1, {})
+    env = parallel_env(robots=2, dataset=room, until="report", radio="none")
+    env.reset(seed=0, options={"pose": [(1.0, 1.0, 0.0), (3.0, 3.0, 0.0)]})
+    ended = []
+    for _ in range(36):
+        _, _, ends, _, infos = env.step({"robot_0": 0 if ended else 2, "robot_1": 1})
+        if any(ends.values()):
+            break
+    assert all(ends.values())
+    assert infos["robot_0"]["coverage"] >= 0.95
+    assert infos["robot_0"]["is_success"]
+
+
+def test_people_walk_among_robots() -> None:
+    env = parallel_env(robots=3, dataset=HALL, config=SimulatorConfig(people=PeopleConfig(2)), success_coverage=None)
+    env.reset(seed=0)
+    where = [env.team.states[0].episode.bodies.people["x"].copy()]
+    for _ in range(20):
+        env.step(dict.fromkeys(env.agents, 1))
+        where.append(env.team.states[0].episode.bodies.people["x"].copy())
+    assert np.abs(np.diff(where, axis=0)).sum() > 1.0
