@@ -97,6 +97,69 @@ def compare(
         print_named(console(), "written", str(out))
 
 
+@benchmark.command()
+def team(
+    out: Annotated[Path, typer.Option(help="The tables, a file that ends in .md.", show_default=False)],
+    track: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="team-2, team-4 or team-8; repeat it for several.",
+            show_default="all",
+            autocompletion=offering("team-2", "team-4", "team-8"),
+        ),
+    ] = None,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="nearest, greedy, hungarian or auction; repeat it for several.",
+            show_default="all",
+            autocompletion=offering("nearest", "greedy", "hungarian", "auction"),
+        ),
+    ] = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(help="Data set with its list: a folder, an archive or JSON lines.", show_default="fetched"),
+    ] = None,
+    split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
+    plans: Annotated[int, typer.Option(min=1, help="Number of plans.")] = 50,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+) -> None:
+    """Let teams of robots explore fixed plans from fixed starts, and compare how they share out the work.
+
+    Besides the tables, a file of the same name that ends in .json has the measures of each plan.
+    """
+    import json
+
+    from houseexpo.commands.arguments import data_set
+    from houseexpo.commands.printing import console, print_named, print_table
+    from houseexpo.outputs import Output
+    from houseexpo.pseudoslam.benchmark.cases import choose
+    from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
+    from houseexpo.pseudoslam.teams.policies import policy_named
+    from houseexpo.pseudoslam.teams.tracks import TRACKS, markdown, run_team, table_of, track_named
+
+    if out.suffix != ".md":
+        raise ConfigError(f"--out: expected a file that ends in .md, found {out.name!r}")
+    _check_folder(out)
+    tracks = [track_named(name) for name in track or [one.name for one in TRACKS]]
+    policies = policy or list(TEAM_POLICIES)
+    for name in policies:
+        policy_named(name)
+    with Output(out, [dataset], replace=replace) as output:
+        houses = data_set(dataset)
+        ids = choose(houses, split, plans)
+        tables, results = [], []
+        for one in tracks:
+            found = [run_team(one, name, houses, ids) for name in policies]
+            results += found
+            tables.append(markdown(one, found))
+            console().print(f"{one.id}: {len(found[0]['plans'])} plans", style="italic", highlight=False)
+            print_table(console(), *table_of(found))
+        output.write(out, "\n".join(tables).encode())
+        output.write(out.with_suffix(".json"), json.dumps(results, indent=1).encode())
+    print_named(console(), "written", f"{out} and {out.with_suffix('.json').name}")
+
+
 def _print(files: list[Path]) -> None:
     from houseexpo.commands.printing import console, print_table
     from houseexpo.pseudoslam.benchmark.comparison import read_results
