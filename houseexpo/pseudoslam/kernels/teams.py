@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Counts, Grid
 
 
@@ -25,9 +26,10 @@ def merge_map(known: Grid, observable: Grid, other: Grid, box: Counts, most: int
     """
     new, covered = 0, 0
     for row in range(box[0], box[1]):
-        missing = 0
-        for col in range(box[2], box[3]):  # without a branch: most rows have nothing new
-            missing |= (known[row, col] == UNKNOWN) & (other[row, col] != UNKNOWN)
+        own, others = known[row, box[2] : box[3]], other[row, box[2] : box[3]]
+        missing = np.uint8(0)
+        for k in range(len(own)):  # without a branch: most rows have nothing new
+            missing = np.uint8(missing | (others[k] & ~own[k] & FREE))  # known cells have all bits of FREE
         if missing:
             for col in range(box[2], box[3]):
                 if known[row, col] == UNKNOWN and other[row, col] != UNKNOWN:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.kernels.episode import Episode
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import arguments_of, kernel_for
+from houseexpo.pseudoslam.step_kernels import arguments_of, entry_point, kernel_for
 from houseexpo.pseudoslam.teams.discs import stamp, way_past
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.moving import new_bodies
@@ -109,9 +109,8 @@ class Team:
         for k, state in enumerate(self.states):
             self.constants.rows[k] = constants_of(state, world)
         self.pool = self._share()
-        self._kernels = [
-            kernel_for(s.episode, self.params, moves=self._has_people(k)) for k, s in enumerate(self.states)
-        ]
+        self._poses: Floats = self.pool.pose.view(np.float64).reshape(robots, 6)
+        self._steps = [self._kernel(k) for k in range(robots)]
         self.known: Grid = np.zeros_like(first.known)
         """What the robots know together (rows, cols)."""
         self.covered = 0
@@ -119,6 +118,8 @@ class Team:
         self.heard = np.zeros((robots, robots), bool)
         """Who could hear whom in the last exchange (n, n)."""
         self.measures = TeamMeasures()
+        self._reach_px = self.params.sensor.range_px + spec.config.robot.step_m * self.ppm + 2.0
+        self._rest = [np.flatnonzero(np.arange(robots) != k) for k in range(robots)]
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
@@ -128,6 +129,12 @@ class Team:
 
     def __len__(self) -> int:
         return len(self.states)
+
+    def _kernel(self, robot: int) -> tuple[Callable[..., None], tuple[Any, ...]]:
+        """Return the compiled step of a robot, and its arguments, of which the third is its motion (1, 2)."""
+        state = self.states[robot]
+        given = arguments_of(state, 0.0, 0.0, self.params, self.scratch)
+        return entry_point(kernel_for(state.episode, self.params, moves=self._has_people(robot)), *given), given
 
     def _has_people(self, robot: int) -> bool:
         return robot == 0 and (self.spec.config.people.number > 0 or len(self.spec.config.trajectories) > 0)
@@ -214,21 +221,22 @@ class Team:
         state = self.states[robot]
         free = abs(forward)
         if len(self) > 1:
-            places = self._places()
-            others = np.delete(places, robot, axis=0)
+            others = self._poses[self._rest[robot], :2]
             self._refresh(robot, others)
-            x, y, heading = state.pose_px.tolist()
+            x, y, heading = self._poses[robot, :3].tolist()
             sign = -1.0 if forward < 0.0 else 1.0
             course = sign * math.cos(heading + turn), -sign * math.sin(heading + turn)
             free = way_past((others - (x, y)).tolist(), 2.0 * self.radius_px, course, free, _TOUCH_PX)
         way = math.copysign(free, forward)
-        self._kernels[robot](*arguments_of(state, turn, way, self.params, self.scratch))
-        counts = state.counts
+        kernel, given = self._steps[robot]
+        given[2][0] = turn, way
+        kernel(*given)
         if free < abs(forward):
+            counts = state.counts
             counts.collisions += 1 - counts.blocked
             counts.blocked = 1
             self.measures.meetings += 1
-        box = self._box(state)
+        box = self._box(robot)
         new, covered = merge_map(self.known, state.episode.observable, state.known, box, _ALL)
         self.explored += new
         self.covered += covered
@@ -243,21 +251,15 @@ class Team:
             stamp(occupied, np.column_stack([people["x"], people["y"]]), radius_px - _THINNER_PX * (robot > 0))
         stamp(occupied, others, self.radius_px - _THINNER_PX)
 
-    def _box(self, state: State) -> npt.NDArray[np.int64]:
+    def _box(self, robot: int) -> npt.NDArray[np.int64]:
         """Return the rows and columns in which a step can have changed the map."""
-        rows, cols = state.known.shape
-        if self.params.errors.any or state.counts.steps <= 0:
+        rows, cols = self.known.shape
+        if self.params.errors.any or self.measures.steps == 0:
             return np.array([0, rows, 0, cols])
-        reach = self.params.sensor.range_px + self.spec.config.robot.step_m * self.ppm + 2.0
-        x, y, _ = state.believed_px.tolist()
-        return np.array(
-            [
-                max(int(y - reach), 0),
-                min(int(y + reach) + 1, rows),
-                max(int(x - reach), 0),
-                min(int(x + reach) + 1, cols),
-            ]
-        )
+        x, y = self._poses[robot, 3:5].tolist()
+        reach = self._reach_px
+        top, left = max(int(y - reach), 0), max(int(x - reach), 0)
+        return np.array([top, min(int(y + reach) + 1, rows), left, min(int(x + reach) + 1, cols)])
 
     def _exchange(self) -> None:
         """Let the robots that hear each other exchange their maps, each what it had before."""
