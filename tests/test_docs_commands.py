@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 
+import pytest
+
 from houseexpo.commands.arguments import POLICIES
+from houseexpo.exports import FORMATS
 from houseexpo.pseudoslam.agents.loading import NAMES
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -22,3 +26,8 @@ def test_the_page_is_the_one_that_the_code_makes() -> None:
 
 def test_completion_knows_all_policies() -> None:
     assert list(POLICIES) == list(NAMES)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/guide-library.md"])
+def test_the_pages_count_the_formats_right(page: str) -> None:
+    assert re.findall(r"(\d+) formats", (DOCS.parent / page).read_text()) == [str(len(FORMATS))]

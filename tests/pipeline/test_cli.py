@@ -52,7 +52,7 @@ def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path
     out = str(tmp_path / "out")
     assert done.stdout.startswith("2 plans from 4 houses (2 doubtful, 1 duplicate, 1 rejected)")
     assert "rejected houses/broken.obj" in done.stdout
-    assert re.search(r"^a +houses/a.ply +1 +\d+ +\d+ m2", done.stdout, re.MULTILINE)
+    assert re.search(r"^ *a +houses/a.ply +1 +\d+ +\d+ m2", done.stdout, re.MULTILINE)
     assert f"houseexpo serve {out}" in done.stdout.splitlines()[-2]
     for telemetry in ("Longest", "Outcomes", "planning"):
         assert telemetry not in done.stdout + done.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -50,17 +51,17 @@ def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:
         (tmp_path / f"{number}.json").write_text(json.dumps(recorded))
     done = called("compare", tmp_path)
     assert done.exit_code == 0, done.output
-    first = "".join(line.split("│")[1].strip() for line in done.output.splitlines() if "│" in line)
+    first = "".join(re.split(" {2,}", line.strip())[0] for line in done.output.splitlines())
     assert all(name in first for name in names), done.output
 
 
 def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     done = called("compare", RESULTS)
-    lines = done.output.splitlines()
     assert done.exit_code == 0, done.output
-    assert all(len(line) <= 80 for line in lines if line[:1] in "┏┃┡│└")
-    cells = [cell.strip() for line in lines if line.startswith("│") for cell in line.split("│")[2:-1]]
+    rows = [row for table in re.split("─ *\n", done.output)[1:] for row in takewhile(str.strip, table.splitlines())]
+    assert all(len(row) <= 80 for row in rows)
+    cells = [cell for row in rows for cell in re.split(" {2,}", row.strip())[1:]]
     assert cells
     assert all(re.fullmatch(r"-|[-+.\d]+( \[[-+.\d]+, [-+.\d]+\])?", cell) for cell in cells), cells
     for head in ("100 steps", "200 steps", "400 steps", "800 steps", "collisions"):
