@@ -37,6 +37,7 @@ CLOSERS = {
     "sill": SILL,
     "gap": GAP,
     "gate": GAP,
+    "mouth": GAP,
     "rail": RAIL,
     "room_edge": BOUNDARY,
     "floor_edge": BOUNDARY,

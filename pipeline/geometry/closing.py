@@ -52,10 +52,11 @@ SHARES = np.array([[-0.3], [0.0], [0.3]])
 
 
 CloserKind: TypeAlias = Literal[
-    "opening", "door", "lintel", "sill", "gap", "gate", "rail", "room_edge", "floor_edge", "wall_ends"
+    "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
 ]
-"""``gate``: a wide gap; it closes to the outside, and between two rooms that are much broader."""
-GAPS: Final = frozenset({"gap", "gate"})
+"""``gate``: a wide gap, which closes to the outside only. ``mouth``: a narrow place between two parts of a room, which
+are rooms of their own."""
+GAPS: Final = frozenset({"gap", "gate", "mouth"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,9 +178,7 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
             continue
         sides = (_most(faces[k, 0]), _most(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
-        if (
-            closer.kind in {"gap", "gate"} and blind.any()
-        ):  # between a curtain and the next, before a wall: it leads nowhere
+        if closer.kind in GAPS and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
         same = sides == closer.bridge.sides
         found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))
@@ -268,7 +267,7 @@ def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
         yield from (end for end in _ends_of(outlines(parts, DETAIL_M)) if nibs or not end.is_nib)
 
 
-def _ends_of(walls: Outlines) -> Iterator[WallEnd]:
+def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEnd]:
     """All that looks like an end, ring by ring."""
     points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
@@ -277,7 +276,7 @@ def _ends_of(walls: Outlines) -> Iterator[WallEnd]:
     came = unit[before]
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
-    end = square & square[after] & (length <= THICKEST_M) & (np.minimum(length[before], length[after]) >= NIB_M)
+    end = square & square[after] & (length <= thickest_m) & (np.minimum(length[before], length[after]) >= NIB_M)
     long = np.maximum(length[before], length[after]) >= LONGER * length
     juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
     for k in np.flatnonzero(end & (long | juts)):
@@ -385,6 +384,140 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     stop = max(other.a @ end.out, other.b @ end.out) + 0.01
     corners = [(start, low), (stop, low), (stop, high), (start, high)]
     return Polygon([step * end.out + side * aside for step, side in corners])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Mouths: narrow places in a room, where a person sees one room end and the next begin.
+#
+# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at.
+# R2  On both sides, right behind it, the room is at least ``1 / NARROW`` times as broad as the mouth is wide. So the
+#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks, the room holds a disc
+#     ``WIDER`` times as wide as the mouth; so a stretch of corridor between two bends is none. A hole in one wall, with
+#     a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+# R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
+# ---------------------------------------------------------------------------------------------------------------------
+
+NARROW = 0.5
+NARROW_IN_WALL = 0.65
+DEEPEST_MOUTH_M = 2.5
+"""The thickest block between two rooms of which the end is looked at."""
+WIDEST_MOUTH_M = 8.0
+MOUTH_ROOM_M2 = 4.0
+WIDER = 1.25
+LOOK_M = (0.5, 2.0)
+"""How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
+MOUTH_DEPTH_M = 0.2
+"""A mouth in a thicker block is closed in its middle, so that each room gets its half of the way through."""
+ROW_M = 0.3
+"""Mouths in one wall lie no farther aside of each other than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Mouth:
+    """A mouth and its filling: ``middle`` (2,) is the middle of its width and depth, ``along`` leads across it.
+
+    ``share`` is how much of the breadth behind it the mouth may take.
+    """
+
+    filling: Polygon
+    middle: npt.NDArray[np.float64]
+    along: npt.NDArray[np.float64]
+    width: float
+    depth: float
+    share: float
+
+    def in_row(self, other: _Mouth) -> bool:
+        """Whether two mouths lie in one wall."""
+        off = other.middle - self.middle
+        aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
+        return bool(aside < ROW_M and abs(self.along @ other.along) > OPPOSITE)
+
+
+def mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
+    """Fillings of the mouths that part ``rooms`` into more rooms; ``walls`` is all that closes them.
+
+    Mouths of one wall that part a room only together are in one list.
+    """
+    solid = polygons_of(walls)
+    if not (solid and rooms):
+        return []
+    ends = list(_ends_of(outlines(solid, DETAIL_M), DEEPEST_MOUTH_M))
+    every = _each_mouth_once([mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None])
+    found: list[list[Polygon]] = []
+    waiting = list(rooms)
+    while waiting:
+        room = waiting.pop()
+        near = [mouth for mouth in every if shapely.contains(room, shapely.points(mouth.middle))]
+        rows = [[other for other in near if mouth.in_row(other)] for mouth in near]
+        tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _parted_by(room, row))]
+        if tries:
+            (_, sides), row = min(
+                tries, key=lambda each: (round(each[0][0], 6), len(each[1]), each[1][0].filling.bounds)
+            )
+            found.append([mouth.filling for mouth in row])
+            waiting += sides
+    return found
+
+
+def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
+    strip = gap_at(end, walls, WIDEST_MOUTH_M)
+    if strip is None:
+        return None
+    depth, width = float(np.hypot(*(end.b - end.a))), _width(strip, end) - 0.015
+    middle = end.centre + end.out * width / 2
+    aside = np.array([-end.out[1], end.out[0]]) * min(depth, MOUTH_DEPTH_M) / 2
+    near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
+    filling = Polygon([near - aside, near + aside, far + aside, far - aside])
+    met = end.centre + end.out * width
+    in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < ROW_M for other in ends)
+    return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else NARROW)
+
+
+def _each_mouth_once(found: list[_Mouth]) -> list[_Mouth]:
+    """A mouth between two ends is found from both; the narrower filling stands for both."""
+    kept: list[_Mouth] = []
+    for mouth in sorted(found, key=lambda each: (round(each.width, 6), each.filling.bounds)):
+        if mouth.width > ROUNDING_M2 and not any(
+            overlap(mouth.filling, other.filling).area > ALIKE * min(mouth.filling.area, other.filling.area)
+            for other in kept
+        ):
+            kept.append(mouth)
+    return kept
+
+
+def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
+    """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
+    parts = [p for p in polygons_of(subtract(room, united(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
+    if len(parts) < 2:
+        return None
+    narrowest, between = 0.0, set()
+    for mouth in row:
+        sides = [_behind(mouth, way, parts) for way in (1, -1)]
+        if sides[0] is None or sides[1] is None or sides[0][0] == sides[1][0]:
+            return None
+        between.add(frozenset(k for k, _ in (sides[0], sides[1])))
+        narrowest = max(narrowest, sum(m.width for m in row) / min(sides[0][1], sides[1][1]))
+    if len(between) > 1 or narrowest > min(mouth.share for mouth in row):
+        return None
+    return narrowest, [parts[k] for k in sorted(next(iter(between)))]
+
+
+def _behind(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
+    """Which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
+    aside = np.array([-mouth.along[1], mouth.along[0]]) * way
+    face = mouth.middle + aside * (mouth.depth / 2 + 1e-2)
+    at = shapely.points(face)
+    k = next((k for k, part in enumerate(parts) if shapely.contains(part, at)), None)
+    if k is None:
+        return None
+    look = float(np.clip(mouth.width, *LOOK_M))
+    far = WIDEST_MOUTH_M / NARROW * mouth.along
+    window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
+    seen = [piece for piece in polygons_of(overlap(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
+    wide = WIDER * mouth.width
+    if mouth.depth > THICKEST_M and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
+        return None
+    return k, sum(piece.area for piece in seen) / look
 
 
 # ---------------------------------------------------------------------------------------------------------------------

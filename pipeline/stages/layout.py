@@ -2,8 +2,7 @@
 
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
-    (the bend of an L-shaped hall). Between two rooms a gap in one wall, as wide as an entrance, closes, too, if it
-    takes up less than ``MOUTH`` of the breadth of both: a person sees two rooms there.
+    (the bend of an L-shaped hall).
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
@@ -17,6 +16,8 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
     small part of what all of them span, and has its place to itself.
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
+R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
+    they are one room (``geometry.closing``, mouths).
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
@@ -40,6 +41,7 @@ from pipeline.geometry.closing import (
     from_wall_ends,
     gaps,
     lapped,
+    mouths,
     needed,
     parted,
     with_sides,
@@ -63,8 +65,6 @@ SPECK = 0.02
 LETTER = 0.35
 APART = 0.8
 PASSABLE_M = 0.4
-MOUTH = 0.5
-ROOM_M2 = 4.0
 BESIDE_M = 0.25
 
 
@@ -85,6 +85,14 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         """The layout where ``fixed`` closes, whatever it parts."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
+        for row in [] if level.sills else mouths(rooms, ground):  # R13
+            if any(_lies_in_room(mouth, level) for mouth in row):
+                continue
+            closers = [Closer(mouth, "mouth") for mouth in row]
+            closed, parts = enclosed(closed_plane(ground, closers))
+            ways = parted(ground, closers, closed, parts)[0]
+            if ways:
+                strips, ground, rooms = strips + ways, closed, parts
         rooms = on_floor(habitable(rooms, strips, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(with_sides(strips + fixed, rooms, ground)), tuple(rooms))
 
@@ -176,7 +184,7 @@ def _settled(
     while True:
         plane, rooms = enclosed(closed_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, slight, config)}  # R5
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, slight, config)}  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
@@ -191,9 +199,7 @@ def _settled(
             rest, pruned = needed(door, strips, rest, plane, rooms), True
 
 
-def _parts_nothing(
-    closer: Closer, rooms: list[Polygon], door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig
-) -> bool:
+def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:
     bridge = closer.bridge
     if bridge is None:
         return False
@@ -201,8 +207,8 @@ def _parts_nothing(
         return True
     if OUTSIDE in bridge.sides or closer.kind in KNOWN:
         return False
-    if closer.kind == "gate":  # R1
-        return not _parts_rooms(bridge, [rooms[side] for side in bridge.sides])
+    if closer.kind == "gate":  # R1, R13
+        return True
     if (
         closer.kind == "lintel"
         and bridge.width > config.header_m
@@ -210,12 +216,6 @@ def _parts_nothing(
     ):
         return True
     return bridge.width > config.beam_m and not bridge.has_jamb(door)
-
-
-def _parts_rooms(bridge: Bridge, rooms: list[Polygon]) -> bool:
-    """R1: whether a wide gap is a small part of the breadth of both rooms, as the opening between two rooms is."""
-    breadths = [float(np.ptp(shapely.get_coordinates(room.exterior) @ bridge.along)) for room in rooms]
-    return bridge.width < MOUTH * min(breadths) and min(room.area for room in rooms) >= ROOM_M2
 
 
 def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) -> set[int]:

@@ -41,20 +41,53 @@ def test_an_outer_door_leads_outside() -> None:
     assert set(closer.bridge.sides) == {0, OUTSIDE}
 
 
-@pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (1.6, 1.5, 1), (1.6, 2.5, 2)])
+@pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (2.1, 1.5, 1), (2.1, 2.5, 2)])
 def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
     found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
     assert len(found.rooms) == rooms
     assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
 
 
-@pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 1)])
+@pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 2), (3.2, 1)])
 def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms: int) -> None:
     """2.2 m wide, between two ends of a wall."""
     between = wall((4.0, 0.0, 4.2, breadth), gap(0.8, 3.0))
     found = layout([*shell((0.0, 0.0, 8.2, breadth)), *between])
     assert len(found.rooms) == rooms
-    assert [closer.kind for closer in found.closers] == ["gate"] * (rooms - 1)
+    assert [closer.kind for closer in found.closers] == ["mouth"] * (rooms - 1)
+
+
+def _hall_and_chamber(neck_m: float) -> list[object]:
+    """A hall of 6 m x 6 m, a neck as wide as this and 2 m long between two blocks, and a chamber of 4 m x 6 m."""
+    low, high = 3.0 - neck_m / 2, 3.0 + neck_m / 2
+    blocks = [box((6.0, 0.0, 8.0, low), 0.0, 2.5), box((6.0, high, 8.0, 6.0), 0.0, 2.5)]
+    return [*shell((0.0, 0.0, 12.0, 6.0)), *blocks]
+
+
+@pytest.mark.parametrize(("neck_m", "rooms"), [(2.4, 2), (4.4, 1)])
+def test_a_neck_parts_a_hall_from_its_chamber(neck_m: float, rooms: int) -> None:
+    found = layout(_hall_and_chamber(neck_m))
+    assert len(found.rooms) == rooms
+    if rooms == 2:
+        assert sum(room.area for room in found.rooms) == pytest.approx(60.0 + 2.0 * neck_m - 0.2 * neck_m, abs=0.1)
+
+
+def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
+    between = wall((5.0, 0.0, 5.2, 10.0), gap(1.0, 3.2), gap(6.5, 8.9))
+    found = layout([*shell((0.0, 0.0, 10.2, 10.0)), *between])
+    assert areas(found) == [50.0, 50.0]
+    assert [closer.kind for closer in found.closers] == ["mouth", "mouth"]
+
+
+def test_a_corridor_and_its_bend_have_no_mouth() -> None:
+    """A corridor 2 m wide that leads off a hall and bends: one room, as nothing narrows."""
+    blocks = [box((6.0, 0.0, 10.0, 2.0), 0.0, 2.5), box((6.0, 4.0, 8.0, 8.0), 0.0, 2.5)]
+    assert len(layout([*shell((0.0, 0.0, 10.0, 8.0)), *blocks]).rooms) == 1
+
+
+def test_one_room_of_the_source_has_no_mouth() -> None:
+    named = (SourceRoom(("Hall",), (), shapely.box(0, 0, 12, 6)),)
+    assert len(layout(_hall_and_chamber(2.4), rooms=named).rooms) == 1
 
 
 @pytest.mark.parametrize(("drawn", "rooms"), [([(0, 0, 7.2, 3)], 1), ([(0, 0, 4.1, 3), (4.1, 0, 7.2, 3)], 2)])
