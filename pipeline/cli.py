@@ -65,6 +65,14 @@ _StoreyHeight = Annotated[
         show_default=False,
     ),
 ]
+_Resolution = Annotated[
+    float | None,
+    typer.Option(
+        help="Side of a cell of robots' maps, metres, where no map.yaml says it.",
+        rich_help_panel=_FILES,
+        show_default=False,
+    ),
+]
 _ModelPath = Annotated[
     str | None,
     typer.Option(help="Folders with Gazebo models, separated as in PATH.", rich_help_panel=_FILES, show_default=False),
@@ -122,6 +130,7 @@ def build(
     units: _Units = None,
     scale: _Scale = None,
     storey_height: _StoreyHeight = None,
+    resolution: _Resolution = None,
     furniture: _Furniture = None,
     add: Annotated[
         bool, typer.Option("--add", help="Keep plans of other sources in OUT.", rich_help_panel=_FOLDER)
@@ -187,6 +196,7 @@ def build(
         "units": units,
         "scale": scale,
         "storey_height": storey_height,
+        "resolution": resolution,
         "furniture": furniture,
         "model_path": model_path,
         "min_quality": min_quality,
@@ -219,6 +229,7 @@ def inspect(
     units: _Units = None,
     scale: _Scale = None,
     storey_height: _StoreyHeight = None,
+    resolution: _Resolution = None,
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
     replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
@@ -237,6 +248,7 @@ def inspect(
         "units": units,
         "scale": scale,
         "storey_height": storey_height,
+        "resolution": resolution,
         "furniture": furniture,
         "model_path": model_path,
     }

@@ -34,6 +34,8 @@ class BuildOptions:
 
     ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" means that they are detected.
 
+    ``resolution`` is the side of a cell, in metres, of robots' maps that do not say it.
+
     ``units`` is auto, m, cm, mm, in, ft, or the length of a unit in metres; ``scale`` is 20 for a model at 1:20. A
     plan whose quality is below ``min_quality``, 0 to 1, is rejected. ``licence`` is the licence under which plans of
     the sources may be published (its SPDX identifier), and ``credit`` says whom to name; ``houseexpo release`` needs
@@ -48,6 +50,7 @@ class BuildOptions:
     units: str = "auto"
     scale: float = 1.0
     storey_height: float | None = None
+    resolution: float | None = None
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
     min_quality: float = 0.0
@@ -82,7 +85,7 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return the parameters that the plans depend on, as plain values to store and hash."""
         options = asdict(self.build)
-        names = ("seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished")
+        names = ("seed", "up", "units", "scale", "storey_height", "resolution", "furniture", "min_quality", "furnished")
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 

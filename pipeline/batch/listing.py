@@ -124,6 +124,7 @@ class Listing:
             "units": options.units,
             "scale": f"{options.scale:g}",
             "storey_height": "" if options.storey_height is None else f"{options.storey_height:g}",
+            "resolution": "" if options.resolution is None else f"{options.resolution:g}",
             "furniture": "yes" if options.furniture else "no",
             "seed": str(options.seed),
             "model_path": options.model_path,

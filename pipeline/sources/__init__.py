@@ -10,7 +10,7 @@ from typing import cast
 from houseexpo.errors import ConfigError
 from pipeline.rejection import Rejection
 from pipeline.sources.files import files_in
-from pipeline.sources.recognise import how_to_export, is_claimed, made_of, recognise
+from pipeline.sources.recognise import how_to_export, is_claimed, is_map_picture, made_of, recognise
 from pipeline.sources.storeys.scale import check_sizes
 from pipeline.values import Input, Reader
 
@@ -19,7 +19,7 @@ _OPTIONS = {
     "ifc": (),
     "suncg": ("furniture",),
     "generated": ("seed",),
-    "recognise": ("model_path", "up", "units"),
+    "recognise": ("model_path", "up", "units", "resolution"),
 }
 """The readers, and which of a build's options each of them takes."""
 
@@ -61,7 +61,7 @@ def find(source: str, **options: str) -> Iterator[Input]:
     if not found:
         expected = (
             "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a file of ProcTHOR, 3D-FRONT, Gazebo, Sweet "
-            "Home 3D, RoomPlan, a point cloud, a folder of these, a SUNCG root"
+            "Home 3D, RoomPlan, a point cloud, a robot's map (map.yaml), a folder of these, a SUNCG root"
         )
         found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
         advice = how_to_export(file.suffix for file in _files_at(source))
@@ -99,4 +99,4 @@ def _readers(source: str) -> tuple[str, ...]:
         return ("recognise", "ifc", "mesh_file")
     if path.suffix.lower() == ".ifc":
         return ("ifc",)
-    return ("recognise",) if path.is_file() and recognise(path) else ("mesh_file",)
+    return ("recognise",) if path.is_file() and (recognise(path) or is_map_picture(path)) else ("mesh_file",)

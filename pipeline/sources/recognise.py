@@ -1,7 +1,9 @@
 """Which reader opens a source: by its name, its suffix, or its content.
 
 R1  Every file of a folder is looked at; what a reader knows is its own.
-R2  The meshes in a Gazebo model's folder are parts of that model, and its models are parts of a world beside them: they
+R2  A picture or an array is a robot's map only where the build names the side of its cells, or the file itself. The
+    picture of a ``map.yaml`` is a part of it.
+R3  The meshes in a Gazebo model's folder are parts of that model, and its models are parts of a world beside them: they
     are no houses by themselves.
 """
 
@@ -19,6 +21,7 @@ from typing import Any
 
 import msgspec
 
+from houseexpo.grids.robot_map import BAGS, PICTURES, is_map_yaml, picture_of
 from pipeline.sources.files import files_in
 from pipeline.sources.vector_plans import is_drawn
 from pipeline.values import Input
@@ -83,6 +86,8 @@ def recognise(path: Path) -> str | None:
         return None
     if suffix not in _MESHES and is_drawn(path, head):
         return "vector_plans"
+    if suffix in BAGS or (suffix in {".yaml", ".yml"} and is_map_yaml(head)):
+        return "occupancy_map"
     if suffix in _SKIPPED:
         return None
     found = _by_content(path, head) or _BY_SUFFIX.get(suffix)
@@ -230,8 +235,12 @@ _TAKES: dict[str, tuple[str, ...]] = {
     "roomplan": (),
     "points": ("up", "units"),
     "vector_plans": (),
+    "occupancy_map": ("resolution",),
 }
 """The readers, and which of a build's options each of them takes."""
+
+MAP_PICTURES = frozenset({*PICTURES, ".npy"})
+"""Suffixes of a robot's map without a ``map.yaml``."""
 
 _MODEL = "model.config"
 
@@ -241,18 +250,28 @@ def find(path: str, **options: str) -> Iterator[Input]:
     root = Path(path)
     options["root"] = str((root if root.is_dir() else root.parent).absolute())
     if not root.is_dir():
-        yield from _inputs(root, recognise(root), f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
+        kind = "occupancy_map" if is_map_picture(root) else recognise(root)
+        yield from _inputs(root, kind, f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return
     files = sorted(files_in(root))
     kinds = {file: kind for file in files if (kind := recognise(file))}
+    if options.get("resolution"):  # R2
+        parts = {picture_of(file) for file, kind in kinds.items() if kind == "occupancy_map"}
+        kinds |= {file: "occupancy_map" for file in files if is_map_picture(file) and file.resolve() not in parts}
+        kinds = dict(sorted(kinds.items()))
     has_world = any(kind == "gazebo" and not _in_model(file, root) for file, kind in kinds.items())
     for file, kind in kinds.items():
-        if not (kind == "gazebo" and has_world and _in_model(file, root)):  # R2
+        if not (kind == "gazebo" and has_world and _in_model(file, root)):  # R3
             yield from _inputs(file, kind, file.relative_to(root).as_posix(), options)
 
 
+def is_map_picture(file: Path) -> bool:
+    """Whether a file may be a robot's map by itself (R2)."""
+    return file.suffix.lower() in MAP_PICTURES
+
+
 def is_claimed(file: Path, root: Path) -> bool:
-    """Whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R2)."""
+    """Whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R3)."""
     return root.is_dir() and (_in_model(file, root) or recognise(file) is not None)
 
 

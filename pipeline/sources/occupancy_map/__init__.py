@@ -1,0 +1,259 @@
+"""A robot's map becomes a plan: its rooms are told apart (``rooms``), drawn with straight walls, and joined by doors.
+
+Formats: all that ``houseexpo.grids.read_map`` reads: a ``map.yaml`` with its picture, a picture or an array with the
+build's option ``resolution``, and a bag.
+
+R1  A room's outline is that of its cells, without the doorways, with straight walls in a few directions.
+R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map shows none: there the way is an opening.
+R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
+R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
+R5  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from houseexpo.grids.robot_map import MapError, RobotMap, read_map
+from houseexpo.plan import Frame
+from pipeline.geometry.areas import mitred, opened, polygons_of
+from pipeline.geometry.straighten import straighten
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import Hole, walls_around
+from pipeline.sources.files import LeftOut, check_file, single_input
+from pipeline.sources.occupancy_map.rooms import Segmentation, Way, segment
+from pipeline.sources.vector_plans.drawn import DOOR_M as HEAD_M
+from pipeline.sources.vector_plans.drawn import WALL_M as WALL_HEIGHT_M
+from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
+from pipeline.values import Input, Level
+
+Floats = npt.NDArray[np.float64]
+
+WALL_M: Final = 0.1
+THICKEST_M: Final = 0.5
+DOOR_M: Final = 1.4
+NARROWEST_DOOR_M: Final = 0.6
+"""Noise makes doors narrower than they are."""
+STRAIGHT_M: Final = 0.12
+ANGLE_DEG: Final = 12.0
+NARROWEST_M: Final = 0.3
+"""Parts of a room that are narrower are noise at its edge."""
+ROOM_M2: Final = 1.0
+CLUTTER_M2: Final = 1.0
+"""Smaller holes in a room are clutter."""
+REACH_M: Final = 1.5
+"""How far from the middle of a way its rooms may begin."""
+STEP_M: Final = 0.1
+"""How far into a room the flat face at a doorway is drawn."""
+JAMB_M: Final = 0.1
+"""A wall goes on at least so far beside a doorway."""
+GRID_M: Final = 1e-4
+UNSEEN: Final = 0.1
+"""R5: a plan of which more of the edges is unseen has a guess."""
+UNSEEN_M: Final = 0.2
+_REASONS: Final = {
+    "missing_file": Reason.MISSING_FILE,
+    "unreadable": Reason.UNREADABLE,
+    "too_large": Reason.TOO_LARGE,
+    "bad_units": Reason.BAD_UNITS,
+    "empty": Reason.EMPTY,
+}
+
+
+def find(path: str, **options: str) -> Iterator[Input]:
+    """List one map; option ``resolution`` is the side of a cell, metres, where its file does not say it."""
+    yield single_input(path, "occupancy_map", options)
+
+
+def read(item: Input) -> Iterator[Level]:
+    """Yield the one level of a map.
+
+    Raises
+    ------
+    Rejection
+        Where the map cannot be read, names no size of its cells, or has no room.
+    """
+    path, options = Path(item.path), dict(item.options)
+    if path.is_file():
+        check_file(path)
+    name = options.get("file", path.name)
+    try:
+        found = read_map(path, float(options["resolution"]) if options.get("resolution") else None)
+    except MapError as error:
+        advice = (
+            "give --resolution, the side of a cell in metres" if "side of a cell" in error.problem else error.advice
+        )
+        raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
+    drawing = Drawing("robot's map", (_storey(found, name),), LeftOut())
+    for level in levels_of(item, drawing, path, name):
+        yield replace(level, frame=_placed(level.frame, found), guesses=_guesses(level))
+
+
+def _storey(found: RobotMap, name: str) -> Storey:
+    parts = segment(found.free, found.resolution_m)
+    height_m = found.occupancy.shape[0] * found.resolution_m
+    slots = [_slot(way, parts.cell_m, height_m) for way in parts.ways]
+    rooms = _outlines(parts, slots, height_m)
+    if not rooms:
+        detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
+    outlines, holes = _joined(parts, slots, rooms)
+    unseen = _unseen(parts, found)
+    return Storey(
+        walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
+        holes=tuple(holes),
+        rooms=tuple(room("", outline) for outline in outlines),
+        about={"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)},
+    )
+
+
+def _guesses(level: Level) -> tuple[str, ...]:
+    """R5."""
+    return ("unseen space",) if float(level.provenance["unseen_edge"]) > UNSEEN else ()
+
+
+def _placed(frame: Frame, found: RobotMap) -> Frame:
+    """R4: the frame of a level that was drawn in metres from the lower-left corner of the grid."""
+    grid = np.array([*found.affine, (0.0, 0.0, 1.0)]) @ np.array([*frame.matrix, (0.0, 0.0, 1.0)])
+    (a, b, c), (d, e, f) = grid[:2].tolist()
+    return replace(frame, matrix=((a, b, c), (d, e, f)))
+
+
+def _slot(way: Way, cell_m: float, height_m: float) -> Hole:
+    """The place of a way, in metres, y up, as deep as the wall at its jambs."""
+    a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
+    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    spread = along * max(NARROWEST_DOOR_M - float(np.hypot(*(b - a))), 0.0) / 2
+    a, b = a - spread, b + spread
+    across = np.array([-along[1], along[0]])
+    half = across * float(np.clip(way.thick_m, WALL_M, THICKEST_M)) / 2
+    shape = Polygon([a - half, b - half, b + half, a + half])
+    return Hole(shape, 0.0, HEAD_M, way.width_m < DOOR_M, (float(across[0]), float(across[1])))
+
+
+def _outlines(parts: Segmentation, slots: list[Hole], height_m: float) -> dict[int, Polygon]:
+    """R1, R2: the rooms by their numbers, none nearer to another than a wall."""
+    doorways = shapely.union_all([slot.shape for slot in slots])
+    raw = {}
+    for number in range(1, int(parts.label.max(initial=0)) + 1):
+        whole = _smooth(_traced(parts.label == number, parts.cell_m, height_m))
+        pieces = polygons_of(opened(shapely.difference(whole, doorways), NARROWEST_M))
+        largest = max(pieces, key=lambda piece: piece.area, default=Polygon())
+        if largest.area >= ROOM_M2:
+            raw[number] = largest
+    straight = straighten(list(raw.values()), offset_m=STRAIGHT_M, angle_deg=ANGLE_DEG)
+    found: dict[int, Polygon] = {}
+    for number, outline in sorted(zip(raw, straight, strict=True), key=lambda each: -each[1].area):
+        near = [mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
+        left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
+        largest = max(polygons_of(opened(left, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
+        if largest.area >= ROOM_M2:
+            found[number] = largest
+    return found
+
+
+def _smooth(whole: BaseGeometry) -> BaseGeometry:
+    """R1: an area without what noise does to its edge, and without small holes."""
+    closed = mitred(mitred(whole, NARROWEST_M / 2), -NARROWEST_M / 2)
+    parts = [shapely.simplify(part, STRAIGHT_M / 2) for part in polygons_of(opened(closed, NARROWEST_M))]
+    kept = [
+        Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= CLUTTER_M2]) for part in parts
+    ]
+    return shapely.union_all(kept)
+
+
+def _joined(parts: Segmentation, slots: list[Hole], rooms: dict[int, Polygon]) -> tuple[list[Polygon], list[Hole]]:
+    """The rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1)."""
+    rooms, holes = dict(rooms), []
+    for way, slot in zip(parts.ways, slots, strict=True):
+        sides = [rooms[number] for number in way.rooms if number in rooms]
+        spans = [span for side in sides if (span := _reach(slot, side)) is not None]
+        if len(spans) < 2:
+            continue
+        (one, first), (other, second) = sorted(zip(spans, way.rooms, strict=True))
+        low, high = one[1], other[0]
+        if high - low < WALL_M:  # R2
+            low, high = (low + high - WALL_M) / 2, (low + high + WALL_M) / 2
+        hole, wall = _between(slot, low, high), _between(slot, low, high, JAMB_M)
+        for number, span in ((first, (one[0] - STEP_M, low)), (second, (high, other[1] + STEP_M))):
+            step = _between(slot, *span) if span[1] > span[0] else Polygon()
+            whole = shapely.difference(shapely.union(rooms[number], step, grid_size=GRID_M), wall, grid_size=GRID_M)
+            rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area)
+        holes.append(replace(slot, shape=hole))
+    return list(rooms.values()), holes
+
+
+def _reach(slot: Hole, room_: Polygon) -> tuple[float, float] | None:
+    """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
+    middle, across = _middle(slot), np.array(slot.across)
+    aside, ends = np.array([across[1], -across[0]]) * _width(slot) / 2, []
+    for share in (-0.9, 0.0, 0.9):
+        start = middle + share * aside
+        lane = LineString([start - REACH_M * across, start + REACH_M * across])
+        met = [(shapely.get_coordinates(part) - start) @ across for part in shapely.get_parts(room_ & lane)]
+        nearest = min(((float(t.min()), float(t.max())) for t in met if len(t)), key=_from_zero, default=None)
+        if nearest is not None:
+            ends.append(nearest)
+    if not ends:
+        return None
+    below = sum(low + high for low, high in ends) < 0
+    faces = [high if below else low for low, high in ends]
+    return min(faces), max(faces)
+
+
+def _from_zero(span: tuple[float, float]) -> float:
+    return max(span[0], -span[1], 0.0)
+
+
+def _between(slot: Hole, low: float, high: float, beside_m: float = 0.0) -> Polygon:
+    """The rectangle from ``low`` to ``high`` across a way, as wide as this and ``beside_m`` more on both sides."""
+    middle, across = _middle(slot), np.array(slot.across)
+    half = np.array([across[1], -across[0]]) * (_width(slot) / 2 + beside_m)
+    near, far = middle + low * across, middle + high * across
+    return Polygon([near - half, near + half, far + half, far - half])
+
+
+def _middle(slot: Hole) -> Floats:
+    return np.asarray(slot.shape.centroid.coords[0])
+
+
+def _width(slot: Hole) -> float:
+    corners = shapely.get_coordinates(slot.shape)
+    return float(np.hypot(*(corners[1] - corners[0])))
+
+
+def _traced(mask: npt.NDArray[np.bool_], cell_m: float, height_m: float) -> BaseGeometry:
+    """The area of cells (rows, cols) in metres, y up, along the edges of the cells."""
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    top, left = int(rows[0]), int(cols[0])
+    box = mask[top : rows[-1] + 1, left : cols[-1] + 1].astype(np.uint8)
+    twice = cv2.copyMakeBorder(box.repeat(2, axis=0).repeat(2, axis=1), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+    rings, order = cv2.findContours(twice, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    shells: list[BaseGeometry] = []
+    holes: list[BaseGeometry] = []
+    for ring, (_, _, _, parent) in zip(rings, order[0] if order is not None else (), strict=True):
+        if len(ring) >= 3:
+            corners = (ring[:, 0, :].astype(float) - 0.5) / 2 + (left, top)
+            polygon = shapely.make_valid(Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)))
+            (shells if parent < 0 else holes).append(polygon)
+    area: BaseGeometry = shapely.union_all(shells)
+    return shapely.difference(area, shapely.union_all(holes)) if holes else area
+
+
+def _unseen(parts: Segmentation, found: RobotMap) -> float:
+    """R5: which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
+    rooms = parts.label_of_cells(found.occupancy.shape) > 0
+    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~found.free
+    reach = 2 * round(UNSEEN_M / found.resolution_m) + 1
+    near = cv2.dilate(found.occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
+    return float((ring & ~near).sum() / max(int(ring.sum()), 1))

@@ -1,0 +1,229 @@
+"""Where a map's free space narrows: basins of clearance, the places where they meet, and how such a place looks.
+
+The clearance of a free cell is its distance to the nearest cell that is not free. Each cell belongs to the basin of the
+peak that the steepest way up leads to. Where two basins meet, the highest cell on their border is the middle of a
+narrow place, and the nearest obstacles on its two sides are its jambs.
+
+R1  Peaks that are hardly higher than the way between them are one: their narrow place is none.
+R2  A narrow place is described by what tells doors from gaps beside furniture: its width, the space on its two sides,
+    the walls in which its jambs end, and how wide it is a step before and behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+Bools = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Labels = npt.NDArray[np.int32]
+
+SMOOTH_M = 0.1
+ONE_PEAK = 0.9
+"""R1: a way as high as this share of the lower peak."""
+BESIDE_M = 0.15
+"""How far behind a jamb the thickness of its wall is measured."""
+THICKEST_M = 1.0
+NEAR_M, FAR_M = 0.3, 1.0
+"""Steps before and behind a narrow place, where the width is measured."""
+WIDEST_M = 3.0
+STEP_M = 0.05
+_NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Basins:
+    """The basins of a map: ``label`` (rows, cols), 0 where not free, and arrays by label of their peaks and areas.
+
+    ``narrows`` are the places where two of them meet.
+    """
+
+    label: Labels
+    peak_m: Floats
+    area_m2: Floats
+    narrows: Narrows
+
+
+@dataclass(frozen=True, eq=False)
+class Narrows:
+    """Narrow places (n): the basins on their sides, and what is known of them.
+
+    ``sides`` (n, 2) labels; ``half_m`` (n,) the clearance in the middle; ``jambs`` (n, 2, 2) the (row, col) of cells on
+    both sides; ``width_m`` (n,) between them; ``thin_m`` (n,) the thickness of the thinner of the walls that they are
+    the ends of; ``near_m`` and ``far_m`` (n,) by how much the way is wider ``NEAR_M`` and ``FAR_M`` away, on the side
+    where that is more, and ``less_m`` (n,) ``FAR_M`` away on the other side.
+    """
+
+    sides: Ints
+    half_m: Floats
+    jambs: Floats
+    width_m: Floats
+    thin_m: Floats
+    near_m: Floats
+    far_m: Floats
+    less_m: Floats
+
+    def only(self, kept: npt.NDArray[np.bool_] | Ints) -> Narrows:
+        """Return some of them."""
+        return Narrows(*(getattr(self, name)[kept] for name in self.__dataclass_fields__))
+
+
+def find_basins(free: Bools, cell_m: float) -> Basins:
+    """Return the basins of the free cells (rows, cols), joined by R1, and their narrow places."""
+    clear = clearance(free, cell_m)
+    label = _climbed(clear, free, cell_m)
+    count = int(label.max(initial=0)) + 1
+    peak, area = np.zeros(count), np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
+    np.maximum.at(peak, label.ravel(), clear.ravel())
+    sides, half, cell = _meetings(clear, label)
+    root, peak = _joined(sides, half, peak)
+    area[0] = 0.0
+    area = np.asarray(np.bincount(root, weights=area, minlength=count), np.float64)
+    sides = root[sides]
+    apart = sides[:, 0] != sides[:, 1]
+    sides, half, cell = sides[apart], half[apart], cell[apart]
+    jambs = _jambs(free, cell, half / cell_m)
+    return Basins(root[label].astype(np.int32), peak, area, _described(free, sides, half, jambs, cell_m))
+
+
+def clearance(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
+    """Return the distance (rows, cols) of each free cell to the nearest that is not, metres; the border is not free."""
+    padded = np.pad(free.view(np.uint8), 1)
+    found = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    return np.asarray(found * np.float32(cell_m))
+
+
+def _climbed(clear: npt.NDArray[np.float32], free: Bools, cell_m: float) -> Labels:
+    """Return the basin of each cell: the plateau that the steepest way up the smoothed clearance ends on."""
+    height = cv2.GaussianBlur(clear, (0, 0), max(SMOOTH_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
+    height[~free] = -1.0
+    rows, cols = free.shape
+    padded = np.pad(height, 1, constant_values=-1.0)
+    best, step = height.copy(), np.zeros(free.shape, np.int32)
+    for down, right in _NEIGHBOURS:
+        there = padded[1 + down : 1 + down + rows, 1 + right : 1 + right + cols]
+        higher = there > best + 1e-6
+        np.copyto(best, there, where=higher)
+        step[higher] = down * cols + right
+    cells = np.flatnonzero(free)
+    number = np.zeros(free.size, np.int32)
+    number[cells] = np.arange(len(cells), dtype=np.int32)
+    up = number[cells + step.ravel()[cells]]
+    while True:
+        further = up[up]
+        if np.array_equal(further, up):
+            break
+        up = further
+    tops = np.zeros(free.shape, np.uint8)
+    tops.flat[cells[np.unique(up)]] = 1
+    _, plateau = cv2.connectedComponents(tops, connectivity=8)
+    label = np.zeros(free.size, np.int32)
+    label[cells] = plateau.ravel()[cells[up]]
+    return label.reshape(free.shape)
+
+
+def _meetings(clear: npt.NDArray[np.float32], label: Labels) -> tuple[Ints, Floats, Ints]:
+    """Return for each pair of basins that meet: their labels (n, 2), the height and the flat index of the way."""
+    cols, found = label.shape[1], []
+    for step, here, there in (
+        (1, label[:, :-1], label[:, 1:]),
+        (cols, label[:-1], label[1:]),
+    ):
+        row, col = np.nonzero((here != there) & (here > 0) & (there > 0))
+        at = row.astype(np.int64) * cols + col
+        found.append(np.stack([at, at + step], axis=1))
+    cells = np.concatenate(found)
+    pairs = np.sort(label.ravel()[cells].astype(np.int64), axis=1)
+    height = clear.ravel()[cells].min(axis=1).astype(float)
+    order = np.lexsort((cells[:, 0], -height, pairs[:, 1], pairs[:, 0]))
+    pairs, height, at = pairs[order], height[order], cells[order, 0]
+    first = np.ones(len(pairs), bool)
+    first[1:] = (pairs[1:] != pairs[:-1]).any(axis=1)
+    return pairs[first], height[first], at[first]
+
+
+def _joined(sides: Ints, half: Floats, peak: Floats) -> tuple[Ints, Floats]:
+    """R1, from the highest way down: return the basin that each one became, and the peaks."""
+    root, peak = np.arange(len(peak)), peak.copy()
+    parent = root.tolist()
+
+    def find(one: int) -> int:
+        while parent[one] != one:
+            parent[one] = parent[parent[one]]
+            one = parent[one]
+        return one
+
+    for k in np.argsort(-half, kind="stable").tolist():
+        a, b = find(int(sides[k, 0])), find(int(sides[k, 1]))
+        if a != b and half[k] > ONE_PEAK * min(peak[a], peak[b]):
+            low, high = min(a, b), max(a, b)
+            parent[high] = low
+            peak[low] = max(peak[low], peak[high])
+    return np.array([find(k) for k in range(len(peak))]), peak
+
+
+def _jambs(free: Bools, cells: Ints, reach: Floats) -> Floats:
+    """Return the (row, col) of the nearest obstacles (n, 2, 2) on the two sides of cells, flat indices (n,)."""
+    rows, cols = free.shape
+    found = np.empty((len(cells), 2, 2))
+    for k, (cell, half) in enumerate(zip(cells.tolist(), reach.tolist(), strict=True)):
+        row, col = divmod(cell, cols)
+        away = int(half * 1.7) + 3
+        top, left = max(row - away, 0), max(col - away, 0)
+        down, right = np.nonzero(~free[top : min(row + away + 1, rows), left : min(col + away + 1, cols)])
+        down, right = down + top - row, right + left - col
+        if not len(down):  # at the border of the map
+            found[k] = [(row - half, col), (row + half, col)]
+            continue
+        length = np.hypot(down, right)
+        one = int(length.argmin())
+        facing = (down * down[one] + right * right[one]) / np.maximum(length * length[one], 1e-9)
+        behind = np.where(facing < -0.5, length, np.where(facing < 0, length + 1e6, np.inf))
+        other = int(behind.argmin())
+        if np.isinf(behind[other]):
+            found[k] = [(row + down[one], col + right[one]), (row - down[one], col - right[one])]
+        else:
+            found[k] = [(row + down[one], col + right[one]), (row + down[other], col + right[other])]
+    return found
+
+
+def _described(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> Narrows:
+    """R2."""
+    one, other = jambs[:, 0], jambs[:, 1]
+    along = other - one
+    length = np.maximum(np.hypot(*along.T), 1e-6) if len(along) else np.zeros(0)
+    along = along / length[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    middle = (one + other) / 2
+    width = length * cell_m
+
+    def run(start: Floats, way: Floats, longest: float, step_m: float, *, wanted: bool) -> Floats:
+        """How far (n,) from points (n, 2) one goes along ways (n, 2) before a cell is free, or is not (``wanted``)."""
+        steps = np.arange(0.0, longest + 1e-9, step_m) / cell_m
+        at = np.rint(start[:, None] + way[:, None] * steps[None, :, None]).astype(np.int64)
+        inside = ((at >= 0) & (at < free.shape)).all(axis=2)
+        value = np.zeros(inside.shape, bool)
+        value[inside] = free[at[inside][:, 0], at[inside][:, 1]]
+        hit = value == wanted
+        return np.where(hit.any(axis=1), hit.argmax(axis=1), len(steps)) * step_m
+
+    def thick(jamb: Floats, outward: Floats) -> Floats:
+        behind = jamb + outward * (BESIDE_M / cell_m)
+        left, right = (run(behind, sign * across, THICKEST_M, STEP_M, wanted=True) for sign in (-1.0, 1.0))
+        return left + right
+
+    def wider(away_m: float) -> list[Floats]:
+        both = []
+        for sign in (-1.0, 1.0):
+            start = middle + sign * across * (away_m / cell_m)
+            left, right = (run(start, way * along, WIDEST_M, 2 * STEP_M, wanted=False) for way in (-1.0, 1.0))
+            both.append(left + right - width)
+        return both
+
+    thin = np.minimum(thick(one, -along), thick(other, along))
+    near, far = wider(NEAR_M), wider(FAR_M)
+    return Narrows(sides, half, jambs, width, thin, np.maximum(*near), np.maximum(*far), np.minimum(*far))

@@ -1,0 +1,264 @@
+"""The rooms of a map's cells, and the ways between them.
+
+R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
+    than SCRAP_M2 of others join are noise.
+R2  Basins are joined, the least likely border first, as long as a border more probably does not separate rooms
+    (``odds``). A border of several narrow places is as likely as the least likely of them.
+R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
+    rooms by R5.
+R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them.
+R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
+    the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
+    or as thin as a wall.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.sources.occupancy_map.narrows import Basins, Bools, Floats, Labels, Narrows, find_basins
+from pipeline.sources.occupancy_map.odds import log_odds
+
+ALONE_M = 3.0
+SCRAP_M2 = 0.5
+SMALLEST_M = 0.7
+SMALLEST_M2 = 1.0
+APART_M = 0.75
+DEEPEST_M = 1.2
+LARGEST_M2 = 5.0
+THIN_M = 0.2
+LONGEST_M = 3.0
+MOST_CELLS = 4_000_000
+"""Larger maps are divided into blocks of cells first."""
+EDGE_SHARE = 0.1
+"""Where a room's side is: this share of its rows or columns reach at least as far."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A way between two rooms: their labels, the (across, down) of its jambs in cells, and how sure it is (log-odds).
+
+    ``thick_m`` is the thickness of the wall at its jambs.
+    """
+
+    rooms: tuple[int, int]
+    jambs: Floats
+    width_m: float
+    thick_m: float
+    log_odds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """The rooms of a map.
+
+    ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``angles_rad`` (n,) is the direction
+    of each room's walls, counter-clockwise from the rows, and ``ways`` join the rooms. ``clutter`` (rows, cols) is
+    what R1 and R5 took for furniture.
+    """
+
+    label: Labels
+    angles_rad: Floats
+    ways: tuple[Way, ...]
+    clutter: Bools
+    cell_m: float
+    scale: int
+
+    def label_of_cells(self, shape: tuple[int, int]) -> Labels:
+        """Return the labels of the map's own cells, where it has this shape."""
+        if self.scale == 1:
+            return self.label
+        found = np.zeros(shape, np.int32)
+        whole = self.label.repeat(self.scale, axis=0).repeat(self.scale, axis=1)
+        found[: whole.shape[0], : whole.shape[1]] = whole
+        return found
+
+
+def segment(free: Bools, cell_m: float) -> Segmentation:
+    """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
+
+    Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
+    """
+    scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
+    if scale > 1:
+        free, cell_m = _blocks(free, scale), cell_m * scale
+    clear = without_clutter(free, cell_m)
+    basins = find_basins(clear, cell_m)
+    root, odds = _merged(basins)
+    numbers = _numbered(root, basins)
+    label = numbers[basins.label].astype(np.int32)
+    ways = _ways(numbers[basins.narrows.sides], basins.narrows, odds)
+    filled, angles = _filled(label, cell_m)
+    return Segmentation(filled, angles, ways, (filled > 0) & ~free, cell_m, scale)
+
+
+def _blocks(free: Bools, scale: int) -> Bools:
+    """Return which blocks of cells are free: those whose cells all are, but for one row's worth."""
+    rows, cols = (length // scale * scale for length in free.shape)
+    counts = free[:rows, :cols].reshape(rows // scale, scale, cols // scale, scale).sum(axis=(1, 3))
+    return np.asarray(counts > scale * (scale - 1) - (scale == 2))
+
+
+def without_clutter(free: Bools, cell_m: float) -> Bools:
+    """Return the free cells and those under clutter, without scraps; R1."""
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
+    rows, cols = free.shape
+    left, top, wide, high = stats[:, : cv2.CC_STAT_AREA].T
+    inside = (left > 0) & (top > 0) & (left + wide < cols) & (top + high < rows)
+    alone = inside & (np.hypot(wide, high) * cell_m < ALONE_M)
+    alone[0] = False
+    clear = free | alone[pieces]
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(clear.view(np.uint8), connectivity=4)
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
+    large[0] = False
+    return np.asarray(large[pieces])
+
+
+def _merged(basins: Basins) -> tuple[npt.NDArray[np.int64], Floats]:
+    """R2: return the room of each basin, and the log-odds of each narrow place at the end."""
+    root = np.arange(len(basins.peak_m))
+    peak, area = basins.peak_m.copy(), basins.area_m2.copy()
+    narrows = basins.narrows
+    while True:
+        sides = root[narrows.sides]
+        odds = log_odds(narrows, peak[sides], area[sides])
+        apart = sides[:, 0] != sides[:, 1]
+        low, high = sides[apart].min(axis=1), sides[apart].max(axis=1)
+        least = np.full(len(peak), np.inf)
+        for side in (low, high):
+            np.minimum.at(least, side, odds[apart])
+        best = (odds[apart] < 0) & (odds[apart] <= least[low]) & (odds[apart] <= least[high])
+        if not best.any():
+            return root, odds
+        pairs = np.unique(np.stack([low[best], high[best]], axis=1), axis=0)
+        taken: set[int] = set()
+        for one, other in pairs.tolist():
+            if one in taken or other in taken:
+                continue
+            taken |= {one, other}
+            root[root == other] = one
+            peak[one] = max(peak[one], peak[other])
+            area[one] += area[other]
+
+
+def _numbered(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
+    """R3: return the number of the room of each basin, 0 for none."""
+    count = len(root)
+    area = np.bincount(root, weights=basins.area_m2, minlength=count)
+    peak = np.zeros(count)
+    np.maximum.at(peak, root, basins.peak_m)
+    room = (area >= SMALLEST_M2) & (2 * peak >= SMALLEST_M)
+    numbers = np.zeros(count, np.int64)
+    numbers[room] = np.arange(1, int(room.sum()) + 1)
+    return np.asarray(numbers[root])
+
+
+def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows, odds: Floats) -> tuple[Way, ...]:
+    """R4; ``rooms`` (n, 2) are the numbers of the rooms on the sides of narrow places."""
+    found: list[Way] = []
+    middles: dict[tuple[int, int], list[Floats]] = {}
+    apart = np.flatnonzero((rooms[:, 0] != rooms[:, 1]) & (rooms > 0).all(axis=1))
+    for k in apart[np.argsort(-narrows.half_m[apart], kind="stable")].tolist():
+        pair = int(rooms[k].min()), int(rooms[k].max())
+        jambs = narrows.jambs[k][:, ::-1] + 0.5
+        middle = jambs.mean(axis=0)
+        near = APART_M / (narrows.width_m[k] / max(float(np.hypot(*(jambs[1] - jambs[0]))), 1e-6))
+        if all(np.hypot(*(middle - other)) > near for other in middles.setdefault(pair, [])):
+            middles[pair].append(middle)
+            found.append(Way(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k]), float(odds[k])))
+    return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
+
+
+def _filled(label: Labels, cell_m: float) -> tuple[Labels, Floats]:
+    """R5: return the labels with furniture, and the direction of each room's walls."""
+    filled = label.copy()
+    count = int(label.max(initial=0))
+    angles = np.zeros(count)
+    for number, (rows, cols) in _boxes(label):
+        margin = round(2 * DEEPEST_M / cell_m) + 2
+        top, left = max(rows.start - margin, 0), max(cols.start - margin, 0)
+        part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
+        room = label[part] == number
+        angles[number - 1] = angle = direction_of(room)
+        other = (filled[part] > 0) & ~room
+        mended = _mended(room, other, angle, cell_m)
+        filled[part][mended & ~other] = number
+    return filled, angles
+
+
+def _boxes(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
+    import scipy.ndimage
+
+    boxes = enumerate(scipy.ndimage.find_objects(label), 1)
+    found = [(number, box) for number, box in boxes if box is not None]
+    sizes = np.bincount(label.ravel())
+    return sorted(found, key=lambda each: -int(sizes[each[0]]))  # a large room's corner is not a small one's
+
+
+def direction_of(mask: Bools) -> float:
+    """Return the direction, -45 to 45 degrees in radians, that the edges of a mask have, or nearly have."""
+    smooth = cv2.GaussianBlur(np.pad(mask, 3).astype(np.float32), (0, 0), 1.5)
+    down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
+    right = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
+    strength = np.hypot(down, right)
+    angle = np.arctan2(down, right)
+    weights = strength**2
+    return float(np.angle((weights * np.exp(4j * angle)).sum()) / 4) if weights.any() else 0.0
+
+
+def _mended(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
+    """Return a room (rows, cols) with what R5 adds to it."""
+    if abs(angle) < 0.01:
+        turned, taken, back = room, other, None
+    else:
+        rows, cols = room.shape
+        side = int(np.ceil(np.hypot(rows, cols))) + 2
+        turn = np.asarray(cv2.getRotationMatrix2D(((cols - 1) / 2, (rows - 1) / 2), np.degrees(angle), 1.0), np.float64)
+        turn[:, 2] += (side - cols) / 2, (side - rows) / 2
+        turned, taken = (_warped(mask, turn, (side, side)) for mask in (room, other))
+        back = np.asarray(cv2.invertAffineTransform(turn), np.float64)
+    wide = np.ones((1, round(LONGEST_M / cell_m)), np.uint8)
+    pixels = np.pad(turned, wide.size).view(np.uint8)
+    niches = (cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, way) > 0 for way in (wide, wide.T))
+    filled = turned
+    for niche in niches:
+        filled = filled | _furniture(niche[wide.size : -wide.size, wide.size : -wide.size] & ~turned, taken, cell_m)
+    top, bottom, left, right = _sides(turned)
+    inside = np.zeros(turned.shape, bool)
+    inside[top : bottom + 1, left : right + 1] = True
+    added = (filled | _furniture(inside & ~filled, taken, cell_m)) & ~turned
+    return room | (added if back is None else _warped(added, back, room.shape))
+
+
+def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
+    """Return those pieces of what a room misses that are furniture by R5; ``taken`` is in other rooms."""
+    missing = missing & ~taken
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
+    depth = cv2.distanceTransform(np.pad(missing.view(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
+    deepest = np.zeros(count)
+    np.maximum.at(deepest, pieces.ravel().astype(np.intp), depth.ravel())
+    fill = (stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2) & (2 * deepest * cell_m < DEEPEST_M)
+    fill &= 2 * deepest * cell_m > THIN_M
+    fill[pieces[cv2.dilate(taken.view(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = False
+    fill[0] = False
+    return np.asarray(fill[pieces])
+
+
+def _warped(mask: Bools, turn: npt.NDArray[np.float64], shape: tuple[int, ...]) -> Bools:
+    flags = cv2.INTER_NEAREST
+    return np.asarray(cv2.warpAffine(mask.astype(np.uint8), turn, (shape[1], shape[0]), flags=flags).view(bool))
+
+
+def _sides(mask: Bools) -> tuple[int, int, int, int]:
+    """Return the first and last row and the first and last column of a mask, without what sticks out."""
+    found = []
+    for every in (mask.T, mask):  # columns say where the upper and lower sides are
+        lines = every[every.any(axis=1)]
+        first = lines.argmax(axis=1)
+        last = lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
+        found += [int(np.quantile(first, EDGE_SHARE)), int(np.quantile(last, 1 - EDGE_SHARE))]
+    return found[0], found[1], found[2], found[3]

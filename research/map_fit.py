@@ -1,0 +1,150 @@
+"""Fit the curves of ``pipeline.sources.occupancy_map.odds`` anew, and print its table, to be put there by hand.
+
+::
+
+    python -m research.map_fit ../shared/data/maps/bormann
+
+The maps are Bormann's empty ones, and for each of these ``--made`` maps with furniture and noise that the project
+adds. Each narrow place between basins is an example: it separates rooms where the basins lie in different true rooms.
+Furnished and real maps are not read. ``--folds`` prints how good the fit is on maps that were left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+from scipy.optimize import minimize
+
+from pipeline.sources.occupancy_map import odds, rooms
+from pipeline.sources.occupancy_map.narrows import Basins, Narrows, find_basins
+from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
+from tests.builders.room_measures import RoomScores, room_scores
+
+Floats = npt.NDArray[np.float64]
+RIDGE = 2.0
+
+
+def made_maps(empty: TrueMap, count: int) -> Iterator[TrueMap]:
+    """Yield an empty map and ``count`` maps made from it, every second one with noise."""
+    yield empty
+    for k in range(count):
+        rng = np.random.default_rng([k, *empty.name.encode()])
+        made = furnished(empty, rng)
+        yield noisy(made, rng) if k % 2 else made
+
+
+def examples(made: TrueMap) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Return the rows of the design matrix, and whether each narrow place separates true rooms.
+
+    Features are taken as they are at the start, and as they are where all that is one true room has been joined.
+    """
+    basins = find_basins(rooms.without_clutter(made.free, CELL_M), CELL_M)
+    count = len(basins.peak_m)
+    shared = np.zeros((count, int(made.rooms.max()) + 1))
+    np.add.at(shared, (basins.label.ravel(), made.rooms.ravel()), 1)
+    shared[:, 0] = 0.25  # ties: a basin in no room
+    room = shared.argmax(axis=1)
+    sides = basins.narrows.sides
+    known = (room[sides] > 0).all(axis=1)
+    apart = room[sides[:, 0]] != room[sides[:, 1]]
+    joined = _joined_by(basins, room)
+    parts = [(basins.narrows.only(known), basins.peak_m, basins.area_m2, sides[known])]
+    both = known & apart
+    parts += [(basins.narrows.only(both), *joined, sides[both])]
+    rows = [design(narrows, peaks[at], areas[at]) for narrows, peaks, areas, at in parts]
+    return np.concatenate(rows), np.concatenate([apart[known], apart[both]])
+
+
+def _joined_by(basins: Basins, room: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
+    peak, area = np.zeros(room.max() + 1), np.zeros(room.max() + 1)
+    np.maximum.at(peak, room, basins.peak_m)
+    np.add.at(area, room, basins.area_m2)
+    return peak[room], area[room]
+
+
+def design(narrows: Narrows, peaks: Floats, areas: Floats) -> Floats:
+    """Return for each narrow place and knot the weight of the knot (hat functions), after a column of ones."""
+    found = odds.features(narrows, peaks, areas)
+    columns = [np.ones(len(peaks))]
+    for name, knots in odds.KNOTS.items():
+        columns += [np.interp(found[name], knots, one) for one in np.eye(len(knots))]
+    return np.stack(columns, axis=1)
+
+
+def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
+    """Return weights by ridge logistic regression; neighbouring knots of a curve are drawn together."""
+    pull = np.zeros((rows.shape[1],) * 2)
+    at = 1
+    for knots in odds.KNOTS.values():
+        steps = np.diff(np.eye(len(knots)), axis=0)
+        pull[at : at + len(knots), at : at + len(knots)] = steps.T @ steps + 0.05 * np.eye(len(knots))
+        at += len(knots)
+    pull *= RIDGE
+
+    def loss(weights: Floats) -> tuple[float, Floats]:
+        odds_ = rows @ weights
+        slope = rows.T @ (1 / (1 + np.exp(-odds_)) - apart) + pull @ weights
+        return float((np.logaddexp(0, odds_) - apart * odds_).sum() + weights @ pull @ weights / 2), slope
+
+    found: Floats = minimize(loss, np.zeros(rows.shape[1]), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
+    return found
+
+
+def using(weights: Floats) -> mock._patch_dict:
+    """Have the weights used instead of the module's."""
+    curves, at = {}, 1
+    for name, knots in odds.KNOTS.items():
+        curves[name] = tuple(weights[at : at + len(knots)].tolist())
+        at += len(knots)
+    return mock.patch.dict(vars(odds), BIAS=float(weights[0]), CURVES=curves)
+
+
+def scores(made: TrueMap) -> RoomScores:
+    """Return how good the rooms of a map are."""
+    return room_scores(rooms.segment(made.free, CELL_M).label_of_cells(made.free.shape), made.rooms)
+
+
+def main() -> None:
+    """Print the table, and the cross-validation."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--made", type=int, default=4)
+    parser.add_argument("--folds", type=int, default=0)
+    given = parser.parse_args()
+    console = Console(soft_wrap=True, markup=False)
+    maps = [list(made_maps(empty, given.made)) for empty in bormann_maps(given.folder)]
+    known = [[examples(made) for made in family] for family in maps]
+
+    def fitted(kept: list[int]) -> Floats:
+        pairs = [pair for k in kept for pair in known[k]]
+        return fit(np.concatenate([rows for rows, _ in pairs]), np.concatenate([apart for _, apart in pairs]))
+
+    shown: dict[str, list[RoomScores]] = {}
+    for fold in range(given.folds):
+        left_out = list(range(fold, len(maps), given.folds))
+        with using(fitted([k for k in range(len(maps)) if k not in left_out])):
+            for made in (made for k in left_out for made in maps[k]):
+                kind = " ".join(["empty", *made.name.split()[1:]])
+                shown.setdefault(kind, []).append(scores(made))
+    for kind, rows in shown.items():
+        means = np.mean([list(vars(each).values()) for each in rows], axis=0)
+        pairs = zip(RoomScores.__dataclass_fields__, means, strict=True)
+        told = (f"{name} {100 * value:.2f}" for name, value in pairs if name not in {"found", "true"})
+        console.print(f"left out, {kind}:", *told)
+    weights = fitted(list(range(len(maps))))
+    console.print(f"BIAS: Final = {weights[0]:.3f}\nCURVES: Final[dict[str, tuple[float, ...]]] = {{")
+    at = 1
+    for name, knots in odds.KNOTS.items():
+        console.print(f'    "{name}": ({", ".join(f"{value:.2f}" for value in weights[at : at + len(knots)])}),')
+        at += len(knots)
+    console.print("}")
+
+
+if __name__ == "__main__":
+    main()

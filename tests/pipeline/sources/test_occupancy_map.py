@@ -1,0 +1,164 @@
+"""Robots' maps become plans: maps that are known by hand, maps with noise, and maps that our own export writes."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from houseexpo.exports import export
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_from_plan
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, reader
+from tests.builders.round_trip import likeness, plans_of
+
+CELL_M = 0.05
+FREE, WALL, UNSEEN = 254, 0, 205
+
+
+def two_rooms() -> np.ndarray:
+    """A room of 4 m x 3 m and one of 3 m x 3 m; the door between them is 0.9 m wide, 1.0 m from the lower wall."""
+    shades = np.full((80, 170), UNSEEN, np.uint8)
+    shades[8:72, 8:156] = WALL
+    shades[10:70, 10:90] = FREE
+    shades[10:70, 94:154] = FREE
+    shades[32:50, 90:94] = FREE  # row 0 is at the top: 20 to 38 cells above the lower wall
+    return shades
+
+
+def saved(folder: Path, shades: np.ndarray, name: str = "map", **keys: Any) -> Path:
+    Image.fromarray(shades).save(folder / f"{name}.pgm")
+    said = {"image": f"{name}.pgm", "resolution": CELL_M, "origin": [0.0, 0.0, 0.0], "negate": 0}
+    said |= {"occupied_thresh": 0.65, "free_thresh": 0.196} | keys
+    file = folder / f"{name}.yaml"
+    file.write_text("".join(f"{key}: {value}\n" for key, value in said.items()))
+    return file
+
+
+def areas(plan: FloorPlan) -> list[float]:
+    return sorted(room.polygon.area for room in plan.rooms)
+
+
+def rejected(path: Path, **options: str) -> Rejection:
+    (item,) = find(str(path), **options)
+    with pytest.raises(Rejection) as caught:
+        list(reader(item.reader).read(item))
+    return caught.value
+
+
+def test_two_rooms_and_their_door(tmp_path: Path) -> None:
+    (plan,) = plans_of(saved(tmp_path, two_rooms()))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    (door,) = plan.doors
+    assert door.kind == "door"
+    assert door.width == pytest.approx(0.9, abs=0.1)
+    assert plan.provenance["source"] == "robot's map"
+
+
+def test_the_frame_is_that_of_the_map(tmp_path: Path) -> None:
+    """The door's middle is 4.6 m right of and 1.95 m above the lower-left corner of the grid, which is turned."""
+    (plan,) = plans_of(saved(tmp_path, two_rooms(), origin=[-3.0, 7.0, 0.5]))
+    ((x, y),) = source_from_plan(plan.frame, [plan.doors[0].polygon.centroid.coords[0]]).tolist()
+    right, up = 4.6, 1.95
+    assert x == pytest.approx(-3.0 + right * math.cos(0.5) - up * math.sin(0.5), abs=0.1)
+    assert y == pytest.approx(7.0 + right * math.sin(0.5) + up * math.cos(0.5), abs=0.1)
+
+
+def test_noise_and_clutter_change_neither_rooms_nor_doors(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    shades = two_rooms()
+    shades[25:35, 30:42] = WALL  # a table
+    shades[rng.random(shades.shape) < 0.002] = WALL
+    shades[9, 20:40] = FREE  # a rough wall
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.06)
+    assert [door.kind for door in plan.doors] == ["door"]
+
+
+def test_a_wide_way_is_an_opening(tmp_path: Path) -> None:
+    shades = two_rooms()
+    shades[25:55, 90:94] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert [door.kind for door in plan.doors] == ["opening"]
+
+
+@pytest.mark.parametrize("suffix", [".png", ".npy"])
+def test_a_picture_and_an_array_need_the_side_of_a_cell(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"floor{suffix}"
+    if suffix == ".png":
+        Image.fromarray(two_rooms()).save(path)
+    else:
+        np.save(path, np.where(two_rooms() == FREE, 0, 100).astype(np.int8))
+    assert rejected(path).reason is Reason.BAD_UNITS
+    assert "--resolution" in rejected(path).advice
+    (item,) = find(str(path), resolution="0.05")
+    (level,) = reader(item.reader).read(item)
+    assert sorted(room.polygon.area for room in level.rooms) == pytest.approx([9.0, 12.0], rel=0.03)
+
+
+def test_a_folder_gives_each_map_once(tmp_path: Path) -> None:
+    saved(tmp_path, two_rooms())
+    Image.fromarray(two_rooms()).save(tmp_path / "alone.png")
+    assert [Path(item.path).name for item in find(str(tmp_path))] == ["map.yaml"]
+    names = [Path(item.path).name for item in find(str(tmp_path), resolution="0.05")]
+    assert names == ["alone.png", "map.yaml"]
+
+
+def test_unseen_space_is_a_guess(tmp_path: Path) -> None:
+    shades = two_rooms()
+    shades[:10] = UNSEEN
+    (plan,) = plans_of(saved(tmp_path, shades))
+    (sure,) = plans_of(saved(tmp_path, two_rooms()))
+    assert plan.provenance["unseen_edge"] == pytest.approx(7.0 / 27.0, abs=0.06)
+    assert sure.provenance["unseen_edge"] == pytest.approx(0.0, abs=0.01)
+    assert plan.quality.score < sure.quality.score
+
+
+@pytest.mark.parametrize(
+    ("keys", "reason", "said"),
+    [
+        ({"image": "gone.pgm"}, Reason.MISSING_FILE, "gone.pgm"),
+        ({"image": "../map.pgm"}, None, ""),
+        ({"image": "/etc/passwd"}, Reason.MISSING_FILE, "passwd"),
+        ({"resolution": 0}, Reason.BAD_UNITS, "resolution"),
+        ({"resolution": ".nan"}, Reason.BAD_UNITS, "resolution"),
+        ({"negate": 1}, Reason.EMPTY, "no free cell"),
+        ({"origin": "[.inf, 0, 0]"}, Reason.BAD_UNITS, "origin"),
+    ],
+)
+def test_bad_maps_are_refused_with_their_reason(
+    tmp_path: Path, keys: dict[str, Any], reason: Reason | None, said: str
+) -> None:
+    shades = two_rooms()
+    shades[shades == UNSEEN] = FREE if "negate" in keys else UNSEEN
+    shades[shades == WALL] = 128 if "negate" in keys else WALL
+    path = saved(tmp_path, shades, **keys)
+    if reason is None:  # map_server's old maps name the folder of another machine: the picture beside counts
+        (plan,) = plans_of(path)
+        assert len(plan.rooms) == 2
+        return
+    found = rejected(path)
+    assert found.reason is reason
+    assert said in found.detail
+
+
+def test_specks_are_no_rooms(tmp_path: Path) -> None:
+    shades = np.full((60, 60), UNSEEN, np.uint8)
+    shades[10:14, 10:14] = FREE
+    assert rejected(saved(tmp_path, shades)).reason is Reason.NO_LEVEL
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_what_is_exported_as_a_map_comes_back(tmp_path: Path, number: int) -> None:
+    """The map has the rooms and the free space of the plan; a made home."""
+    plan = plans_of(Path(f"procedural:{number + 1}"))[-1]
+    export([plan], "ros", tmp_path)
+    (file,) = tmp_path.rglob("*.yaml")
+    (back,) = plans_of(file)
+    assert likeness(plan, back) > 0.9
+    assert abs(len(back.rooms) - len(plan.rooms)) <= 1
