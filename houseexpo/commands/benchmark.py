@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
 from houseexpo.errors import ConfigError
 
+if TYPE_CHECKING:
+    from houseexpo.dataset import Dataset
+    from houseexpo.pseudoslam.worlds.maps import MapHouse
+
 benchmark = typer.Typer(
     help="Measure policies on fixed tasks, plans and starts, and compare them.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+
+_TRACKS = ("budget", "quality", "avoidance", "navigation", "pointgoal", "kth", "dare", "ariadne")
 
 
 @benchmark.command()
@@ -31,13 +37,20 @@ def run(
     track: Annotated[
         str,
         typer.Option(
-            help="budget, quality, avoidance, navigation or pointgoal.",
-            autocompletion=offering("budget", "quality", "avoidance", "navigation", "pointgoal"),
+            help="budget, quality, avoidance, navigation, pointgoal; on --maps also kth, dare or ariadne.",
+            autocompletion=offering(*_TRACKS),
         ),
     ] = "budget",
     dataset: Annotated[
         Path | None,
         typer.Option(help="Data set with its list: a folder, an archive or JSON lines.", show_default="fetched"),
+    ] = None,
+    maps: Annotated[
+        Path | None,
+        typer.Option(help="Folder of maps instead of a data set; all of them are run.", show_default="none"),
+    ] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
     ] = None,
     split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
     plans: Annotated[int, typer.Option(min=1, help="Number of plans; for avoidance, of episodes.")] = 500,
@@ -55,17 +68,22 @@ def run(
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_named
     from houseexpo.outputs import Output
+    from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import Settings
     from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
-    from houseexpo.pseudoslam.benchmark.tracks import track_of
+    from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, track_of
     from houseexpo.workers import cores
 
     _check_out(out)
     wanted = track_of(track)
     settings = Settings(split, plans, seed, workers or cores(), decision_limit)
-    with Output(out, [dataset], replace=replace):  # check before hours of work
-        houses = data_set(dataset) if wanted.needs_plans else None
+    with Output(out, [dataset, maps], replace=replace):  # check before hours of work
+        houses: Dataset | list[MapHouse] | None = None
+        if maps is not None:
+            houses = read_maps(wanted, maps, resolution)
+        elif wanted.needs_plans and wanted not in MAP_TRACKS:
+            houses = data_set(dataset)
         result = run_benchmark(wanted, policy, houses, settings)
         write_result(result, out)
     _print([out])

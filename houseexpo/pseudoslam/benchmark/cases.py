@@ -30,10 +30,11 @@ RADIUS_M: Final = 0.2
 
 @dataclass(frozen=True)
 class Case:
-    """An episode: a plan, and the seeds of the start and of the policy."""
+    """An episode: a plan, the seeds of the start and of the policy, and the start's pose (m, m, rad) if it is given."""
 
     plan_id: str
     seed: int
+    pose: tuple[float, float, float] | None = None
 
 
 def cases_of(track_id: str, plan_ids: Sequence[str]) -> list[Case]:

@@ -16,7 +16,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds
-from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Track, track_of
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, track_of
 from houseexpo.words import counted
 
 ORACLE: Final = "oracle"
@@ -156,14 +156,14 @@ def read_results(files: Sequence[Path]) -> list[Compared]:
     for file in named:
         result = read_result(file)
         by_track.setdefault(_known(result, file), []).append((file, result))
-    return [_compared(track, by_track[track.id]) for track in TRACKS if track.id in by_track]
+    return [_compared(track, by_track[track.id]) for track in (*TRACKS, *MAP_TRACKS) if track.id in by_track]
 
 
 def _known(result: Result, file: Path) -> str:
     try:
         return track_of(result.track_id).id
     except ConfigError:
-        known = ", ".join(track.id for track in TRACKS)
+        known = ", ".join(track.id for track in (*TRACKS, *MAP_TRACKS))
         raise ConfigError(f"{file}: a result of track {result.track_id!r}; this version knows {known}") from None
 
 

@@ -10,15 +10,13 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 from houseexpo.pseudoslam.benchmark.trace import Trace
-from houseexpo.pseudoslam.benchmark.tracks import Track
+from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 
 Answer = TypeVar("Answer")
@@ -55,9 +53,7 @@ class Runner:
         The seed of the policy; each episode derives its own seed from it and from the case's.
     """
 
-    def __init__(
-        self, track: Track, policy: NamedPolicy, plans: Dataset | list[FloorPlan], policy_seed: int = 0
-    ) -> None:
+    def __init__(self, track: Track, policy: NamedPolicy, plans: Houses, policy_seed: int = 0) -> None:
         self.track, self.policy, self.policy_seed = track, policy, policy_seed
         self.env: PseudoSlamEnv = track.environment(plans, policy.interface)
 
@@ -86,7 +82,7 @@ class Runner:
     def trace(self, case: Case, note: Note, took: list[float]) -> Trace:
         """Run one episode, and append the time of each decision to ``took``, milliseconds."""
         env, trace = self.env, Trace()
-        observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id})
+        observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
         self._add(trace, info, 0.0)
         note(0)
         robot = robot_of(env, self.policy.interface)

@@ -53,6 +53,12 @@ def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
     return (*found, replace(COLLISIONS, table=OVER[0]))
 
 
+def way_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``Budget`` over metres alone; tables are sorted by the area up to the longest way."""
+    area = Metric(f"area_{budgets[-1]}_metres", f"area, {budgets[-1]} metres", "%", "high", paired=True)
+    return (area, *(Metric(f"coverage_{b}_metres", f"{b} metres", "%", "high") for b in budgets), COLLISIONS)
+
+
 @dataclass(frozen=True)
 class Budget:
     """Coverage after a budget of steps or metres, and the area under its curve up to there, as a share."""

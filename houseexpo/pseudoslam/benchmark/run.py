@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import time
@@ -17,7 +18,6 @@ import numpy as np
 from houseexpo import __version__
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
 from houseexpo.pseudoslam.benchmark import result as results
@@ -30,9 +30,11 @@ from houseexpo.pseudoslam.benchmark.cases import (
     room_cases,
 )
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
+from houseexpo.pseudoslam.benchmark.maps import map_cases
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
-from houseexpo.pseudoslam.benchmark.tracks import Track, track_of
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, track_of
 from houseexpo.pseudoslam.tasks import ROOM
+from houseexpo.pseudoslam.worlds.maps import MapHouse
 
 _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-headless", "scipy")
 
@@ -60,7 +62,7 @@ class Settings:
     decision_limit_s: float = 60.0
 
 
-def run(track: Track, policy_name: str, plans: Dataset | None, settings: Settings) -> results.Result:
+def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, settings: Settings) -> results.Result:
     """Run a policy on a track; a script that calls this needs ``if __name__ == "__main__"``.
 
     Parameters
@@ -68,7 +70,7 @@ def run(track: Track, policy_name: str, plans: Dataset | None, settings: Setting
     policy_name
         A name for ``load_policy``.
     plans
-        A data set with the list; None if the track has its own room.
+        A data set with the list, or maps, which are all run; None if the track has its own room.
 
     Raises
     ------
@@ -89,7 +91,7 @@ def run(track: Track, policy_name: str, plans: Dataset | None, settings: Setting
     return result_of(track, policy_record(policy, settings.seed), record, in_order, times)
 
 
-def new_runner_of(track_id: str, policy_name: str, plans: Dataset | list[FloorPlan], seed: int) -> Runner:
+def new_runner_of(track_id: str, policy_name: str, plans: Houses, seed: int) -> Runner:
     """Return a runner of episodes for one process."""
     return Runner(track_of(track_id), load_policy(policy_name), plans, seed)
 
@@ -102,11 +104,18 @@ def check_task(policy: NamedPolicy, track: Track) -> None:
 
 
 def _cases(
-    track: Track, plans: Dataset | None, settings: Settings
-) -> tuple[Dataset | list[FloorPlan], list[Case], results.PlansRecord]:
+    track: Track, plans: Dataset | list[MapHouse] | None, settings: Settings
+) -> tuple[Houses, list[Case], results.PlansRecord]:
     if not track.needs_plans:
         cases = room_cases(track.id, ROOM.id, settings.number)
         return [ROOM], cases, results.PlansRecord(ROOM.id, len(cases), ids_sha256([ROOM.id]), "")
+    if isinstance(plans, list):
+        cases = map_cases(track, plans)
+        names = [case.plan_id for case in cases]
+        content = hashlib.sha256("".join(house.digest for house in plans).encode()).hexdigest()
+        return plans, cases, results.PlansRecord("maps", len(cases), ids_sha256(names), content)
+    if track in MAP_TRACKS:
+        raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
     if plans is None:
         raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
     ids = choose(plans, settings.split, settings.number, settings.workers)

@@ -15,12 +15,14 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.trace import Trace
-from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
+from houseexpo.pseudoslam.worlds.maps import MapHouse
 from houseexpo.words import nearest
 
 Metric = measures.Metric
+Houses = Dataset | list[FloorPlan] | list[MapHouse]
 BUDGETS: Final = (100, 200, 400, 800)
 """Steps, and metres."""
 SHARES: Final = (90, 95, 99)
@@ -66,7 +68,7 @@ class Track:
         """Whether the track uses plans; otherwise it has its own room."""
         return self.task != "avoidance"
 
-    def environment(self, plans: Dataset | list[FloorPlan], interface: Interface) -> PseudoSlamEnv:
+    def environment(self, plans: Houses, interface: Interface) -> PseudoSlamEnv:
         """Return an environment of the track with the interface of a policy."""
         make: dict[str, Callable[..., PseudoSlamEnv]] = {
             "exploration": ExplorationEnv,
@@ -74,7 +76,7 @@ class Track:
             "navigation": NavigationEnv,
         }
         config = self.config if interface.view is None else replace(self.config, observation=interface.view)
-        houses = plans if self.needs_plans else ROOM
+        houses: Houses | FloorPlan = plans if self.needs_plans else ROOM
         shown = {"actions": interface.actions, "observation": interface.observation}
         return make[self.task](houses, config, **self.arguments, **shown)
 
@@ -122,12 +124,42 @@ TRACKS: Final = (
 )  # fmt: skip
 
 
+_WAY_M: Final = 300
+"""MapEx's 1,000 steps of three cells of 0.1 m."""
+_ROUND_20M: Final = LaserConfig(20.0, 360.0, 0.144)
+
+MAP_TRACKS: Final = (
+    Track(
+        "kth", "kth-v1",
+        "See as much of MapEx's floors as a way of 300 m allows, from its 24 starts.",
+        SimulatorConfig(10.0, RobotConfig(0.1), _ROUND_20M, max_steps=6000),
+        "exploration", {"success_coverage": 1.0},
+        measures.way_metrics((75, 150, _WAY_M)), measures.Budget((75, 150, _WAY_M)), (("metres", _WAY_M),),
+    ),
+    Track(
+        "dare", "dare-v1",
+        "See 99% of DARE's test maps, by a short way.",
+        SimulatorConfig(5.0, RobotConfig(0.2, 0.4), _ROUND_20M, max_steps=6000),
+        "exploration", {"success_coverage": 0.99},
+        measures.quality_metrics(SHARES), measures.Quality(SHARES),
+    ),
+    Track(
+        "ariadne", "ariadne-v1",
+        "See 99% of ARiADNE's complex maps, by a short way; a cell counts as 0.25 m.",
+        SimulatorConfig(4.0, RobotConfig(0.2), _ROUND_20M, max_steps=6000),
+        "exploration", {"success_coverage": 0.99},
+        measures.quality_metrics(SHARES), measures.Quality(SHARES),
+    ),
+)  # fmt: skip
+"""The tracks on maps of other people, which ``--maps`` names (``benchmark.maps`` reads them)."""
+
+
 def track_of(name: str) -> Track:
     """Return a track by its name or id; raise ConfigError if it does not exist."""
-    for track in TRACKS:
+    for track in (*TRACKS, *MAP_TRACKS):
         if name in {track.name, track.id}:
             return track
-    known = ", ".join(track.name for track in TRACKS)
+    known = ", ".join(track.name for track in (*TRACKS, *MAP_TRACKS))
     raise ConfigError(
         f"--track: expected one of {known}, or the id of one; found {name!r}" + nearest(name, known.split(", "))
     )
