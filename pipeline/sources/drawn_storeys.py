@@ -8,10 +8,9 @@ R2  A passage takes its part out of every wall that it crosses; what is under it
 R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
 R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
-    NARROW_M; what is wider is a room that nobody drew.
-R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper
-    than EDGE_M, ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they
-    like.
+    THICKEST_WALL_M; what is wider is a room that nobody drew.
+R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
+    ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """
 
 from __future__ import annotations
@@ -26,19 +25,27 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import mitred, opened, polygons_of, triangulate
+from pipeline.sources.tolerances import (
+    CORNER_M2,
+    CRACK_M,
+    DEEPEST_WALL_M,
+    EDGE_REACH_M,
+    HEAD_M,
+    INTO_ROOM_M,
+    KNEE_M,
+    LAP_M,
+    OPEN_EDGE,
+    OUTER_WALL_M,
+    SAME_DOOR,
+    SAME_DOOR_M,
+    SAME_M,
+    SPECK_M2,
+    THICKEST_WALL_M,
+    TINY,
+    WALLS_COVERED,
+)
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
-KNEE_M = 0.5
-HEAD_M = 1.6  # doors of old houses and of cellars are low; no window that starts at the knee ends lower
-OPEN = 0.15
-NEAR_M = 0.3
-NARROW_M = 0.6
-CORNER_M2 = 0.05
-EDGE_M = 0.12
-COVERED = 0.35  # of the walls' area; rooms drawn up to the walls' middles cover nearly all of it
-LAP_M = 0.001  # a hole reaches so far over its wall's faces, which rounding may have moved; stages close 2 mm
-SMALLEST_M2 = 1e-6
-FINEST_M = 1e-4
 NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
 
 
@@ -78,7 +85,7 @@ def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
     passages = [hole for hole in holes if hole.is_passage]
     parts = []
     for (bottom, top), shapes in sorted(courses.items()):
-        whole = shapely.union_all(shapes, grid_size=FINEST_M)  # R3
+        whole = shapely.union_all(shapes, grid_size=SAME_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
         open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
         parts.append(prism(shapely.difference(whole, open_), bottom, top))
@@ -95,8 +102,8 @@ def openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
 
 def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     """Return a body that stands on a plan shape, or nothing if it has no height."""
-    polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SMALLEST_M2]
-    if top_m - bottom_m < FINEST_M or not polygons:
+    polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SPECK_M2]
+    if top_m - bottom_m < SAME_M or not polygons:
         return NOTHING
     return merge_meshes([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
 
@@ -113,20 +120,20 @@ def merge_meshes(parts: Iterable[Mesh]) -> Mesh:
 
 def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
     """Return the area that rooms cover together, or None if there are none."""
-    area = shapely.union_all(list(shapes), grid_size=FINEST_M)
+    area = shapely.union_all(list(shapes), grid_size=SAME_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 
 
 def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
-    """R4: the rooms but those whose edge is open for more than OPEN of its length."""
+    """R4: the rooms but those whose edge is open for more than OPEN_EDGE of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
-    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), NEAR_M)
+    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), EDGE_REACH_M)
     kept = []
     for room in rooms:
         if room.polygon is not None:
             others = shapely.union_all([shape for shape in shapes if shape is not room.polygon])
-            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, NEAR_M)))
-            if edge.length > OPEN * room.polygon.exterior.length:
+            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, EDGE_REACH_M)))
+            if edge.length > OPEN_EDGE * room.polygon.exterior.length:
                 continue
         kept.append(room)
     return tuple(kept)
@@ -136,9 +143,9 @@ def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[H
     """R6: the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
-    if shapely.intersection(area, standing_).area > COVERED * standing_.area:
+    if shapely.intersection(area, standing_).area > WALLS_COVERED * standing_.area:
         return list(walls)
-    deep = shapely.union_all([shapely.buffer(shape, -EDGE_M, join_style="mitre") for shape in shapes])
+    deep = shapely.union_all([shapely.buffer(shape, -INTO_ROOM_M, join_style="mitre") for shape in shapes])
     found = []
     for wall in walls:
         has_hole = any(hole.shape.intersects(wall.shape) for hole in holes)
@@ -154,10 +161,10 @@ def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     if not shapes or not walls:
         return [], list(holes)
-    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=FINEST_M)
+    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
     free = polygons_of(shapely.difference(whole, taken))
-    slits = shapely.union_all([part for part in free if opened(part, NARROW_M).is_empty])
+    slits = shapely.union_all([part for part in free if opened(part, THICKEST_WALL_M).is_empty])
     deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
     top = float(np.median([wall.top_m for wall in walls]))
     return [Wall(part, 0.0, top) for part in polygons_of(slits)], deeper
@@ -165,7 +172,7 @@ def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[
 
 def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     """Let a hole go on through what is left between its wall and the rooms."""
-    step = np.array(hole.across) * NARROW_M
+    step = np.array(hole.across) * THICKEST_WALL_M
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
     beside = shapely.buffer(hole.shape, LAP_M)
     parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
@@ -181,7 +188,7 @@ def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
     parts = shapely.get_parts(shapely.make_valid(Polygon(points)))
     polygons = [part for part in parts if isinstance(part, Polygon)]
     largest = max(polygons, key=lambda part: part.area, default=Polygon())
-    return largest if largest.area > SMALLEST_M2 else None
+    return largest if largest.area > SPECK_M2 else None
 
 
 def _prism(polygon: Polygon, bottom_m: float, top_m: float) -> Mesh:
@@ -209,31 +216,24 @@ def _sides(ring: np.ndarray, bottom_m: float, top_m: float) -> np.ndarray:
 # Walls of which a source shows the surfaces only: their bodies are what lies between and around the rooms' floors.
 #
 # R1  Rooms whose floors meet have no wall between them; cracks of rounding are none either.
-# R2  What is narrower than WIDEST_M between floors is wall, and so is whatever they enclose (a shaft, a pillar).
-# R3  Around all of it goes an outer wall of OUTER_M.
+# R2  What is narrower than THICKEST_WALL_M between floors is wall, and so is whatever they enclose (a shaft, a pillar).
+# R3  Around all of it goes an outer wall of OUTER_WALL_M.
 # R4  A door's hole goes on to the floors on both sides of it. One that each of its rooms has for itself is one.
-
-
-WIDEST_M = 0.6
-OUTER_M = 0.1
-CRACK_M = 0.02
-REACH_M = 0.7
-APART_M = 0.4
 
 
 def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     """Return the walls of a storey, from its floor to ``top_m``."""
-    floor = shapely.union_all(floors, grid_size=1e-4)
+    floor = shapely.union_all(floors, grid_size=SAME_M)
     whole = mitred(mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
-    closed = mitred(mitred(whole, WIDEST_M / 2), -WIDEST_M / 2)  # R2
+    closed = mitred(mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
     filled = shapely.union_all([Polygon(part.exterior) for part in polygons_of(shapely.union(closed, whole))])
-    solid = shapely.difference(mitred(filled, OUTER_M), whole)  # R3
+    solid = shapely.difference(mitred(filled, OUTER_WALL_M), whole)  # R3
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
 
 
 def deepen_opening(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     """R4, or None if the hole is in no wall."""
-    step = REACH_M * np.array(hole.across)
+    step = DEEPEST_WALL_M * np.array(hole.across)
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
     near = [wall.shape for wall in walls if wall.shape.intersects(lane)]
     parts = polygons_of(shapely.intersection(shapely.union_all(near), lane))
@@ -256,15 +256,15 @@ def one_each(holes: Sequence[Hole]) -> list[Hole]:
 
 
 def _is_one(one: Polygon, other: Polygon) -> bool:
-    shared = shapely.intersection(shapely.buffer(one, APART_M), other).area
-    back = shapely.intersection(shapely.buffer(other, APART_M), one).area
-    return bool(shared > 0.8 * other.area and back > 0.8 * one.area)
+    shared = shapely.intersection(shapely.buffer(one, SAME_DOOR_M), other).area
+    back = shapely.intersection(shapely.buffer(other, SAME_DOOR_M), one).area
+    return bool(shared > SAME_DOOR * other.area and back > SAME_DOOR * one.area)
 
 
 def _united(parts: Sequence[Hole]) -> Hole:
     box = shapely.minimum_rotated_rectangle(shapely.union_all([part.shape for part in parts]))
     sides = np.diff(shapely.get_coordinates(box)[:3], axis=0)
     lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
+    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), TINY)
     low, high = min(part.bottom_m for part in parts), max(part.top_m for part in parts)
     return Hole(box, low, high, any(part.has_door for part in parts), (float(x), float(y)))

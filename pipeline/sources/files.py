@@ -26,6 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.tolerances import LONGEST_LENGTH_M
 from pipeline.values import Input
 
 BUILT = ".build"
@@ -312,7 +313,6 @@ def _broken_xml(name: str, what: str) -> Rejection:
 # What the JSON formats share: a document is decoded into typed values, and its lengths are checked.
 
 
-LARGEST_M = 1000.0
 Document = TypeVar("Document")
 
 
@@ -332,6 +332,6 @@ def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:
     if not np.isfinite(values).all():
         raise Rejection("source", Reason.NOT_FINITE, f"{what} has a number that is not finite", advice)
     largest = float(values.max(initial=0.0))
-    if largest > LARGEST_M:
-        detail = f"{what} has a length of {largest:.4g} m, expected {LARGEST_M:.0f} m at most"
+    if largest > LONGEST_LENGTH_M:
+        detail = f"{what} has a length of {largest:.4g} m, expected {LONGEST_LENGTH_M:.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "the format is in metres: correct it, or leave it out")

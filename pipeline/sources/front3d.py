@@ -6,7 +6,7 @@ R1  A room is the area of its Floor meshes. Its walls are sheets, one for each s
     between the floors (``around``), and the sheets only say how high they stand.
 R2  A Door is a door and a Hole an opening, where it reaches from the floor to above a head; the meshes of one that
     belongs to two rooms are one. Windows are none.
-R3  Floors more than STOREY_M apart in height are levels of their own.
+R3  Floors more than STOREYS_APART_M apart in height are levels of their own.
 R4  Furniture is a box where the file has its size.
 
 **Reading**: a scene becomes checked values in metres, its own axes, y up. Keys that plans do not need are passed
@@ -46,6 +46,7 @@ from pipeline.sources.drawn_storeys import (
 from pipeline.sources.files import LeftOut, check_file, check_lengths, decode_document, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.roles import labels_for
+from pipeline.sources.tolerances import CLEAR_M, FRONT3D_WALL_M, SAME_M, SHEET_M, SLIVER_M2, STOREYS_APART_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 FLOOR = "Floor"
@@ -204,9 +205,6 @@ def _numbers(value: Any, count: int) -> list[float] | None:
     return [float(each) for each in value] if all(isinstance(each, int | float) for each in value) else None
 
 
-STOREY_M = 1.5
-USUAL_M = 2.6
-THIN_M = 0.02
 NAMES = {
     "LivingDiningRoom": ("Living_Room", "Dining_Room"),
     "KidsRoom": ("Child_Room",),
@@ -258,7 +256,7 @@ def _floor(room: Chamber) -> _Floor | None:
     meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
     if not meshes:
         return None
-    parts = polygons_of(shapely.union_all([_shadow(mesh) for mesh in meshes], grid_size=1e-4))
+    parts = polygons_of(shapely.union_all([_shadow(mesh) for mesh in meshes], grid_size=SAME_M))
     height = float(np.median(np.concatenate([mesh.vertices[:, 1] for mesh in meshes])))
     return _Floor(room, parts[0], height) if parts else None
 
@@ -266,7 +264,7 @@ def _floor(room: Chamber) -> _Floor | None:
 def _shadow(mesh: Mesh) -> shapely.Geometry:
     """The plan area of a mesh."""
     triangles = shapely.polygons(_in_plan(mesh.vertices)[mesh.faces])
-    return shapely.union_all(triangles[shapely.area(triangles) > 1e-8], grid_size=1e-4)
+    return shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
 
 
 def _in_plan(points: np.ndarray) -> np.ndarray:
@@ -278,7 +276,7 @@ def _levels(floors: Sequence[_Floor]) -> list[list[_Floor]]:
     """R3: the floors by level, lowest first, the largest of each level first."""
     levels: list[list[_Floor]] = []
     for floor in sorted(floors, key=lambda each: each.height_m):
-        if levels and floor.height_m - levels[-1][0].height_m < STOREY_M:
+        if levels and floor.height_m - levels[-1][0].height_m < STOREYS_APART_M:
             levels[-1].append(floor)
         else:
             levels.append([floor])
@@ -313,7 +311,7 @@ def _top(rooms: Sequence[Chamber], height: float, above: float) -> float:
     """How high the walls stand: the median over the sheets that stand on this floor."""
     sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
     tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
-    top = float(np.median([each for each in tops if each > 1.8] or [USUAL_M]))
+    top = float(np.median([each for each in tops if each > CLEAR_M] or [FRONT3D_WALL_M]))
     return min(top, above - height)
 
 
@@ -324,7 +322,7 @@ def _holes(rooms: Sequence[Chamber], height: float, top: float) -> list[Hole]:
         low, high = (float(end(surface.mesh.vertices[:, 1])) - height for end in (np.min, np.max))
         shape = shapely.convex_hull(shapely.MultiPoint(_in_plan(surface.mesh.vertices)))
         if isinstance(shape, LineString):
-            shape = shape.buffer(THIN_M / 2, cap_style="flat")
+            shape = shape.buffer(SHEET_M / 2, cap_style="flat")
         if isinstance(shape, Polygon) and low < top and high > 0:
             found.append(Hole(shape, low, high, surface.kind == "Door"))
     return one_each(found)

@@ -29,10 +29,9 @@ from pipeline.sources.files import check_file, level_id, single_input, told_of
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
+from pipeline.sources.tolerances import BUILDING_SHARE, INSIDE_M
 from pipeline.values import Input, Level, Mesh, SourceObject
 
-SHARE = 0.6  # of the plan box of all that is fixed
-LOWER_M = 0.3
 LOWEST_M, HEAD_M, STOREY_M = 0.3, 1.8, 2.5
 
 
@@ -152,13 +151,13 @@ def _building(fixed: list[Body]) -> Body | None:
     low, high = _box(merge_meshes([body.mesh for body in fixed]))
     areas = [float(np.prod(np.diff(_box(body.mesh), axis=0)[0, :2])) for body in fixed]
     best = int(np.argmax(areas))
-    return fixed[best] if areas[best] >= SHARE * np.prod((high - low)[:2]) else None
+    return fixed[best] if areas[best] >= BUILDING_SHARE * np.prod((high - low)[:2]) else None
 
 
 def _stands_in(body: Body, main: Body) -> bool:
     (low, high), (floor, top) = _box(body.mesh), _box(main.mesh)
-    inside = bool((low[:2] >= floor[:2] - LOWER_M).all() and (high[:2] <= top[:2] + LOWER_M).all())
-    return body is not main and inside and bool(high[2] < top[2] - LOWER_M)
+    inside = bool((low[:2] >= floor[:2] - INSIDE_M).all() and (high[:2] <= top[:2] + INSIDE_M).all())
+    return body is not main and inside and bool(high[2] < top[2] - INSIDE_M)
 
 
 def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:

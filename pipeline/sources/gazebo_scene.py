@@ -17,7 +17,7 @@ P3  A name with ``::`` is looked up in the model of that name.
 
 S1  Planes and height maps are ground, and no part of a house.
 S2  A mesh takes the scale that is given; COLLADA's own unit and up axis count, as they do in Gazebo.
-S3  A round body has SIDES sides.
+S3  A round body has ROUND_SIDES sides.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import NOTHING, clean, merge_meshes, prism
 from pipeline.sources.files import Element, LeftOut, parse_xml
 from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
+from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY
 from pipeline.values import Mesh
 
 Matrix = npt.NDArray[np.float64]
@@ -53,7 +54,7 @@ def numbers(text: str | None, count: int, what: str) -> list[float]:
         values = [float(part) for part in parts]
     except ValueError:
         values = []
-    if len(values) != count or not all(math.isfinite(value) and abs(value) < 1e6 for value in values):
+    if len(values) != count or not all(math.isfinite(value) and abs(value) < LONGEST_PLACEMENT_M for value in values):
         detail = f"{what}: expected {count} finite numbers, found {' '.join(parts)[:80]!r}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE_POSE)
     return values
@@ -131,7 +132,7 @@ def _from_angles(angles: list[float]) -> Matrix:
 
 def _from_quaternion(values: list[float], what: str) -> Matrix:
     length = math.hypot(*values)
-    if length < 1e-9:
+    if length < TINY:
         raise Rejection("source", Reason.UNREADABLE, f"pose of {what}: a quaternion of length 0", _ADVICE_POSE)
     x, y, z, w = (value / length for value in values)
     return np.array(
@@ -141,10 +142,6 @@ def _from_quaternion(values: list[float], what: str) -> Matrix:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-
-
-SIDES = 24
-LARGEST_M = 10_000.0
 
 
 class Shapes:
@@ -231,25 +228,29 @@ def _polyline(shape: Element, what: str) -> Mesh:
 
 
 def _round(radius: float) -> shapely.Polygon:  # S3
-    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, ROUND_SIDES, endpoint=False)
     return shapely.Polygon(radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _ball(radii: np.ndarray) -> Mesh:
-    """Rings of SIDES points from pole to pole, as faces between each two."""
-    rings = SIDES // 2
-    theta, phi = np.meshgrid(np.linspace(0.0, np.pi, rings + 1), np.arange(SIDES) * 2 * np.pi / SIDES, indexing="ij")
+    """Rings of ROUND_SIDES points from pole to pole, as faces between each two."""
+    rings = ROUND_SIDES // 2
+    theta, phi = np.meshgrid(
+        np.linspace(0.0, np.pi, rings + 1), np.arange(ROUND_SIDES) * 2 * np.pi / ROUND_SIDES, indexing="ij"
+    )
     unit = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
-    i, j = (each.ravel() for each in np.meshgrid(np.arange(rings), np.arange(SIDES), indexing="ij"))
-    a, b = i * SIDES + j, i * SIDES + (j + 1) % SIDES
-    faces = np.concatenate([np.column_stack([a, a + SIDES, b]), np.column_stack([b, a + SIDES, b + SIDES])])
+    i, j = (each.ravel() for each in np.meshgrid(np.arange(rings), np.arange(ROUND_SIDES), indexing="ij"))
+    a, b = i * ROUND_SIDES + j, i * ROUND_SIDES + (j + 1) % ROUND_SIDES
+    faces = np.concatenate(
+        [np.column_stack([a, a + ROUND_SIDES, b]), np.column_stack([b, a + ROUND_SIDES, b + ROUND_SIDES])]
+    )
     return Mesh((unit * radii).reshape(-1, 3), faces.astype(np.int64))
 
 
 def _sizes(text: str | None, count: int, what: str) -> list[float]:
     values = numbers(text, count, f"size of {what}")
-    if not all(0 <= value <= LARGEST_M for value in values):
-        detail = f"size of {what}: expected 0 to {LARGEST_M:.0f} m, found {values}"
+    if not all(0 <= value <= LONGEST_SOLID_M for value in values):
+        detail = f"size of {what}: expected 0 to {LONGEST_SOLID_M:.0f} m, found {values}"
         raise Rejection("source", Reason.BAD_UNITS, detail, "SDF is in metres: correct it, or leave the model out")
     return values
 

@@ -64,13 +64,27 @@ from pipeline.sources.ifc_spaces import (
 )
 from pipeline.sources.storeys.levels import Shift, near_shift
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut_at_height
+from pipeline.sources.tolerances import (
+    AGREE_M,
+    CLEAR_M,
+    HIGHEST_LINTEL_M,
+    IFC_WALL_M,
+    KNEE_M,
+    MARGIN_M,
+    OFF_FLOOR_M,
+    ROUGH_M,
+    RUNS_THROUGH_M,
+    SLAB_M2,
+    SLAB_VOTES,
+    SPACE_CRACK_M,
+    SPACES_TOUCH,
+    SPLIT_LEVEL_M,
+    STOREY_WALLED,
+    STOREY_WALLS_M,
+    UPRIGHT_M,
+    WALL_FOOT_M,
+)
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
-
-OFF_M = 0.6  # what lies farther from a storey's elevation is not of its floor
-AGREE_M = 0.08
-SLAB_M2 = 20.0  # so much of a slab votes as one door
-SLAB_VOTES = 3.0
-TALL_M = 1.8
 
 
 @dataclass(frozen=True)
@@ -85,8 +99,8 @@ def floor_height(building: Building, storey: Storey) -> float:
     votes = [_Vote(given, 1.0)]
     votes += [_Vote(float(hole.mesh.vertices[:, 2].min()), 1.0) for hole in building.holes if hole.has_door]
     votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
-    near = [vote for vote in votes if abs(vote.height - given) <= OFF_M]
-    near += [_slab(slab) for slab in building.slabs if abs(slab.top - given) <= OFF_M]
+    near = [vote for vote in votes if abs(vote.height - given) <= OFF_FLOOR_M]
+    near += [_slab(slab) for slab in building.slabs if abs(slab.top - given) <= OFF_FLOOR_M]
     best = max(near, key=lambda vote: (_support(near, vote.height), -abs(vote.height - given)))
     if _support(near, best.height) <= _support(near, given):
         return given
@@ -96,9 +110,9 @@ def floor_height(building: Building, storey: Storey) -> float:
 
 def _grounded(walls: Sequence[Part], storey: Storey) -> float:
     """H1."""
-    feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= TALL_M]
+    feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
     middle = float(np.median(feet)) if feet else storey.elevation_m
-    return middle if abs(middle - storey.elevation_m) > OFF_M else storey.elevation_m
+    return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
 
 
 def _slab(slab: Part) -> _Vote:
@@ -107,12 +121,6 @@ def _slab(slab: Part) -> _Vote:
 
 def _support(votes: Sequence[_Vote], height: float) -> float:
     return sum(vote.weight for vote in votes if abs(vote.height - height) <= AGREE_M)
-
-
-APART_M = 0.9
-SHORTEST_WALLS_M = 4.0
-MARGIN_M = 0.05
-WALLED = 0.8
 
 
 @dataclass(frozen=True)
@@ -156,9 +164,9 @@ def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: 
     entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
     if named and not has_rooms and not entered and not _is_walled(building, storey, own, floor):
         return None
-    if not has_rooms and (not own or _wall_length(building.walls, floor) < SHORTEST_WALLS_M):
+    if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
-    if not any(part.bottom < floor + TALL_M and part.top > floor + MARGIN_M for part in building.walls):
+    if not any(part.bottom < floor + CLEAR_M and part.top > floor + MARGIN_M for part in building.walls):
         return None
     keys, buildings = frozenset({storey.key}), frozenset({storey.building})
     return Standing(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
@@ -166,44 +174,38 @@ def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: 
 
 def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: float) -> bool:
     """S2: whether walls of the storey stand around most of a slab that it holds at its floor."""
-    slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_M]
+    slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
     around = sum(footprint(part.mesh).length for part in slabs)
-    return bool(around > 0 and _wall_length(own, floor) > WALLED * around)
+    return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:
-    return space.storey == storey.key or (space.storey is None and abs(space.bottom - floor) < OFF_M)
+    return space.storey == storey.key or (space.storey is None and abs(space.bottom - floor) < OFF_FLOOR_M)
 
 
 def _is_entered(mesh: Mesh, floor: float) -> bool:
-    return abs(float(mesh.vertices[:, 2].min()) - floor) < OFF_M
+    return abs(float(mesh.vertices[:, 2].min()) - floor) < OFF_FLOOR_M
 
 
 def _are_one(one: Standing, other: Standing) -> bool:
     """S3."""
-    return abs(one.floor_z - other.floor_z) < (APART_M if one.has_rooms and other.has_rooms else TALL_M)
+    return abs(one.floor_z - other.floor_z) < (SPLIT_LEVEL_M if one.has_rooms and other.has_rooms else CLEAR_M)
 
 
 def _above(one: Standing, levels: Sequence[Standing]) -> float:
     """S4."""
     higher = (other.floor_z for other in levels if other.buildings & one.buildings)
-    return min((height for height in higher if height >= one.floor_z + TALL_M), default=np.inf)
+    return min((height for height in higher if height >= one.floor_z + CLEAR_M), default=np.inf)
 
 
 def _wall_length(parts: Iterable[Part], floor: float) -> float:
     """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
     surfaces = Surfaces.of(merge_parts(parts))
-    segments = cut_at_height(surfaces, surfaces.walls(), floor + TALL_M - MARGIN_M)
+    segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - MARGIN_M)
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2
 
 
-HIGHEST_LINTEL_M = 3.0
-KNEE_M = 0.5
-THIN_M = 0.5
 UNDER_M, OVER_M = 1.0, 0.3  # of a floor: slabs in between are steps of it, or its structure
-CRACK_M = 0.01
-TOUCHING = 0.4
-LEAN_M = 0.3  # an upright part's head stands over its foot but for this
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,9 +252,9 @@ def _walls_of_spaces(building: Building) -> Iterator[Part]:
 def _touch(floors: Sequence[Polygon]) -> bool:
     """L7: whether most of the spaces' edges lie against other spaces."""
     lengths = shapely.length(floors)
-    whole = shapely.union_all(mitred(np.array(floors, dtype=np.object_), CRACK_M / 2))
+    whole = shapely.union_all(mitred(np.array(floors, dtype=np.object_), SPACE_CRACK_M / 2))
     hidden = lengths.sum() - shapely.length(whole)
-    return bool(hidden > TOUCHING * lengths.sum())
+    return bool(hidden > SPACES_TOUCH * lengths.sum())
 
 
 def _level(
@@ -260,18 +262,20 @@ def _level(
 ) -> IfcLevel:
     floor = standing.floor_z
     parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
-    here = [part for part in parts if _runs_through(part, floor + 0.1, standing.above - 0.1)]  # L1
+    here = [
+        part for part in parts if _runs_through(part, floor + RUNS_THROUGH_M, standing.above - RUNS_THROUGH_M)
+    ]  # L1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
     standing_walls = StandingWalls([part.mesh for part in here])
     panes = closed_holes(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
     walls = merged(*(part.mesh for part in here), *beams, *panes)
     surfaces = Surfaces.of(walls)
-    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + TALL_M, floor + 0.3)
+    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
     return IfcLevel(
         name=standing.storey.name,
         floor_z=floor,
-        ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, TALL_M),
+        ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, CLEAR_M),
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
@@ -289,12 +293,12 @@ def _runs_through(part: Part, low: float, high: float) -> bool:
 
 def _is_lintel(beam: Part, floor: float) -> bool:
     """L2."""
-    return floor + TALL_M <= beam.bottom < floor + HIGHEST_LINTEL_M
+    return floor + CLEAR_M <= beam.bottom < floor + HIGHEST_LINTEL_M
 
 
 def _is_wall(part: Part, floor: float) -> bool:
     """L3."""
-    if part.bottom > floor + KNEE_M or part.top < floor + TALL_M:
+    if part.bottom > floor + KNEE_M or part.top < floor + CLEAR_M:
         return False
     points = part.mesh.vertices
     middle = (part.bottom + part.top) / 2
@@ -302,7 +306,7 @@ def _is_wall(part: Part, floor: float) -> bool:
     leans = np.abs([*(foot.min(axis=0) - head.min(axis=0)), *(foot.max(axis=0) - head.max(axis=0))]).max()
     corners = np.asarray(shapely.oriented_envelope(footprint(part.mesh)).boundary.coords)
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
-    return bool(leans < LEAN_M and len(sides) > 1 and sides.min() < THIN_M)
+    return bool(leans < UPRIGHT_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
 
 
 def _is_on(part: Part, standing: Standing, floors: Sequence[float]) -> bool:
@@ -314,17 +318,17 @@ def _is_on(part: Part, standing: Standing, floors: Sequence[float]) -> bool:
 
 def _floor(building: Building, standing: Standing) -> Polygon | MultiPolygon | None:
     """Slabs whose top lies at the floor, whichever storey contains them."""
-    tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_M]
-    return _area(shapely.union_all([footprint(part.mesh) for part in tops], grid_size=1e-3))
+    tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_FLOOR_M]
+    return _area(shapely.union_all([footprint(part.mesh) for part in tops], grid_size=ROUGH_M))
 
 
 def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
     """L6."""
-    lower = [each for each in floors if each < floor - TALL_M]
-    tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_M for each in lower)]
+    lower = [each for each in floors if each < floor - CLEAR_M]
+    tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_FLOOR_M for each in lower)]
     near = [part for part in building.slabs if part.top > floor - UNDER_M and part.bottom < floor + OVER_M]
     shown, hidden = (shapely.union_all([shadow(part.mesh) for part in parts]) for parts in (tops, near))
-    return _area(shapely.difference(shown, hidden, grid_size=1e-3))
+    return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
 
 
 def _area(shape: BaseGeometry) -> Polygon | MultiPolygon | None:

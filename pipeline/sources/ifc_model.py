@@ -46,6 +46,7 @@ import numpy.typing as npt
 from houseexpo.errors import installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
+from pipeline.sources.tolerances import AXIS_TILT
 from pipeline.values import Mesh
 
 HEADER_CHARACTERS = 65_536
@@ -582,7 +583,7 @@ def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, f
     """The direction of a door's or window's width in plan (the x axis of its placement), and the width, where known."""
     matrix = _placement(door, metres)
     width = door.OverallWidth * metres if door.OverallWidth else None
-    if matrix is None or abs(matrix[2, 0]) > 0.1:  # an x axis that is not level is no width in plan
+    if matrix is None or abs(matrix[2, 0]) > AXIS_TILT:  # an x axis that is not level is no width in plan
         return None, width
     return (float(matrix[0, 0]), float(matrix[1, 0])), width
 

@@ -39,13 +39,35 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc_model import Hole, Part
 from pipeline.sources.roles import is_outside_the_count, labels_for
+from pipeline.sources.tolerances import (
+    BODY_CRACK_M,
+    CAVITY_M,
+    CLEAR_M,
+    CUT_OUT,
+    DUCT_M,
+    FLOOR_SHARE,
+    GROUPED,
+    HALF_STOREY_M,
+    HATCH_M,
+    IFC_FLAT,
+    KNEE_M,
+    LOOK_ALONG_M,
+    MIN_DEPTH_M,
+    MORE_WALL,
+    NICHE_M,
+    OVERLAP_M2,
+    SAME_HOLE,
+    SAME_ROOM,
+    SAME_WIDTH_M,
+    SKIN_M,
+    STEP_M,
+    STRIP_M,
+    SWUNG_M,
+    TINY,
+    WALKED_M,
+    WALL_BEYOND_M,
+)
 from pipeline.values import Mesh, SourceOpening, SourceRoom
-
-SLIVER_M2 = 1e-9
-CRACK_M = 5e-4  # pieces of one body closer than twice this are one piece
-FLAT = 0.9  # vertical share of a floor face's normal
-STEP_M = 0.3  # a room's floor may have a step this high
-FLOOR_SHARE = 0.3  # flat faces at the bottom that are less of the shadow are no floor
 
 
 def merge_parts(parts: Iterable[Part]) -> Mesh:
@@ -85,7 +107,7 @@ def floor_of(mesh: Mesh) -> Polygon:
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + STEP_M
-    flat = low & (np.abs(normals[:, 2]) > FLAT * np.maximum(lengths, 1e-12))
+    flat = low & (np.abs(normals[:, 2]) > IFC_FLAT * np.maximum(lengths, TINY))
     whole, floor = footprint(mesh), _largest(_union(triangles[flat]))
     return floor if floor.area >= FLOOR_SHARE * whole.area else whole
 
@@ -93,10 +115,10 @@ def floor_of(mesh: Mesh) -> Polygon:
 def _union(triangles: npt.NDArray[np.float64]) -> BaseGeometry:
     """Unite plan shadows of triangles (k, 3, 3); rounding before, not after, since slivers that vanish leave cracks."""
     shapes = shapely.polygons(np.round(triangles[:, :, :2], 6))
-    whole = shapely.union_all(shapes[shapely.area(shapes) > SLIVER_M2])
+    whole = shapely.union_all(shapes[shapely.area(shapes) > TINY])
     if isinstance(whole, Polygon):
         return whole
-    return whole.buffer(CRACK_M, join_style="mitre").buffer(-CRACK_M, join_style="mitre")
+    return whole.buffer(BODY_CRACK_M, join_style="mitre").buffer(-BODY_CRACK_M, join_style="mitre")
 
 
 def _largest(shape: BaseGeometry) -> Polygon:
@@ -110,13 +132,6 @@ def are_one(one: Polygon, other: Polygon, iou: float) -> bool:
     return bool(shared > iou * (one.area + other.area - shared))
 
 
-HEAD_M = 1.8
-SAME = 0.9  # intersection over union of two spaces that are one
-FILLED = 0.8  # share of a space that others cover where it only groups them
-WITHIN = 0.95  # share of a space that lies in another where it is cut out of it
-OVERLAP_M2 = 0.01
-
-
 @dataclass(frozen=True, eq=False)
 class _Found:
     words: tuple[str, ...]
@@ -125,7 +140,7 @@ class _Found:
 
 def is_room(space: Part) -> bool:
     """R2."""
-    return space.top - space.bottom >= HEAD_M and not is_outside_the_count(space.words)
+    return space.top - space.bottom >= CLEAR_M and not is_outside_the_count(space.words)
 
 
 def rooms_of(spaces: Sequence[Part]) -> tuple[SourceRoom, ...]:
@@ -139,7 +154,7 @@ def _without_doubles(found: list[_Found]) -> list[_Found]:
     """R3."""
     kept: list[_Found] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if are_one(each.shape, other.shape, SAME)), None)
+        at = next((k for k, other in enumerate(kept) if are_one(each.shape, other.shape, SAME_ROOM)), None)
         if at is None:
             kept.append(each)
         else:
@@ -153,7 +168,7 @@ def _without_groups(found: list[_Found]) -> list[_Found]:
     for each in found:
         inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]
         covered = shapely.union_all(inner).intersection(each.shape).area if len(inner) > 1 else 0.0
-        if covered < FILLED * each.shape.area:
+        if covered < GROUPED * each.shape.area:
             kept.append(each)
     return kept
 
@@ -174,12 +189,7 @@ def _is_within(small: Polygon, large: Polygon) -> bool:
     if small.area >= large.area:
         return False
     shared = small.intersection(large).area
-    return bool(shared > OVERLAP_M2 and shared > WITHIN * small.area)
-
-
-WIDTH_M = 0.06  # a side this near to a door's width is its width
-LOOK_M = 3.0
-MORE = 1.3  # so many times more wall one way than the other
+    return bool(shared > OVERLAP_M2 and shared > CUT_OUT * small.area)
 
 
 @dataclass(frozen=True)
@@ -211,13 +221,13 @@ def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
     sides = (one, one.turned())
     lengths = [float(np.ptp(side.span(points))) for side in sides]
     if hole.width_m:  # D1
-        fits = [abs(length - hole.width_m) <= WIDTH_M for length in lengths]
+        fits = [abs(length - hole.width_m) <= SAME_WIDTH_M for length in lengths]
         if fits[0] != fits[1]:
             return sides[fits.index(True)]
     middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
     wall = standing.union(footprint(hole.mesh))
     runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
-    if max(runs) > MORE * min(runs):  # D2
+    if max(runs) > MORE_WALL * min(runs):  # D2
         return sides[runs.index(max(runs))]
     return sides[lengths.index(max(lengths))]
 
@@ -231,33 +241,21 @@ def _side(hole: Hole) -> Axis:
     if not isinstance(shape, Polygon) or shape.is_empty:
         return Axis(1.0, 0.0)
     corners = np.asarray(shape.exterior.coords)
-    side = (corners[1] - corners[0]) / max(float(np.hypot(*(corners[1] - corners[0]))), 1e-9)
+    side = (corners[1] - corners[0]) / max(float(np.hypot(*(corners[1] - corners[0]))), TINY)
     return Axis(float(side[0]), float(side[1]))
 
 
 def _run(wall: BaseGeometry, middle: tuple[float, float], side: Axis) -> float:
     """Length of the wall through the hole's middle along a direction."""
     x, y = middle
-    line = LineString([(x - LOOK_M * side.x, y - LOOK_M * side.y), (x + LOOK_M * side.x, y + LOOK_M * side.y)])
+    line = LineString(
+        [(x - LOOK_ALONG_M * side.x, y - LOOK_ALONG_M * side.y), (x + LOOK_ALONG_M * side.x, y + LOOK_ALONG_M * side.y)]
+    )
     pieces = shapely.get_parts(line.intersection(wall))
-    return float(sum(piece.length for piece in pieces if piece.distance(shapely.Point(middle)) < WIDTH_M))
+    return float(sum(piece.length for piece in pieces if piece.distance(shapely.Point(middle)) < SAME_WIDTH_M))
 
 
 Span = tuple[float, float]
-
-KNEE_M = 0.5
-WALKED_M = 1.75
-DOOR_M = 1.2  # lower doors are hatches
-HALF_STOREY_M = 1.5
-REACH_M = 0.6  # how far beyond a hole its wall may go on
-CAVITY_M = 0.08  # leaves farther apart are two walls
-SKIN_M = 0.002  # the rectangle reaches beyond the wall's faces, so that a cut leaves no film
-MIN_DEPTH_M = 0.1
-JAMB_M = 0.12
-NICHE_M = 0.03  # what is left of a wall behind a niche
-SAME_HOLE = 0.5  # intersection over union of two holes that are one
-NARROW_M = 0.4  # what has no door and is narrower lets pipes through
-SWUNG_M = 0.1  # a door's body wider than the door by so much has its leaf drawn open
 
 
 @dataclass(frozen=True)
@@ -280,7 +278,7 @@ class StandingWalls:
 
     def near(self, mesh: Mesh) -> BaseGeometry:
         """What stands about a body, as one plan shape."""
-        low, high = mesh.vertices.min(axis=0) - REACH_M, mesh.vertices.max(axis=0) + REACH_M
+        low, high = mesh.vertices.min(axis=0) - WALL_BEYOND_M, mesh.vertices.max(axis=0) + WALL_BEYOND_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
         found = [int(k) for k in np.flatnonzero(touching)]
         for k in found:
@@ -294,7 +292,7 @@ def openings_of(
 ) -> tuple[SourceOpening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
-    return tuple(_merged([found for hole in here if (found := _opening(hole, walls, NARROW_M)) is not None]))
+    return tuple(_merged([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
 
 
 def closed_holes(
@@ -318,7 +316,7 @@ def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
 def _is_of(hole: Hole, floor: float, floors: Sequence[float]) -> bool:
     """H2, H3."""
     if hole.has_door:
-        return hole.top - hole.bottom >= DOOR_M and level_of_door(hole.bottom, floors) == floor
+        return hole.top - hole.bottom >= HATCH_M and level_of_door(hole.bottom, floors) == floor
     return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
 
 
@@ -357,7 +355,7 @@ def _over(place: _Place, standing: BaseGeometry) -> Span | None:
 def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
     """From where to where the wall stands on both sides of a hole: what meets it there on one side is another wall."""
     low, high = place.along
-    strips = ((low - JAMB_M, low - JAMB_M / 4), (high + JAMB_M / 4, high + JAMB_M))
+    strips = ((low - STRIP_M, low - STRIP_M / 4), (high + STRIP_M / 4, high + STRIP_M))
     found = [span for strip in strips if (span := _standing_at(place, strip, standing))]
     common = max((span[0] for span in found), default=0.0), min((span[1] for span in found), default=0.0)
     if common[0] < common[1]:
@@ -368,7 +366,7 @@ def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
 def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
     """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
     across = place.across
-    reach = across[0] - REACH_M, across[1] + REACH_M
+    reach = across[0] - WALL_BEYOND_M, across[1] + WALL_BEYOND_M
     pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
     turned = place.axis.turned()
     spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)

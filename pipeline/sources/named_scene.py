@@ -27,20 +27,51 @@ from shapely import Polygon
 from pipeline.sources.meshes.scene import Part, Scene
 from pipeline.sources.roles import Named, Role, labels_for, role_of_part, room_words
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
+from pipeline.sources.tolerances import (
+    AJAR_M,
+    BESIDE_HOLE_M,
+    DOOR_SHAPE,
+    FILLS_M,
+    FILLS_SHARE,
+    FLAT_SHARE,
+    HANDLE_M,
+    HOLE_AT,
+    HOLE_M,
+    HOUSE_M2,
+    LEAF_HEIGHT_M,
+    LEFT_FACES,
+    LEFT_STANDING,
+    MIN_DOORS,
+    NAMED_FLAT,
+    OPENING_FOOT_M,
+    OPENING_HEIGHT_M,
+    PIECE_DOOR_DEPTH_M,
+    PIECE_DOOR_HEIGHT_M,
+    PIECE_DOOR_WIDTH_M,
+    ROUGH_M,
+    SAME,
+    SAME_M,
+    SAME_ROOM,
+    SLIVER_M2,
+    SMALLEST_ROOM_M2,
+    SPACE_HEIGHT_M,
+    TERRAIN_BEYOND,
+    TINY,
+    TOUCH_M,
+    UNDER_FLOOR_M,
+)
 from pipeline.values import Mesh, SourceObject, SourceOpening, SourceRoom
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-WELD_M = 1e-4
-
 
 def pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
-    """Divide face numbers (k,) into connected pieces; corners closer than WELD_M are one."""
+    """Divide face numbers (k,) into connected pieces; corners closer than SAME_M are one."""
     if not len(faces):
         return []
     corners = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
-    cells = np.round((corners - corners.min(axis=0)) / WELD_M).astype(np.int64)
+    cells = np.round((corners - corners.min(axis=0)) / SAME_M).astype(np.int64)
     _, point = np.unique(cells, axis=0, return_inverse=True)
     point = point.reshape(-1, 3)
     rows, columns = np.repeat(point[:, 0], 2), point[:, 1:].ravel()
@@ -82,17 +113,6 @@ def _divided(values: Indices, label: npt.NDArray[np.int32]) -> list[Indices]:
     return np.split(values[order], np.cumsum(np.bincount(label))[:-1])
 
 
-WIDEST_DOOR_M = 3.2
-HIGHEST_DOOR_M = 3.1
-DEEPEST_DOOR_M = 0.5  # a frame as deep as its wall
-AJAR_M = 1.5  # a leaf that stands open in its frame is as deep as it is wide
-LEAF_HEIGHT_M = (1.7, 2.7)
-FLAT_SHARE = 0.5
-HOLE_M = 0.5
-BESIDE_HOLE_M = 0.5  # of wall, on both sides together; a door frame has less
-SPACE_HEIGHT_M = (1.8, 12.0)
-
-
 def is_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     """Tell whether a piece may be a door, or a part of one.
 
@@ -101,16 +121,16 @@ def is_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     low, high = box(mesh, faces)
     width, depth = plan_sides(mesh, faces)
     height = float(high[2] - low[2])
-    if width > WIDEST_DOOR_M or height > HIGHEST_DOOR_M or (depth > DEEPEST_DOOR_M and width > AJAR_M):
+    if width > PIECE_DOOR_WIDTH_M or height > PIECE_DOOR_HEIGHT_M or (depth > PIECE_DOOR_DEPTH_M and width > AJAR_M):
         return False
     if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= HOLE_M):
         return False
-    return depth > DEEPEST_DOOR_M or not _is_wall_with_hole(mesh, faces, low, height)
+    return depth > PIECE_DOOR_DEPTH_M or not _is_wall_with_hole(mesh, faces, low, height)
 
 
 def is_floor(surfaces: Surfaces, faces: Indices) -> bool:
     """Tell whether most of a part lies level: what is called floor may be a storey."""
-    flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > 0.98].sum())
+    flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > NAMED_FLAT].sum())
     return flat >= FLAT_SHARE * float(surfaces.area[faces].sum())
 
 
@@ -124,7 +144,7 @@ def fills(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], high: npt.ND
     """Tell whether a piece is as high as a storey and covers half of the plan box: that is a house, no piece of it."""
     lowest, highest = box(mesh, faces)
     area = float(np.prod((highest - lowest)[:2]))
-    return bool(highest[2] - lowest[2] > 2.0 and area > 0.5 * float(np.prod((high - low)[:2])))
+    return bool(highest[2] - lowest[2] > FILLS_M and area > FILLS_SHARE * float(np.prod((high - low)[:2])))
 
 
 def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
@@ -142,7 +162,7 @@ def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
 def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
     """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
-    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + 0.45 * height + 1e-4)
+    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + HOLE_AT * height + SAME_M)
     if not len(segments):
         return False
     points = segments.reshape(-1, 2)
@@ -157,14 +177,6 @@ def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64],
 
 
 Bools = npt.NDArray[np.bool_]
-
-TOUCH_M = 0.1
-HANDLE_M = 0.03
-MIN_DOORS = 2
-MIN_WALLS = 0.15  # of all upright area; names that leave less to stand are wrong
-MIN_FACES = 0.1  # or of all faces, while nobody knows which way is up
-HOUSE_M2 = 40.0  # of upright area are a house, however many trees were dropped
-TERRAIN_BEYOND = 1.15  # a ground this much longer than the rest is terrain
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,11 +219,11 @@ def structural(scene: Scene) -> Mesh:
 
 def _is_building(mesh: Mesh, chosen: Bools) -> bool:
     """R5, in a mesh whose axis and unit are not known: terrain and trees have many more faces than walls."""
-    if chosen.sum() >= MIN_FACES * len(chosen):
+    if chosen.sum() >= LEFT_FACES * len(chosen):
         return True
     surfaces = Surfaces.of(mesh)
     upright = [surfaces.walls(axis) for axis in (1, 2)]
-    return any(0 < MIN_WALLS * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
+    return any(0 < LEFT_STANDING * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
 
 
 @dataclass(frozen=True)
@@ -235,7 +247,11 @@ def door_heights(scene: Scene) -> dict[str, DoorHeight]:
             sizes.append(high - low)
     found = {}
     for axis, number in (("y", 1), ("z", 2)):
-        upright = [size[number] for size in sizes if 1.5 <= size[number] / max(*np.delete(size, number), 1e-12) <= 4.5]
+        upright = [
+            size[number]
+            for size in sizes
+            if DOOR_SHAPE[0] <= size[number] / max(*np.delete(size, number), TINY) <= DOOR_SHAPE[1]
+        ]
         if upright:
             found[axis] = DoorHeight(float(np.median(upright)), is_sure=len(upright) >= MIN_DOORS)
     return found
@@ -248,7 +264,7 @@ def without_starting_cube(scene: Scene) -> Scene:
             continue
         faces = scene.owner == index
         corners = scene.mesh.vertices[scene.mesh.faces[faces]]
-        if faces.sum() == 12 and np.allclose(np.abs(corners), 1.0, atol=1e-6):
+        if faces.sum() == 12 and np.allclose(np.abs(corners), 1.0, atol=SAME):
             return Scene(
                 Mesh(scene.mesh.vertices, scene.mesh.faces[~faces]), scene.owner[~faces], scene.parts, scene.left_out
             )
@@ -265,7 +281,7 @@ def sort_faces(scene: Scene) -> NamedScene:
     walls = surfaces.walls()
     whole = Surfaces.of(scene.mesh)
     before = float(whole.area[whole.walls()].sum())
-    if float(surfaces.area[walls].sum()) < min(MIN_WALLS * before, HOUSE_M2):  # R5
+    if float(surfaces.area[walls].sum()) < min(LEFT_STANDING * before, HOUSE_M2):  # R5
         return NamedScene.plain(scene.mesh)
     return found
 
@@ -383,13 +399,6 @@ def _by_node(scene: Scene, roles: list[Named | None]) -> list[tuple[Named | None
 # What a mesh file names, given to the levels it stands on: leaves, furniture, rooms, openings.
 
 
-BELOW_M = 0.3  # what begins this far under a floor stands on it
-OPENING_FOOT_M = 0.4
-OPENING_HEIGHT_M = 1.7
-SMALLEST_ROOM_M2 = 0.5
-SAME = 0.9  # of two rooms' common area
-
-
 @dataclass(frozen=True, eq=False)
 class LevelNames:
     """One level's share, in the level frame; ``room_count`` is None if the source has no spaces."""
@@ -403,7 +412,7 @@ class LevelNames:
 
 def share_out(named: NamedScene, floors_z: Sequence[float]) -> list[LevelNames]:
     """Give each level what stands between its floor and the next one's."""
-    ends = [-np.inf, *(z - BELOW_M for z in floors_z[1:]), np.inf]
+    ends = [-np.inf, *(z - UNDER_FLOOR_M for z in floors_z[1:]), np.inf]
     return [_share(named, z, low, high) for z, (low, high) in zip(floors_z, pairwise(ends), strict=True)]
 
 
@@ -432,7 +441,7 @@ def _rooms(body: NamedBody) -> list[SourceRoom]:
     """Rooms of a body, one for each part of its plan."""
     corners = body.mesh.vertices[body.mesh.faces][:, :, :2]
     triangles = shapely.polygons(corners)
-    area = shapely.union_all(triangles[shapely.area(triangles) > 1e-8], grid_size=0.001)
+    area = shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=ROUGH_M)
     parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.area >= SMALLEST_ROOM_M2]
     return [SourceRoom(body.words, labels_for(body.words), part) for part in parts]
 
@@ -441,7 +450,7 @@ def _distinct(rooms: list[SourceRoom]) -> list[SourceRoom]:
     """Rooms without those that cover an earlier one: a floor may have an upper and an under side of its own."""
     kept: list[SourceRoom] = []
     for room in rooms:
-        if not any(_share_of_both(room.polygon, other.polygon) > SAME for other in kept):
+        if not any(_share_of_both(room.polygon, other.polygon) > SAME_ROOM for other in kept):
             kept.append(room)
     return kept
 
@@ -465,4 +474,4 @@ def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> SourceOpening:
 
 def _hull(mesh: Mesh) -> Polygon:
     """Plan hull, given a millimetre of width where the mesh is a sheet."""
-    return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(0.001, join_style="mitre")
+    return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(ROUGH_M, join_style="mitre")

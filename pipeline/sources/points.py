@@ -9,14 +9,14 @@ R1  A level is the middles of the voxels between its floor and its ceiling, with
 **Voxels**: a cloud is kept as the voxels that it fills, put together while its file is read.
 
 V1  Points that are not finite are passed over; a cloud of nothing else is none.
-V2  A cloud longer than LONGEST_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and in
-    mirrors: the few points that lie farther are passed over, and so are those that lie beyond all others (``_near``).
+V2  A cloud longer than LONGEST_CLOUD_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and
+    in mirrors: the few points that lie farther are passed over, and so are those beyond all others (``_near``).
 V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
 
 **Storeys**, from the histogram of heights.
 
-S1  A layer is level where it is as full as STRONG of the fullest: floors and ceilings are, table tops are not.
-S2  A storey goes from a level layer to the next one that is STOREY_M higher; what lies between is furniture.
+S1  A layer is level where it is as full as LEVEL_LAYER of the fullest: floors and ceilings are, table tops are not.
+S2  A storey goes from a level layer to the next one that is CLOUD_STOREY_M higher; what lies between is furniture.
 S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, EDGE of theirs.
 S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
 """
@@ -37,15 +37,23 @@ from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import level_id, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.storeys.scale import metres_of
+from pipeline.sources.tolerances import (
+    CLOUD_STOREY_M,
+    CLOUD_TOP,
+    FEWEST_VOXELS,
+    FLOOR_NOISE_M,
+    LAYER_APART_M,
+    LEVEL_LAYER,
+    LONGEST_CLOUD_M,
+    SLAB_BETWEEN_M,
+    STRAY,
+    STRAY_M,
+    VOXEL_M,
+    Y_IS_UP,
+)
 from pipeline.values import Input, Level, Mesh
 
-VOXEL_M = 0.02
-LONGEST_M = 200.0
-FEWEST_VOXELS = 500
-FEW = 0.002  # of all points, or voxels
-BESIDE_M = 4.0
 MAX_VOXELS = 30_000_000
-Y_UP = 1.4
 _BITS = 20
 _HALF = 1 << (_BITS - 1)
 
@@ -58,7 +66,7 @@ class Voxels:
     origin: npt.NDArray[np.float64]
     up: str
     far: int = 0
-    """How many voxels, or points beyond LONGEST_M, were passed over (V2)."""
+    """How many voxels, or points beyond LONGEST_CLOUD_M, were passed over (V2)."""
 
     def centres(self) -> npt.NDArray[np.float64]:
         """Middles (n, 3) in metres, in the plan's axes."""
@@ -79,7 +87,7 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
         if origin is None:
             origin = np.floor(np.median(points, axis=0))
         index = np.floor((points - origin) / VOXEL_M)
-        away = np.abs(index).max(axis=1) * VOXEL_M > LONGEST_M  # V2
+        away = np.abs(index).max(axis=1) * VOXEL_M > LONGEST_CLOUD_M  # V2
         far += int(away.sum())
         farthest = max(farthest, float(np.abs(index).max() * VOXEL_M))
         index = index[~away]
@@ -89,8 +97,8 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
             keys, waiting = np.unique(np.concatenate([keys, *waiting])), []
             if len(keys) > MAX_VOXELS:
                 raise _too_large(name, len(keys))
-    if far > FEW * seen:
-        detail = f"{name} has points {farthest:.4g} m from its middle, expected {LONGEST_M:.0f} m at most"
+    if far > STRAY * seen:
+        detail = f"{name} has points {farthest:.4g} m from its middle, expected {LONGEST_CLOUD_M:.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "cut the flat out, or give --units")
     keys = np.unique(np.concatenate([keys, *waiting]))
     if origin is None:
@@ -108,16 +116,16 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
 
 
 def _near(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """V2: voxels no farther than BESIDE_M from where, along each axis, all but FEW of them lie."""
-    low, high = np.quantile(index, (FEW / 2, 1 - FEW / 2), axis=0)
-    beside = BESIDE_M / VOXEL_M
+    """V2: voxels no farther than STRAY_M from where, along each axis, all but STRAY of them lie."""
+    low, high = np.quantile(index, (STRAY / 2, 1 - STRAY / 2), axis=0)
+    beside = STRAY_M / VOXEL_M
     near: npt.NDArray[np.bool_] = ((index >= low - beside) & (index <= high + beside)).all(axis=1)
     return index[near]
 
 
 def _upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
     """V3; a y-up cloud is turned by a quarter about x, so that y = -Z."""
-    axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_UP * _fullest(index[:, 2]) else "z"
+    axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_IS_UP * _fullest(index[:, 2]) else "z"
     if axis == "z":
         return Voxels(index, origin, "z", far)
     turned = np.column_stack([index[:, 0], -1 - index[:, 2], index[:, 1]])
@@ -134,9 +142,6 @@ def _too_large(name: str, count: int) -> Rejection:
     return Rejection("source", Reason.TOO_LARGE, detail, "cut the flat out of the cloud")
 
 
-STRONG = 0.25
-STOREY_M = (1.9, 6.0)
-SHARE = 0.995
 EDGE, MARGIN_M, STOREY_NOISE_M = 1.6, 0.4, 0.16
 
 
@@ -154,16 +159,16 @@ def find_storeys(voxels: Voxels) -> list[Storey]:
     low = int(z.min())
     counts = np.convolve(np.bincount(z - low), np.ones(3), mode="same")
     peaks = _peaks(counts)
-    top = float(np.quantile(z - low, SHARE))
+    top = float(np.quantile(z - low, CLOUD_TOP))
     found: list[tuple[int, float]] = []
     k = 0
     while k < len(peaks):
-        least, most = peaks[k] + STOREY_M[0] / VOXEL_M, peaks[k] + STOREY_M[1] / VOXEL_M
+        least, most = peaks[k] + CLOUD_STOREY_M[0] / VOXEL_M, peaks[k] + CLOUD_STOREY_M[1] / VOXEL_M
         over = next((p for p in peaks[k + 1 :] if least <= p <= most), None)
         if over is not None:  # S2
             found.append((peaks[k], over))
             k = peaks.index(over)
-            k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < 0.8 / VOXEL_M else 0
+            k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < SLAB_BETWEEN_M / VOXEL_M else 0
         else:
             if not found and top >= least:  # S4
                 found.append((peaks[k], min(top, most)))
@@ -178,8 +183,8 @@ def find_storeys(voxels: Voxels) -> list[Storey]:
 
 def _peaks(counts: np.ndarray) -> list[int]:
     """S1: the fullest layer of each run of full ones, lowest first."""
-    full = np.flatnonzero(counts >= STRONG * counts.max())
-    runs = np.split(full, np.flatnonzero(np.diff(full) > 0.1 / VOXEL_M) + 1)
+    full = np.flatnonzero(counts >= LEVEL_LAYER * counts.max())
+    runs = np.split(full, np.flatnonzero(np.diff(full) > LAYER_APART_M / VOXEL_M) + 1)
     return [int(run[np.argmax(counts[run])]) for run in runs]
 
 
@@ -197,10 +202,6 @@ def _middle(counts: np.ndarray, layer: float) -> float:
     """The middle of what a layer and its neighbours hold: floors are noisy, and lie between two layers."""
     near = np.arange(max(0, round(layer) - 2), min(len(counts), round(layer) + 3))
     return float(np.average(near, weights=counts[near])) if counts[near].any() else layer
-
-
-NOISE_M = 0.1
-"""Noise of a floor lies so far below it."""
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -241,7 +242,7 @@ def _level(voxels: Voxels, storey: Storey, name: str, number: int, provenance: d
     sign = -1.0 if voxels.up == "y" else 1.0
     return Level(
         id=name,
-        walls=Mesh(points[(points[:, 2] > -NOISE_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
+        walls=Mesh(points[(points[:, 2] > -FLOOR_NOISE_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
         ceiling_m=clear,
         frame=Frame(((1.0, 0.0, x), (0.0, sign, sign * y)), "y" if voxels.up == "y" else "z", storey.floor_m, number),
         provenance=provenance,

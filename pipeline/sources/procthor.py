@@ -3,7 +3,7 @@
 Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from above as it is; z = Y. A file of many
 houses is read as a stream: a build lists where each line begins, a worker goes there, and only one house is in memory.
 
-R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, THICKNESS_M thick about the sheet. A wall
+R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, SHEET_M thick about the sheet. A wall
     marked ``empty`` divides two rooms without standing.
 R2  A door's or window's hole is measured along ``wall0`` from its first corner. What has no leaf (a doorframe) is an
     opening without a door.
@@ -32,6 +32,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
 from pipeline.sources.files import base_id, check_lengths, decode_document
 from pipeline.sources.recognise import open_unpacked
+from pipeline.sources.tolerances import SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -112,7 +113,6 @@ def _shapes(house: House) -> Iterable[list[Corner]]:
     yield from ([thing.box.center, thing.box.size] for thing in house.objects if thing.box is not None)
 
 
-THICKNESS_M = 0.02
 LONGEST_LINE = 1 << 26
 """Bytes of one house; the largest of ProcTHOR-10k has a hundredth of it."""
 _STREAMS: dict[tuple[str, int], gzip.GzipFile] = {}  # this process's one open packed file
@@ -230,7 +230,7 @@ def _walls(house: House) -> list[Wall]:
     for wall in house.walls:
         ends = _foot(wall)
         if not wall.empty and ends is not None:
-            shape = shapely.buffer(shapely.LineString(ends), THICKNESS_M / 2, cap_style="square")
+            shape = shapely.buffer(shapely.LineString(ends), SHEET_M / 2, cap_style="square")
             heights = [corner.y for corner in wall.polygon]
             found.append(Wall(shape, min(heights), max(heights)))
     return found
@@ -242,7 +242,7 @@ def _foot(wall: Plane) -> tuple[tuple[float, float], tuple[float, float]] | None
     if len(corners) < 3:
         return None
     end = max(corners[1:], key=lambda corner: math.dist(corners[0], corner))
-    return (corners[0], end) if math.dist(corners[0], end) > THICKNESS_M else None
+    return (corners[0], end) if math.dist(corners[0], end) > SHEET_M else None
 
 
 def _holes(house: House, name: str) -> list[Hole]:
@@ -264,7 +264,7 @@ def _hole(slot: Slot, ends: Any, foot: float, is_door: bool) -> Hole:
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     reach = [corner.x for corner in slot.hole]
     line = shapely.LineString([ends[0] + min(reach) * along, ends[0] + max(reach) * along])
-    shape = shapely.buffer(line, THICKNESS_M / 2, cap_style="flat")
+    shape = shapely.buffer(line, SHEET_M / 2, cap_style="flat")
     heights = [foot + corner.y for corner in slot.hole]
     has_leaf = is_door and not slot.asset.startswith("Doorframe")
     return Hole(shape, min(heights), max(heights), has_leaf)

@@ -6,7 +6,7 @@ R1  Walls are what lies between and around the floors (``around``), and the surf
     Where no floor was found, what the surfaces enclose is one; where they enclose nothing, they are the walls.
 R2  A door is a door, an opening one without a door; what two rooms have of one is one. It goes through all wall there.
 R3  A floor is a room. Sections name it; where a floor holds several, they name the rooms that walls make of it.
-R4  What stands STOREY_M over the walls' lowest feet is a level of its own.
+R4  What stands STOREYS_APART_M over the walls' lowest feet is a level of its own.
 """
 
 from __future__ import annotations
@@ -39,14 +39,20 @@ from pipeline.sources.drawn_storeys import (
 from pipeline.sources.files import check_file, level_id, single_input
 from pipeline.sources.recognise import LONGEST_JSON
 from pipeline.sources.roles import labels_for
-from pipeline.sources.roomplan_scan import THIN_M, Floor, Scan, Section, Thing, parse_scan
+from pipeline.sources.roomplan_scan import Floor, Scan, Section, Thing, parse_scan
+from pipeline.sources.tolerances import (
+    NAME_BOX_M,
+    NARROWEST_ROOM_M,
+    ROOMPLAN_WALL_M,
+    SAME_M,
+    SCAN_CORNER_M,
+    SCAN_INSIDE_M,
+    SHEET_M,
+    STOREYS_APART_M,
+    TINY,
+)
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
-STOREY_M = 1.5
-THICK_M = 0.06
-INSIDE_M = 0.12
-CORNER_M = 0.1  # surfaces end so far from the corner that they make
-NARROW_M = 0.5
 UNKNOWN = frozenset({"", "unidentified", "other"})
 
 
@@ -75,7 +81,7 @@ def read(item: Input) -> Iterator[Level]:
     heights = _heights(scan)
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf
-        made = _level(_part(scan, height - STOREY_M / 2, above - STOREY_M / 2), height, provenance)
+        made = _level(_part(scan, height - STOREYS_APART_M / 2, above - STOREYS_APART_M / 2), height, provenance)
         yield replace(made, id=level_id(item.id, number, len(heights)), frame=replace(made.frame, level=number))
 
 
@@ -98,7 +104,7 @@ def _heights(scan: Scan) -> list[float]:
     feet = sorted(wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0)
     groups: list[list[float]] = []
     for foot in feet or sorted(wall.low_m for wall in scan.walls):
-        if groups and foot - groups[-1][0] < STOREY_M:
+        if groups and foot - groups[-1][0] < STOREYS_APART_M:
             groups[-1].append(foot)
         else:
             groups.append([foot])
@@ -147,20 +153,20 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
 
 def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     """R1."""
-    strips = shapely.union_all([_strip(wall.shape, THICK_M, 0.0) for wall in scan.walls], grid_size=1e-4)
+    strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=SAME_M)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
-    inner = shapely.intersection(strips, mitred(close_cracks(shapely.union_all(floors)), -INSIDE_M))
-    reached = shapely.union_all([mitred(part, INSIDE_M) for part in polygons_of(inner)])
+    inner = shapely.intersection(strips, mitred(close_cracks(shapely.union_all(floors)), -SCAN_INSIDE_M))
+    reached = shapely.union_all([mitred(part, SCAN_INSIDE_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 
 
 def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
     """What surfaces close all round, except the inside of walls between two of them."""
-    strips = shapely.union_all([_strip(wall.shape, THIN_M, CORNER_M) for wall in walls], grid_size=1e-4)
-    areas = [mitred(area, THIN_M / 2) for area in enclosed(strips)[1]]
-    return [area for area in areas if not opened(area, NARROW_M).is_empty]
+    strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
+    areas = [mitred(area, SHEET_M / 2) for area in enclosed(strips)[1]]
+    return [area for area in areas if not opened(area, NARROWEST_ROOM_M).is_empty]
 
 
 def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:
@@ -169,7 +175,7 @@ def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
     k = int(np.argmin(sides))
     ends = np.array([corners[k] + corners[k + 1], corners[(k + 2) % 4] + corners[(k + 3) % 4]]) / 2
-    along = (ends[1] - ends[0]) / max(float(sides.max()), 1e-9) * longer_m
+    along = (ends[1] - ends[0]) / max(float(sides.max()), TINY) * longer_m
     line = shapely.LineString([ends[0] - along, ends[1] + along])
     strip: Polygon = line.buffer(max(float(sides[k]), thick_m) / 2, cap_style="flat")
     return strip
@@ -188,7 +194,7 @@ def _rooms(floors: Sequence[Floor], sections: Sequence[Section]) -> tuple[Source
     for section in free:
         if section.label.lower() not in UNKNOWN:
             x, y = section.at
-            box = (x - 0.1, y - 0.1, x + 0.1, y + 0.1)
+            box = (x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M)
             rooms.append(SourceRoom((section.label,), labels_for((section.label,)), box=box))
     return tuple(rooms)
 

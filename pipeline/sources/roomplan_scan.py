@@ -27,8 +27,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import clean
 from pipeline.sources.files import check_lengths, decode_document, members
 from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
+from pipeline.sources.tolerances import SAME_M, SHEET_M, SLIVER_M2
 
-THIN_M = 0.02
 _ADVICE = "export the scan again"
 
 
@@ -117,11 +117,11 @@ def parse_scan(data: bytes, name: str) -> Scan:
 def box_thing(word: str, points: np.ndarray) -> Thing | None:
     """Return the upright box around points (n, 3) of plan x, y and height, or None if they have no extent in plan."""
     around = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2]))
-    if around.length < THIN_M:
+    if around.length < SHEET_M:
         return None
-    if around.area < THIN_M * around.length / 2:
+    if around.area < SHEET_M * around.length / 2:
         line = shapely.LineString(_farthest(points[:, :2]))
-        around = line.buffer(THIN_M / 2, cap_style="flat")
+        around = line.buffer(SHEET_M / 2, cap_style="flat")
     return Thing(word, around, float(points[:, 2].min()), float(points[:, 2].max()))
 
 
@@ -335,5 +335,5 @@ def _floors(mesh: Any, points: np.ndarray) -> list[Floor]:
         raise ValueError("faces")
     rings = np.split(points[corners][:, :2], np.cumsum(counts)[:-1])
     faces = [shapely.make_valid(shapely.Polygon(ring)) for ring in rings if len(ring) > 2]
-    area = shapely.union_all([face for face in faces if face.area > 1e-8], grid_size=1e-4)
+    area = shapely.union_all([face for face in faces if face.area > SLIVER_M2], grid_size=SAME_M)
     return [Floor(part, float(np.median(points[:, 2]))) for part in polygons_of(area)]

@@ -27,6 +27,7 @@ from houseexpo.plan.categories import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import as_text, report
 from pipeline.sources.meshes import obj
+from pipeline.sources.tolerances import FAR_M, LONGEST_ROOM_M, SUNCG_GRID_M, TINY
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -117,8 +118,6 @@ _DOORS = frozenset(
     + [str(i) for i in (*range(756, 765), *range(768, 774))]
     + [f"s__{i}" for i in range(1762, 1774)]
 )
-_LARGEST_M = 500.0
-_FAR_M = 500.0  # coordinates beyond this lose their last tenth of a millimetre in single precision
 _EMPTY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
 
 
@@ -255,12 +254,12 @@ def _datum(walls: Mesh, floors: Mesh, name: str) -> tuple[float, npt.NDArray[np.
     if not len(vertices):
         return 0.0, np.zeros(2)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    if (high - low).max() > _LARGEST_M:
-        detail = f"{name} is {(high - low).max():.0f} m long, expected {_LARGEST_M:.0f} m at most"
+    if (high - low).max() > LONGEST_ROOM_M:
+        detail = f"{name} is {(high - low).max():.0f} m long, expected {LONGEST_ROOM_M:.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "check scaleToMeters in house.json")
     foot = float((walls.vertices if len(walls.vertices) else floors.vertices)[:, 1].min())
     centre = ((low + high) / 2)[[0, 2]]
-    return foot, np.round(centre) if np.abs(centre).max() > _FAR_M else np.zeros(2)
+    return foot, np.round(centre) if np.abs(centre).max() > FAR_M else np.zeros(2)
 
 
 def _in_level(mesh: Mesh, origin: npt.NDArray[np.float64]) -> Mesh:
@@ -272,10 +271,10 @@ def _plan_area(mesh: Mesh) -> shapely.Polygon | shapely.MultiPolygon | None:
     """Return the plan area of floor slabs: the union of their faces seen from above."""
     corners = mesh.vertices[mesh.faces][:, :, :2]
     ab, ac = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    upward = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0] > 1e-9  # a closed slab's top alone covers it
+    upward = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0] > TINY  # a closed slab's top alone covers it
     if not upward.any():
         return None
-    area = shapely.union_all(shapely.polygons(corners[upward]), grid_size=1e-5)
+    area = shapely.union_all(shapely.polygons(corners[upward]), grid_size=SUNCG_GRID_M)
     return area if isinstance(area, shapely.Polygon | shapely.MultiPolygon) else None
 
 

@@ -18,7 +18,7 @@ H5  A piece or a room that cannot be read is left out; a wall that cannot be rea
 
 S1  A wall is a strip about its middle; a bent one a strip about its arc.
 S2  Where two walls are joined, the corner between their ends is filled up to where their outer faces meet.
-S3  A sloping wall goes up in steps of STEP_M.
+S3  A sloping wall goes up in steps of SLOPE_STEP_M.
 S4  A door's hole goes through the whole of each wall that runs along it and in which its frame stands, however deep the
     frame is.
 
@@ -70,6 +70,19 @@ from pipeline.sources.files import (
     single_input,
 )
 from pipeline.sources.roles import labels_for
+from pipeline.sources.tolerances import (
+    ALONG,
+    ARC_STEP_RAD,
+    IN_WALL,
+    ROUGH_M,
+    SHARPEST,
+    SLOPE_STEP_M,
+    SLOPE_STEPS,
+    SWEETHOME_WALL_CM,
+    TINY,
+    TURN_RAD,
+    WALL_HEIGHT_M,
+)
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 CM = 0.01
@@ -155,13 +168,13 @@ def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
     if root.tag != "home":
         detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
-    usual = _length(root, "wallHeight", 250.0)
+    usual = _length(root, "wallHeight", WALL_HEIGHT_M / CM)
     storeys = [
         Storey(
             each.get("id", ""),
             each.get("name", ""),
             _length(each, "elevation"),
-            _length(each, "height", 250.0),
+            _length(each, "height", WALL_HEIGHT_M / CM),
             _flag(each, "visible", True),
         )
         for each in root.findall("level")
@@ -208,7 +221,7 @@ def _wall(element: Element, usual: float) -> DrawnWall:
         level=element.get("level", ""),
         start=(_length(element, "xStart"), _length(element, "yStart")),
         end=(_length(element, "xEnd"), _length(element, "yEnd")),
-        thickness_m=abs(_length(element, "thickness", 7.5)),
+        thickness_m=abs(_length(element, "thickness", SWEETHOME_WALL_CM)),
         height_m=height,
         end_height_m=_length(element, "heightAtEnd", height / CM),
         arc_rad=_number(element, "arcExtent", 0.0),
@@ -278,14 +291,6 @@ def _flag(element: Element, key: str, usual: bool) -> bool:
     return element.get(key, str(usual)).strip().lower() == "true"
 
 
-STEP_M = 0.1
-MAX_STEPS = 40
-ARC_STEP_RAD = math.radians(7.5)
-SHARPEST = 3.0  # a corner is filled up to so many times the walls' thickness
-ALONG = math.cos(math.radians(20))
-SHORTEST_M = 1e-3
-
-
 @dataclass(frozen=True, eq=False)
 class Strip:
     """A wall with its middle line (n, 2) and its shape."""
@@ -300,7 +305,7 @@ def strips(walls: Sequence[DrawnWall]) -> list[Strip]:
     found = []
     for wall in walls:
         line = _middle(wall)
-        if math.dist(wall.start, wall.end) > SHORTEST_M and wall.thickness_m > SHORTEST_M:
+        if math.dist(wall.start, wall.end) > ROUGH_M and wall.thickness_m > ROUGH_M:
             shape = LineString(line).buffer(wall.thickness_m / 2, cap_style="flat", join_style="mitre")
             found.append(Strip(wall, line, max(polygons_of(shape), key=lambda part: part.area)))
     return found
@@ -322,11 +327,11 @@ def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
     cut = []
     for strip in found:
         runs = [direction for direction in _directions(strip.line) if abs(np.dot(direction, along)) > ALONG]
-        if runs and shapely.intersection(frame, strip.shape).area > 0.2 * min(frame.area, _share(strip, frame)):
+        if runs and shapely.intersection(frame, strip.shape).area > IN_WALL * min(frame.area, _share(strip, frame)):
             reach = strip.wall.thickness_m + door.depth_m
             lane = _quad(door.at, along, across, u, (v - reach, v + door.wall_thickness * door.depth_m + reach))
             cut.append(shapely.intersection(lane, strip.shape))
-    parts = [part for part in polygons_of(shapely.union_all(cut)) if part.distance(frame) < SHORTEST_M]
+    parts = [part for part in polygons_of(shapely.union_all(cut)) if part.distance(frame) < ROUGH_M]
     if not parts:
         return None
     shape = shapely.convex_hull(shapely.union_all(parts))
@@ -344,14 +349,14 @@ def footprint(piece: Piece) -> Polygon:
 
 def _share(strip: Strip, frame: Polygon) -> float:
     """Area that a frame could have in a wall thinner than itself."""
-    longest = max(frame.length / 2 - strip.wall.thickness_m, SHORTEST_M)
+    longest = max(frame.length / 2 - strip.wall.thickness_m, ROUGH_M)
     return float(longest * strip.wall.thickness_m)
 
 
 def _middle(wall: DrawnWall) -> Any:
     """Return the points (n, 2) of a wall's middle."""
     a, b = np.array(wall.start), np.array(wall.end)
-    if abs(wall.arc_rad) < 1e-3 or abs(wall.arc_rad) > 2 * math.pi - 1e-3:
+    if abs(wall.arc_rad) < TURN_RAD or abs(wall.arc_rad) > 2 * math.pi - TURN_RAD:
         return np.stack([a, b])
     centre = (a + b) / 2 - np.array([b[1] - a[1], a[0] - b[0]]) / (2 * math.tan(wall.arc_rad / 2))
     turns = np.linspace(0.0, wall.arc_rad, max(3, math.ceil(abs(wall.arc_rad) / ARC_STEP_RAD)) + 1)
@@ -364,9 +369,9 @@ def _sloped(strip: Strip) -> Iterable[Wall]:
     """S3."""
     wall = strip.wall
     rise = wall.end_height_m - wall.height_m
-    if abs(rise) < STEP_M:
+    if abs(rise) < SLOPE_STEP_M:
         return [Wall(strip.shape, 0.0, max(wall.height_m, wall.end_height_m))]
-    count = min(MAX_STEPS, math.ceil(abs(rise) / STEP_M))
+    count = min(SLOPE_STEPS, math.ceil(abs(rise) / SLOPE_STEP_M))
     line = LineString(strip.line)
     found = []
     for k in range(count):
@@ -400,18 +405,18 @@ def _corner(a: Any, u: Any, b: Any, v: Any, halves: tuple[float, float]) -> Poly
     n, m = np.array([-u[1], u[0]]) * halves[0], np.array([-v[1], v[0]]) * halves[1]
     points = [a + n, a - n, b + m, b - m]
     turn = u[0] * v[1] - u[1] * v[0]
-    if abs(turn) > 1e-3:
+    if abs(turn) > TURN_RAD:
         for p, q in ((a + n, b - m), (a - n, b + m)):
             t = ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn
             if abs(t) < SHARPEST * 2 * max(halves):
                 points.append(p + t * u)
     hull = shapely.convex_hull(shapely.MultiPoint(np.array(points)))
-    return hull if isinstance(hull, Polygon) and hull.area > SHORTEST_M**2 else None
+    return hull if isinstance(hull, Polygon) and hull.area > ROUGH_M**2 else None
 
 
 def _directions(line: Any) -> Any:
     steps = np.diff(line, axis=0)
-    return steps / np.maximum(np.hypot(*steps.T), 1e-9)[:, None]
+    return steps / np.maximum(np.hypot(*steps.T), TINY)[:, None]
 
 
 def _axes(angle: float) -> tuple[Any, Any]:

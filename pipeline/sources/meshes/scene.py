@@ -10,6 +10,7 @@ import manifold3d
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.sources.tolerances import TINY
 from pipeline.values import Mesh
 
 Owners = npt.NDArray[np.int32]
@@ -142,7 +143,7 @@ def _notched(vertices: Floats, rings: Indices) -> npt.NDArray[np.bool_]:
     normal = np.cross(points - points[:, :1], np.roll(points, -1, axis=1) - points[:, :1]).sum(axis=1)
     along = np.einsum("pcx,px->pc", turns, normal)
     scale = np.einsum("px,px->p", normal, normal)[:, None]
-    notched: npt.NDArray[np.bool_] = (along < -1e-9 * scale).any(axis=1)
+    notched: npt.NDArray[np.bool_] = (along < -TINY * scale).any(axis=1)
     return notched
 
 
@@ -155,4 +156,4 @@ def _ears(ring: Floats) -> Indices:
     if (normal[drop] < 0) != (drop == 1):  # the two axes kept are left-handed about the middle one
         flat = flat * (1.0, -1.0)
     extent = float(np.ptp(flat, axis=0).max()) or 1.0
-    return np.asarray(manifold3d.triangulate([flat], epsilon=1e-9 * extent), np.int64).reshape(-1, 3)
+    return np.asarray(manifold3d.triangulate([flat], epsilon=TINY * extent), np.int64).reshape(-1, 3)

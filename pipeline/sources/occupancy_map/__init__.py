@@ -32,8 +32,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOut, check_file, single_input
 from pipeline.sources.occupancy_map.rooms import Segmentation, Way, segment
-from pipeline.sources.vector_plans.drawn import DOOR_M as HEAD_M
-from pipeline.sources.vector_plans.drawn import WALL_M as WALL_HEIGHT_M
+from pipeline.sources.tolerances import DOOR_M as HEAD_M
+from pipeline.sources.tolerances import WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
 from pipeline.values import Input, Level
 

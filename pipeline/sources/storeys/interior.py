@@ -20,30 +20,36 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.storeys.surfaces import VERTICAL, Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces
+from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces
+from pipeline.sources.tolerances import (
+    CABIN_FLOOR,
+    CABIN_M,
+    CELL_M,
+    CHEST_AND_HEAD_M,
+    DEEPEST_WALL_M,
+    ENCLOSED,
+    FACING,
+    INNER_M,
+    INNER_PER_M2,
+    INNER_SHARE,
+    LEAN_M,
+    MANY_BLOCKS,
+    MAX_SAMPLES,
+    OUTWARD,
+    PATCH_M,
+    SAMPLE_M,
+    SHED_M2,
+    STANDING,
+    STEEP,
+    THINNEST_WALL_M,
+    TINY,
+    TWO_FACED,
+    UPRIGHT,
+    VERTICAL,
+)
 from pipeline.values import Mesh
 
-HEIGHTS_M = (1.1, 1.7)
-CELL_M = 0.1
-SAMPLE_M = 0.2
-LEAN_M = 0.2  # walls of scans lean and wave
-STANDING = 0.25  # of the outline's length
-STEEP = 0.7  # |n . up| of faces that are looked at: not only upright ones, as scans lean
-UPRIGHT = 0.8  # of the steep area, in a room
-PATCH_M = 0.5  # the faces of a scan lean this way and that, so that only the mean of many says whether a wall does
-CABIN_M = 7.0
-CABIN_FLOOR = 0.4
-THINNEST_M = 0.02
-THICKEST_M = 0.7
-MAX_SAMPLES = 2_000
-TWO_FACED = 0.5  # share of the outline with a second face behind it
-OUTWARD = 0.7
-INNER_M = 1.5
-INNER_SHARE = 0.05  # of the outline's length
-INNER_AREA = 0.08  # metres of inner wall in a square metre; dwellings have 0.2 and more
-ENCLOSED = 0.5  # of what the outline's hull covers
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
-MANY_BLOCKS = 5
 MAX_CELLS = 40_000_000
 
 
@@ -73,7 +79,7 @@ class Look:
             return f"leaning walls around {self.area_m2:.0f} m2, of which a small part is floor: a car or the like"
         is_city = self.blocks >= MANY_BLOCKS
         closed = self.enclosed >= ENCLOSED and self.outward >= OUTWARD and (is_city or self.two_faced < TWO_FACED)
-        if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_AREA * self.area_m2):
+        if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_PER_M2 * self.area_m2):
             return ""
         if self.blocks > 2:
             return f"{self.blocks} separate closed blocks with no wall inside any: a city"
@@ -102,7 +108,7 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     """Look at one level's walls in plan."""
     surfaces = Surfaces.of(walls)
     upright = np.abs(surfaces.normal[:, 2]) < STEEP
-    sections = [cut_faces(surfaces, upright, height) for height in HEIGHTS_M]
+    sections = [cut_faces(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
     if not len(sections[0][0]):
         return Look(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
@@ -121,18 +127,18 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     outer = grid.at(grid.grown(outside, 2 * grid.size_m), points)
     looks_out = grid.at(outside, points + normals * 4 * grid.size_m)
     stands = grid.at(grid.grown(standing, grid.size_m), points)
-    far = grid.grown(outside, THICKEST_M + 2 * grid.size_m)
+    far = grid.grown(outside, DEEPEST_WALL_M + 2 * grid.size_m)
     outline = _length(grid, covered)
     return Look(
         outline,
         grid.area(covered),
         float(np.count_nonzero(stands & outer)) * SAMPLE_M,
-        grid.area(inside) / max(grid.area(covered), 1e-9),
+        grid.area(inside) / max(grid.area(covered), TINY),
         _two_faced(points, normals, outer, np.where(looks_out[:, None], normals, -normals)),
         _share(looks_out[outer]),
         float(np.count_nonzero(stands & ~outer & ~grid.at(far, points))) * SAMPLE_M,
         _blocks(grid, wall),
-        floor_m2 is not None and _is_cabin(surfaces, high - low, floor_m2 / max(float(np.prod(high - low)), 1e-9)),
+        floor_m2 is not None and _is_cabin(surfaces, high - low, floor_m2 / max(float(np.prod(high - low)), TINY)),
     )
 
 
@@ -152,7 +158,7 @@ def _upright(surfaces: Surfaces) -> float:
     sums = np.stack([np.bincount(patch, turned[:, axis] * area) for axis in range(3)], axis=1)
     leans = np.abs(sums[:, 2]) > VERTICAL * np.linalg.norm(sums, axis=1)
     by_patch = np.bincount(patch, area)
-    return float(by_patch[~leans].sum() / max(by_patch.sum(), 1e-9))
+    return float(by_patch[~leans].sum() / max(by_patch.sum(), TINY))
 
 
 def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[Floats, Floats]:
@@ -161,10 +167,10 @@ def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[F
     ends = np.cumsum(length)
     at = np.arange(SAMPLE_M / 2, ends[-1], SAMPLE_M)
     owner = np.minimum(np.searchsorted(ends, at), len(ends) - 1)
-    share = ((at - ends[owner] + length[owner]) / np.maximum(length[owner], 1e-12)).clip(0.0, 1.0)[:, None]
+    share = ((at - ends[owner] + length[owner]) / np.maximum(length[owner], TINY)).clip(0.0, 1.0)[:, None]
     points = segments[owner, 0] * (1 - share) + segments[owner, 1] * share
     normals = surfaces.normal[faces[owner], :2]
-    return points, normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
+    return points, normals / np.maximum(np.linalg.norm(normals, axis=1), TINY)[:, None]
 
 
 def _without_fences(wall: Cells, standing: Cells) -> Cells:
@@ -200,14 +206,14 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
     chosen = np.flatnonzero(outer)[:: max(1, int(outer.sum()) // MAX_SAMPLES)]
     if not len(chosen):
         return 0.0
-    near = KDTree(points).query_ball_point(points[chosen], THICKEST_M)
+    near = KDTree(points).query_ball_point(points[chosen], DEEPEST_WALL_M)
     found = []
     for k, others in zip(chosen, near, strict=True):
         away = points[k] - points[others]
         deep = away @ outward[k]
         beside = np.abs(away @ np.array([-outward[k, 1], outward[k, 0]]))
-        parallel = np.abs(normals[others] @ outward[k]) > 0.7
-        found.append(bool(((deep > THINNEST_M) & (beside < SAMPLE_M) & parallel).any()))
+        parallel = np.abs(normals[others] @ outward[k]) > FACING
+        found.append(bool(((deep > THINNEST_WALL_M) & (beside < SAMPLE_M) & parallel).any()))
     return _share(np.asarray(found))
 
 
@@ -215,7 +221,7 @@ def _blocks(grid: PlanGrid, wall: Cells) -> int:
     """Parts that stand apart and are larger than a shed."""
     parts = _hull(wall)
     count, _, stats, _ = cv2.connectedComponentsWithStats(parts)
-    return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] * grid.size_m**2 > 10.0))
+    return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] * grid.size_m**2 > SHED_M2))
 
 
 def _share(marked: np.ndarray) -> float:

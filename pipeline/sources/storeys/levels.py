@@ -40,7 +40,6 @@ from shapely import MultiPolygon, Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import (
-    VERTICAL,
     Bools,
     Cells,
     Floats,
@@ -50,11 +49,58 @@ from pipeline.sources.storeys.surfaces import (
     cut_at_height,
     weighted_quantile,
 )
+from pipeline.sources.tolerances import (
+    AROUND_M,
+    ATTIC_M,
+    BEYOND,
+    BIN_M,
+    CLEAR_M,
+    COVER_M,
+    COVER_OVER_M,
+    FAR_M,
+    FEET_M,
+    FLOOR_FACES,
+    FLOOR_GAP_M,
+    FURNITURE_SHARE,
+    HALF_ROOM_M,
+    HOVER_M,
+    HOVER_SHARE,
+    LANDING_M,
+    LANDING_SHARE,
+    LIES_OVER,
+    LINED,
+    LINTEL_CUT_M,
+    MARGIN_M,
+    NAMED_SHARE,
+    NEXT_FLOOR,
+    ROOF_SLAB_M,
+    ROOMY_M2,
+    ROUGH_M,
+    SAME,
+    SHORTEST_WALLS_M,
+    SLAB_M,
+    SLIVER_M2,
+    SMALL_FLOOR,
+    SMALL_STOREY,
+    SPLIT_LEVEL_M,
+    TERRAIN,
+    THIN_SLAB_M,
+    THROUGH,
+    TINY,
+    TURNED,
+    UNDER_FLOOR_M,
+    VERTICAL,
+    VOID_HALF_WIDTH_M,
+    VOID_OVER_M,
+    VOID_UNDER_M,
+    WALL_FOOT_M,
+    WALL_REACH_M,
+    WALLS_ENDED,
+    WINDOW_M,
+)
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
-TERRAIN = 2.0  # times what the walls enclose
-AROUND_M = 0.5
 
 
 def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
@@ -63,8 +109,8 @@ def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | Mu
         parts = _outlines(region, grid)
     else:
         parts = shapely.polygons(triangles)
-        parts = parts[shapely.area(parts) > 1e-8]
-    area = shapely.union_all(parts, grid_size=0.001)
+        parts = parts[shapely.area(parts) > SLIVER_M2]
+    area = shapely.union_all(parts, grid_size=ROUGH_M)
     if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
         area = area.intersection(hull.buffer(AROUND_M, join_style="mitre"))
@@ -79,17 +125,6 @@ def _outlines(region: Cells, grid: PlanGrid) -> np.ndarray:
     rings = [contour[:, 0] * grid.size_m + np.asarray(grid.origin) + grid.size_m / 2 for contour in contours]
     half = grid.size_m / 2  # contours run through the centres of the outermost cells
     return np.asarray([Polygon(ring).buffer(half, join_style="mitre") for ring in rings if len(ring) > 2])
-
-
-CLEAR_M = 1.8  # wall, and clear height, that a storey's floor must have above it
-ROOMY_M2 = 4.0  # less than this is a landing, a table or a bed
-SHARE = 0.15  # of the largest floor's area, so that the head of a stair on a roof is no storey
-WALLED = 0.5  # share of a floor's outer boundary along which walls stand
-WALL_REACH_M = 0.5
-APART_M = 0.9  # floors closer than this in height are one storey with steps
-WINDOW_M = 0.06  # half the window in which faces make one surface: coverings, scans
-TURNED = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
-HALF_ROOM_M = 0.4  # narrower surfaces are wall tops, sills, shelves and steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +158,7 @@ def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[Layer]:
     return sorted((layer for layer in layers if layer), key=lambda layer: layer.top)
 
 
-def _peaks(heights: Floats, areas: Floats, step: float = 0.01) -> list[float]:
+def _peaks(heights: Floats, areas: Floats, step: float = BIN_M) -> list[float]:
     """Heights about which the most area gathers, the largest first, two windows apart."""
     slot = np.floor((heights - heights.min()) / step).astype(np.int64)
     if slot.max() > 1_000_000:  # farther than 10 km from the rest: no part of a house
@@ -147,11 +182,11 @@ def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) ->
     if not faces.any():
         return None
     cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
-    cells = grid.opened(grid.closed(cells, 0.15), HALF_ROOM_M)
+    cells = grid.opened(grid.closed(cells, FLOOR_GAP_M), HALF_ROOM_M)
     if grid.area(cells) < ROOMY_M2:
         return None
     height, area = heights[faces], surfaces.area[faces]
-    bottom, top = weighted_quantile(height, area, 0.1), weighted_quantile(height, area, 0.9)
+    bottom, top = weighted_quantile(height, area, FLOOR_FACES[0]), weighted_quantile(height, area, FLOOR_FACES[1])
     return Layer(bottom, top, faces, cells)
 
 
@@ -161,7 +196,7 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: Pla
     floors = sorted((floor for floor in found if floor), key=lambda floor: -floor.area_m2)
     kept: list[FloorSurface] = []
     for floor in floors:
-        near = [i for i, other in enumerate(kept) if abs(other.layer.top - floor.layer.top) < APART_M]
+        near = [i for i, other in enumerate(kept) if abs(other.layer.top - floor.layer.top) < SPLIT_LEVEL_M]
         if near:  # a step within the storey of a larger floor
             other = kept[near[0]]
             ups = _looks_up(surfaces, other.layer), _looks_up(surfaces, floor.layer)
@@ -169,7 +204,7 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: Pla
                 kept[near[0]] = other if ups[0] > ups[1] else floor
                 continue
             kept[near[0]] = FloorSurface(other.layer, other.region, other.area_m2, other.faces | floor.faces)
-        elif floor.area_m2 >= SHARE * floors[0].area_m2:
+        elif floor.area_m2 >= SMALL_FLOOR * floors[0].area_m2:
             kept.append(floor)
     return sorted(kept, key=lambda floor: floor.layer.top)
 
@@ -188,7 +223,9 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
             free[other.cells > 0] = 0
     free = grid.opened(free, HALF_ROOM_M)
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
-    segments = np.concatenate([cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - 0.05, 2.15)])
+    segments = np.concatenate(
+        [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - MARGIN_M, LINTEL_CUT_M)]
+    )
     standing = grid.trace(segments) & grid.grown(free, WALL_REACH_M)
     region = _filled(free & _hull(standing))
     area = grid.area(region)
@@ -196,7 +233,7 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
     if area < ROOMY_M2:
         return None
     lined = np.count_nonzero(rim & grid.grown(standing, WALL_REACH_M)) / np.count_nonzero(rim)
-    return FloorSurface(layer, region, area, layer.faces) if lined >= WALLED else None
+    return FloorSurface(layer, region, area, layer.faces) if lined >= LINED else None
 
 
 def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
@@ -219,11 +256,6 @@ def _filled(mask: Cells) -> Cells:
     return np.asarray(cv2.drawContours(np.zeros_like(mask), contours, -1, 1, cv2.FILLED), np.uint8)
 
 
-UNDER_M = 1.0
-OVER_M = 0.3
-HALF_WIDTH_M = 0.1  # what is narrower is a crack between floor and wall
-
-
 def open_below(
     surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
 ) -> Polygon | MultiPolygon | None:
@@ -231,10 +263,10 @@ def open_below(
     lower = [floor.region for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
     if not lower:
         return None  # V2
-    near = (surfaces.high[:, 2] > height - UNDER_M) & (surfaces.low[:, 2] < height + OVER_M)
+    near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + VOID_OVER_M)
     covering = near & (np.abs(surfaces.normal[:, 2]) > VERTICAL)
     covered = grid.cover(surfaces.triangles(covering)[:, :, :2])  # V1
-    shape = _outline(grid.opened(np.bitwise_or.reduce(lower) & (1 - covered), HALF_WIDTH_M), grid)
+    shape = _outline(grid.opened(np.bitwise_or.reduce(lower) & (1 - covered), VOID_HALF_WIDTH_M), grid)
     return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None
 
 
@@ -245,22 +277,6 @@ def _outline(mask: Cells, grid: PlanGrid) -> shapely.Geometry:
     end = np.nonzero(edges == -1)[1]
     (x, y), size = grid.origin, grid.size_m
     return shapely.union_all(shapely.box(x + start * size, y + row * size, x + end * size, y + (row + 1) * size))
-
-
-BELOW_M = 0.3  # faces this far under the floor stay with the level
-MARGIN_M = 0.05  # the last height stays this far under what closes the level
-SLAB_M = 0.65  # the thickest slab between two storeys
-ATTIC_M = 1.0  # walls that go on so far over a slab are an attic's; over less, it may be a hung ceiling
-THROUGH = 0.9  # of the wall length that reaches a layer; where more runs on through it, it hangs between the walls
-ENDED = 0.05  # where no more runs on through it, the walls end there
-SHORTEST_WALLS_M = 2.0
-FURNITURE_M = 0.25
-HOVER_M = 0.15
-HOVER_SHARE = 0.15  # of the usual wall length
-FURNITURE_SHARE = 0.4  # of the plan
-LOWEST_STOREY_M = 2.15  # from floor to floor, where one lies over the other
-MIN_SHARE = 0.1  # of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
-NAMED_SHARE = 0.5  # of a surface, beyond which its names are believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +320,7 @@ def find_levels(
     floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
     enclosed = enclosed_cells(surfaces, walls, foot, grid)
     lowest = floors[0] if floors else None
-    if lowest and foot < lowest.layer.top - FURNITURE_M and lowest.area_m2 < FURNITURE_SHARE * grid.area(enclosed):
+    if lowest and foot < lowest.layer.top - ROOF_SLAB_M and lowest.area_m2 < FURNITURE_SHARE * grid.area(enclosed):
         floors = floors[1:]  # R2: tops of beds and tables
         lowest = floors[0] if floors else None
     if lowest is None or foot < lowest.layer.top - CLEAR_M:
@@ -317,11 +333,11 @@ def find_levels(
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
-        near = walls & grid.at(grid.grown(region, 0.5), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        near = walls & grid.at(grid.grown(region, WALL_REACH_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
         through = partial(_through, surfaces, near)
         above = _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
-        part = mesh if len(heights) == 1 else _slice(surfaces, height - BELOW_M, height + ceiling)
+        part = mesh if len(heights) == 1 else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_below(surfaces, height, floors, grid)
         found.append(FoundLevel(height, ceiling, _lowered(part, height), area, below))
@@ -337,10 +353,10 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             size = below.area_m2 if below else enclosed_m2
             height = below.layer.top if below else foot
             shared = np.count_nonzero(floor.region & below.region) if below else np.count_nonzero(floor.region)
-            over = shared >= 0.5 * np.count_nonzero(floor.region)
-            if over and floor.layer.top - height < LOWEST_STOREY_M and floor.area_m2 < 0.5 * size:
+            over = shared >= LIES_OVER * np.count_nonzero(floor.region)
+            if over and floor.layer.top - height < LANDING_M and floor.area_m2 < LANDING_SHARE * size:
                 continue
-            if floor.area_m2 < MIN_SHARE * enclosed_m2:
+            if floor.area_m2 < SMALL_STOREY * enclosed_m2:
                 continue
         kept.append(floor)
     return kept
@@ -355,7 +371,7 @@ def _is_named(surfaces: Surfaces, layer: Layer, named: Bools) -> bool:
 def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid) -> Polygon | MultiPolygon | None:
     """R4: plan area of the faces that the source calls floor, where they are most of it, else of all at its height."""
     height = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
-    called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < APART_M)
+    called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < SPLIT_LEVEL_M)
     flat = float(surfaces.area[called].sum())
     faces = called if flat > NAMED_SHARE * floor.area_m2 else floor.faces
     return floor_area(surfaces.triangles(faces)[:, :, :2], floor.region, grid)
@@ -364,7 +380,9 @@ def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid)
 def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarray]:
     """Plan bounds (x, y) low and high of all but half a percent of the wall area on each side."""
     low, high, area = surfaces.low[walls, :2], surfaces.high[walls, :2], surfaces.area[walls]
-    ends = [[weighted_quantile(low[:, i], area, 0.005), weighted_quantile(high[:, i], area, 0.995)] for i in (0, 1)]
+    ends = [
+        [weighted_quantile(low[:, i], area, BEYOND), weighted_quantile(high[:, i], area, 1 - BEYOND)] for i in (0, 1)
+    ]
     bounds = np.asarray(ends).T
     return bounds[0], bounds[1]
 
@@ -379,7 +397,7 @@ def _foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | Non
     if top - bottom < CLEAR_M:
         return None
     low = surfaces.low[walls, 2]
-    near = np.abs(low - bottom) < 0.02
+    near = np.abs(low - bottom) < FEET_M
     return weighted_quantile(low[near], surfaces.area[walls][near], 0.5) if near.any() else float(bottom)
 
 
@@ -388,7 +406,7 @@ def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None
     if floor is None:
         return WallProfile.of(surfaces, walls)
     middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
-    return WallProfile.of(surfaces, walls & grid.at(grid.grown(floor.region, 0.5), middle))
+    return WallProfile.of(surfaces, walls & grid.at(grid.grown(floor.region, WALL_REACH_M), middle))
 
 
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
@@ -396,7 +414,9 @@ def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSur
     for other in floors:
         if other and other.layer.top >= height + CLEAR_M:
             shared = np.count_nonzero(other.region & floor.region) if floor else 0
-            if floor is None or shared >= 0.25 * min(np.count_nonzero(floor.region), np.count_nonzero(other.region)):
+            if floor is None or shared >= NEXT_FLOOR * min(
+                np.count_nonzero(floor.region), np.count_nonzero(other.region)
+            ):
                 return other.layer.top
     return None
 
@@ -411,21 +431,21 @@ def _ceiling(
     through: Callable[[Layer], float],
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
-    end = above if above is not None else profile.end_above(height + CLEAR_M, height + 0.3)
+    end = above if above is not None else profile.end_above(height + CLEAR_M, height + WALL_FOOT_M)
     size = np.count_nonzero(region)
     covers = [
         layer
         for layer in layers
-        if height + CLEAR_M < layer.top <= end + 0.07 and np.count_nonzero(layer.cells & region) >= size / 2
+        if height + CLEAR_M < layer.top <= end + COVER_OVER_M and np.count_nonzero(layer.cells & region) >= size / 2
     ]
-    closing = [cover for cover in covers if end - cover.top < 0.1]
+    closing = [cover for cover in covers if end - cover.top < COVER_M]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
-        closing = [c for c in covers if through(c) <= (THROUGH if end - c.top > ATTIC_M else ENDED)]
+        closing = [c for c in covers if through(c) <= (THROUGH if end - c.top > ATTIC_M else WALLS_ENDED)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
     lower = [cover.bottom for cover in covers if slab.top - SLAB_M <= cover.bottom < slab.bottom]
-    thin = slab.top - slab.bottom < 0.02
+    thin = slab.top - slab.bottom < THIN_SLAB_M
     underside = lower[-1] if thin and lower else slab.bottom
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
 
@@ -436,12 +456,12 @@ def _through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
     length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])
     through = surfaces.high[reach, 2] > layer.top + MARGIN_M
-    return float(length[through].sum()) / max(float(length.sum()), 1e-9)
+    return float(length[through].sum()) / max(float(length.sum()), TINY)
 
 
 def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:
     """Faces between two heights, also those that only reach in, with only their own vertices."""
-    touched = (surfaces.low[:, 2] <= high) & (surfaces.high[:, 2] > low + 1e-6)
+    touched = (surfaces.low[:, 2] <= high) & (surfaces.high[:, 2] > low + SAME)
     used, faces = np.unique(surfaces.mesh.faces[touched], return_inverse=True)
     return Mesh(surfaces.mesh.vertices[used], faces.reshape(-1, 3).astype(np.int64))
 
@@ -452,8 +472,6 @@ def _lowered(mesh: Mesh, height: float) -> Mesh:
 
 # Models that stand far from their origin are moved near it; the way back is kept in the level's frame.
 
-
-FAR_M = 500.0  # beyond this, those who cut in float32 lose millimetres
 
 Shift = tuple[float, float, float]
 

@@ -6,19 +6,21 @@ import math
 from collections.abc import Sequence
 
 from houseexpo.errors import ConfigError
+from pipeline.sources.tolerances import (
+    COMMON_STOREY_M,
+    HEADS_M,
+    INCHES,
+    MEAN_STOREY_M,
+    MODEL_STOREY_M,
+    NEAR_HEAD,
+    SCALED,
+    SCALES,
+    SLACK,
+    USUAL_HEAD_M,
+    USUAL_STOREY_M,
+)
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-SCALES = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)
-USUAL_STOREY_M = 2.7
-USUAL_HEAD_M = 2.06
-HEADS_M = (1.8, 2.75)
-HIGHEST_STOREY_M = 4.5
-STOREY_M = (2.1, HIGHEST_STOREY_M)
-LIKELY_M = (2.2, 3.3)
-NEAR = 0.09  # of a head's height, in the logarithm
-INCHES = 0.02  # more than the heads and the storey of two such models differ
-SCALED = 0.03  # how much nearer a scaled unit must come than a bare one
-SLACK = 6.0  # how much more freely storeys differ than heads
 
 
 def is_usual(heads: Sequence[float], metres: float) -> bool:
@@ -28,7 +30,7 @@ def is_usual(heads: Sequence[float], metres: float) -> bool:
 
 def has_usual_head(heads: Sequence[float], metres: float) -> bool:
     """Tell whether an opening ends as high as doors do in most houses (R1), in a unit of so many metres."""
-    return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR for head in heads)
+    return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR_HEAD for head in heads)
 
 
 def model_scale(storey: float, heads: Sequence[float]) -> float | None:
@@ -40,20 +42,20 @@ def model_scale(storey: float, heads: Sequence[float]) -> float | None:
         if name != "ft"
         for scale in SCALES
     ]
-    fitting = [each for each in candidates if STOREY_M[0] <= storey * each[0] <= STOREY_M[1]]
+    fitting = [each for each in candidates if MODEL_STOREY_M[0] <= storey * each[0] <= MODEL_STOREY_M[1]]
     best = min(((unlikely + _misfit(storey, heads, metres), metres) for metres, unlikely in fitting), default=None)
-    return best[1] if best and best[0] < NEAR * 2 + SCALED else None
+    return best[1] if best and best[0] < NEAR_HEAD * 2 + SCALED else None
 
 
 def storey_scale(storey: float) -> float | None:
     """R3: return metres in a file's unit, or None if no usual scale gives a usual storey."""
-    fitting = [scale for scale in SCALES if LIKELY_M[0] <= storey * scale <= LIKELY_M[1]]
-    return min(fitting, key=lambda scale: abs(math.log(storey * scale / 2.65)), default=None)
+    fitting = [scale for scale in SCALES if COMMON_STOREY_M[0] <= storey * scale <= COMMON_STOREY_M[1]]
+    return min(fitting, key=lambda scale: abs(math.log(storey * scale / MEAN_STOREY_M)), default=None)
 
 
 def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
     head = min((abs(math.log(head * metres / USUAL_HEAD_M)) for head in heads), default=math.inf)
-    return (head if head < NEAR else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
+    return (head if head < NEAR_HEAD else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
 
 
 # What a person says of a house's size: its unit, its scale, the height of a storey.

@@ -36,29 +36,47 @@ from pipeline.sources.meshes.formats import Convention
 from pipeline.sources.named_scene import DoorHeight
 from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import find_levels
-from pipeline.sources.storeys.scale import (
-    HIGHEST_STOREY_M,
-    LIKELY_M,
-    UNITS,
-    USUAL_STOREY_M,
-    has_usual_head,
-    is_usual,
-    model_scale,
-    storey_scale,
-)
+from pipeline.sources.storeys.scale import UNITS, has_usual_head, is_usual, model_scale, storey_scale
 from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, storeys_apart, weighted_quantile
+from pipeline.sources.tolerances import (
+    AS_STRONG,
+    BARE_SHARE,
+    BARE_WEIGHT,
+    BEYOND,
+    BINDING_WEIGHT,
+    COMMON_STOREY_M,
+    CUSTOM_WEIGHT,
+    DECLARED_WEIGHT,
+    DIVIDES,
+    FLATNESS_WEIGHT,
+    HEAD_GROWTH,
+    HEAD_LEVEL,
+    HIGHEST_BUILDING_M,
+    HIGHEST_STOREY_M,
+    IMPOSSIBLE_WEIGHT,
+    LIKELY_STOREY_M,
+    LONGEST_AT_LEAST_M,
+    MAX_HEADS,
+    NAMED_DOOR_M,
+    PLINTH,
+    PROFILE_BINS,
+    SAME,
+    SQUARE,
+    SQUARE_WEIGHT,
+    STANDS,
+    STOREY_M,
+    TINY,
+    UNLIKELY_WEIGHT,
+    USUAL_DOOR_M,
+    USUAL_STOREY_M,
+    WIDTH_M,
+)
 from pipeline.values import Mesh
 
 UPS = {"y": 1, "z": 2}
-USUAL_DOOR_M = 2.05
-DOOR_M = (1.5, 3.2)
-LIKELY_STOREY_M = (2.0, 5.0)
 TRIED = "tried scale"
 """Among the guesses: no unit fits, and a storey of the usual height was taken."""
 
-CUSTOM_WEIGHT = 0.9  # a house outweighs it that is 1.5 times as deep as high when stood on the other axis
-BINDING_WEIGHT = 1.6  # here twice as deep as high: exporters forget to turn their models
-DECLARED_WEIGHT = 6.0
 MAX_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
 
 
@@ -140,14 +158,14 @@ def _undivided(shape: Shape, metres: float) -> Shape:
 
 def unit_name(metres: float) -> str:
     """Name of the unit of so many metres."""
-    names = [unit for unit, length in UNITS.items() if math.isclose(length, metres, rel_tol=1e-6)]
+    names = [unit for unit, length in UNITS.items() if math.isclose(length, metres, rel_tol=SAME)]
     return names[0] if names else f"{metres:g} m"
 
 
 def _guessed(metres: float, convention: Convention) -> list[str]:
-    if math.isclose(metres, convention.metres or 1.0, rel_tol=1e-6):
+    if math.isclose(metres, convention.metres or 1.0, rel_tol=SAME):
         return []
-    return ["units"] if any(math.isclose(metres, unit, rel_tol=1e-6) for unit in UNITS.values()) else ["scale"]
+    return ["units"] if any(math.isclose(metres, unit, rel_tol=SAME) for unit in UNITS.values()) else ["scale"]
 
 
 def _given(shape: Shape, convention: Convention, wish: Wish) -> float:
@@ -162,14 +180,20 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
     weight = CUSTOM_WEIGHT
     if convention.binding:
         weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
-    evidence = 1.5 * shape.flatness + (1.5 if shape.bare else 0.0) + (weight if axis == convention.up else 0.0)
-    evidence += 3.0 * min(shape.square, SQUARE)
+    evidence = (
+        FLATNESS_WEIGHT * shape.flatness
+        + (BARE_WEIGHT if shape.bare else 0.0)
+        + (weight if axis == convention.up else 0.0)
+    )
+    evidence += SQUARE_WEIGHT * min(shape.square, SQUARE)
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 0.0)
     if possible:
         return evidence
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
     is_model = told is not None and shape.fits_width(told)
-    return evidence - (8.0 if is_model or (convention.metres is None and _is_likely(shape)) else 10.0)
+    return evidence - (
+        UNLIKELY_WEIGHT if is_model or (convention.metres is None and _is_likely(shape)) else IMPOSSIBLE_WEIGHT
+    )
 
 
 def _is_likely(shape: Shape) -> bool:
@@ -185,12 +209,12 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
         door = door if low <= shape.storey * USUAL_DOOR_M / door <= high else None
 
     def is_sound(metres: float) -> bool:
-        return door is None or DOOR_M[0] <= door * metres <= DOOR_M[1]
+        return door is None or NAMED_DOOR_M[0] <= door * metres <= NAMED_DOOR_M[1]
 
     if convention.metres is not None and shape.stands(convention.metres) and is_sound(convention.metres):
         return _of_a_model(shape, convention, door) or convention.metres
     fitting = [metres for metres in UNITS.values() if shape.fits(metres) and is_sound(metres)]
-    if 1.0 in fitting and (is_usual(shape.heads, 1.0) or LIKELY_M[0] <= shape.storey <= LIKELY_M[1]):
+    if 1.0 in fitting and (is_usual(shape.heads, 1.0) or COMMON_STOREY_M[0] <= shape.storey <= COMMON_STOREY_M[1]):
         return 1.0
     told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
     if told and is_sound(told) and shape.fits_width(told):
@@ -233,17 +257,6 @@ def _bad_units(shape: Shape, axis: str, metres: float | None, wish: Wish, name: 
 # A mesh as a house that would stand on one of its axes: how wide, how high a storey, how square.
 
 
-STOREY_M = (1.9, 6.6)
-HIGHEST_M = 60.0  # of a building whose storeys nothing divides
-WIDTH_M = (1.5, 200.0)
-LONGEST_AT_MIN_M = 2.0
-SQUARE = 0.85  # roofs, stairs and furniture may be the rest
-BINS = 400
-HEAD = 0.03  # of the walls' usual length: what a door or two of a house add over their heads
-LEVEL = 0.002  # of the plan: the undersides of a lintel or two
-MAX_HEADS = 2
-PLINTH = 0.04  # of the upright area: what the side of the base adds on which a model stands
-AS_STRONG = 0.75
 UPPER, LOWER = (0.5, 0.96), (0.15, 0.5)  # of a storey
 
 
@@ -266,12 +279,12 @@ class Shape:
 
     def stands(self, metres: float) -> bool:
         """R2: tell whether so many metres make this a building, of one storey or of several that nothing divides."""
-        return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_M
+        return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_BUILDING_M
 
     def fits_width(self, metres: float) -> bool:
         """Tell whether the walls stand as far apart as a house's."""
         narrow, wide = sorted(width * metres for width in self.widths)
-        return WIDTH_M[0] <= narrow and LONGEST_AT_MIN_M <= wide <= WIDTH_M[1]
+        return WIDTH_M[0] <= narrow and LONGEST_AT_LEAST_M <= wide <= WIDTH_M[1]
 
 
 def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
@@ -285,14 +298,14 @@ def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
     flats, all_area = surfaces.flats(axis), float(surfaces.area.sum())
     flat_area, wall_area = float(surfaces.area[flats].sum()), float(surfaces.area[walls].sum())
     square = (flat_area + wall_area) / all_area
-    flatness = math.log(max(math.sqrt(widths[0] * widths[1]), 1e-12) / height)
+    flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
     storey, heads, lower = _storey(surfaces, walls, _over(surfaces, flats, spans, axis), axis, float(np.prod(tall)))
-    bare = flat_area < 0.06 * all_area and square > SQUARE
+    bare = flat_area < BARE_SHARE * all_area and square > SQUARE
     return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
 
 
-def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = 0.005) -> tuple[float, float]:
+def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
     """Where the faces begin and end along an axis, but for this share of their area on each side."""
     low, high, area = surfaces.low[faces, axis], surfaces.high[faces, axis], surfaces.area[faces]
     return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
@@ -319,14 +332,14 @@ def _storey(
     half, and those in its lower half. ``level`` is each face's level area (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
-    profile = WallProfile.of(surfaces, walls, axis, float(high - low) / BINS)
-    standing = np.flatnonzero(profile.length >= 0.2 * profile.length.max())
+    profile = WallProfile.of(surfaces, walls, axis, float(high - low) / PROFILE_BINS)
+    standing = np.flatnonzero(profile.length >= STANDS * profile.length.max())
     foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
     up = surfaces.normal[:, axis] > 0
     flats, middle = level > 0, (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2
     looks = [_area_over_height(middle[chosen], level[chosen], profile.edges) for chosen in (flats & up, flats & ~up)]
     covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
-    layers = profile.edges[:-1][covered > 0.35 * footprint]
+    layers = profile.edges[:-1][covered > DIVIDES * footprint]
     stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
     stops = np.sort(stops)
     widest = int(np.diff(stops).argmax())
@@ -336,11 +349,11 @@ def _storey(
             foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
-    grown = _heads(heights, growth, UPPER, HEAD * usual)
+    grown = _heads(heights, growth, UPPER, HEAD_GROWTH * usual)
     level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
-    undersides = _heads(heights, level_at, UPPER, LEVEL * footprint)
+    undersides = _heads(heights, level_at, UPPER, HEAD_LEVEL * footprint)
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
-    lower = _heads(heights, growth, LOWER, max(AS_STRONG * strongest, HEAD * usual))
+    lower = _heads(heights, growth, LOWER, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
     return storey, tuple(upper), tuple(sorted(head * storey for head in lower))
 

@@ -8,14 +8,26 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.sources.tolerances import (
+    BARELY_STANDING,
+    BIN_M,
+    BORDER_M,
+    CELL_M,
+    ELSEWHERE,
+    END_SLACK_M,
+    HORIZONTAL,
+    LAYER_EDGE,
+    SAME_M,
+    SAME_PLACE,
+    STOREY_ENDED,
+    TINY,
+    VERTICAL,
+)
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-VERTICAL = 0.2  # |n . up| of a wall: within 11.5 degrees, as scans lean
-HORIZONTAL = 0.985  # |n . up| of a floor: within 10 degrees
-ENDED = 0.2  # of a storey's usual wall length; where less goes on, its walls have ended
 MAX_BINS = 100_000
 CHUNK = 1 << 18
 
@@ -54,7 +66,7 @@ class Surfaces:
         return np.abs(self.normal[:, axis]) > HORIZONTAL
 
     def _tall(self, axis: int) -> Bools:
-        return self.high[:, axis] - self.low[:, axis] > 1e-4
+        return self.high[:, axis] - self.low[:, axis] > SAME_M
 
     def triangles(self, faces: Bools) -> Floats:
         """Corners (k, 3, 3) of the chosen faces."""
@@ -73,7 +85,7 @@ class WallProfile:
     top: float
 
     @classmethod
-    def of(cls, surfaces: Surfaces, walls: Bools, axis: int = 2, step: float = 0.01) -> WallProfile:
+    def of(cls, surfaces: Surfaces, walls: Bools, axis: int = 2, step: float = BIN_M) -> WallProfile:
         """Integrate each wall's plan length (its area over its height) between the edges, exactly."""
         low, high = surfaces.low[walls, axis], surfaces.high[walls, axis]
         length = surfaces.area[walls] / (high - low)
@@ -85,7 +97,7 @@ class WallProfile:
     @property
     def usual(self) -> float:
         """Return the middle of the lengths at heights where walls stand."""
-        return float(np.median(self.length[self.length > 0.1 * self.length.max()]))
+        return float(np.median(self.length[self.length > BARELY_STANDING * self.length.max()]))
 
     def length_at(self, height: float) -> float:
         """Plan length of the walls at a height, 0 outside of the profile."""
@@ -95,7 +107,7 @@ class WallProfile:
     def end_above(self, height: float, foot: float) -> float:
         """Height over ``height`` at which the walls from ``foot`` up to it have ended, all but a chimney or a gable."""
         usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))
-        ended = (self.edges[:-1] >= height - 0.1) & (self.length < ENDED * usual)
+        ended = (self.edges[:-1] >= height - END_SLACK_M) & (self.length < STOREY_ENDED * usual)
         return float(min(self.edges[np.flatnonzero(ended)[0]], self.top)) if ended.any() else self.top
 
 
@@ -149,10 +161,10 @@ class PlanGrid:
 
     origin: tuple[float, float]
     shape: tuple[int, int]
-    size_m: float = 0.1
+    size_m: float = CELL_M
 
     @classmethod
-    def over(cls, low: Floats, high: Floats, margin_m: float = 1.0, size_m: float = 0.1) -> PlanGrid:
+    def over(cls, low: Floats, high: Floats, margin_m: float = BORDER_M, size_m: float = CELL_M) -> PlanGrid:
         """Cover the rectangle from ``low`` (x, y) to ``high`` with a margin."""
         columns, rows = np.ceil((high - low + 2 * margin_m) / size_m).astype(int) + 1
         return cls((float(low[0]) - margin_m, float(low[1]) - margin_m), (int(rows), int(columns)), size_m)
@@ -227,9 +239,6 @@ class PlanGrid:
 
 
 MAX_LAYERS = 60  # a house of scanned faces has level ones at every height
-EDGE = 0.02  # of a layer's area, on each side: a stair or a sill beside it
-SAME_PLACE = 0.6  # of what two layers cover together
-ELSEWHERE = 0.2  # of the smaller one
 
 
 def storeys_apart(
@@ -258,12 +267,12 @@ def storeys_apart(
 def _box(surfaces: Surfaces, faces: np.ndarray, plan: list[int]) -> Floats:
     """Plan bounds (2, 2), low and high, of all but the edges of a layer."""
     area = surfaces.area[faces]
-    low = [weighted_quantile(surfaces.low[faces, i], area, EDGE) for i in plan]
-    return np.array([low, [weighted_quantile(surfaces.high[faces, i], area, 1 - EDGE) for i in plan]])
+    low = [weighted_quantile(surfaces.low[faces, i], area, LAYER_EDGE) for i in plan]
+    return np.array([low, [weighted_quantile(surfaces.high[faces, i], area, 1 - LAYER_EDGE) for i in plan]])
 
 
 def _shared(one: Floats, other: Floats, *, together: bool = False) -> float:
     """Which share of the smaller of two boxes lies in both, or of all that they cover ``together``."""
     both = float(np.prod(np.maximum(np.minimum(one[1], other[1]) - np.maximum(one[0], other[0]), 0.0)))
-    areas = [max(float(np.prod(box[1] - box[0])), 1e-12) for box in (one, other)]
+    areas = [max(float(np.prod(box[1] - box[0])), TINY) for box in (one, other)]
     return both / (sum(areas) - both if together else min(areas))

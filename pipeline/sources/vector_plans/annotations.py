@@ -7,8 +7,8 @@ floor's rooms with vertices, doors, openings, windows and pins). Both draw rooms
 R1  A Structured3D room is its floor plane: the lines of that plane close its polygon. A door is the plan area of its
     planes. ``outwall`` and windows are passed over.
 R2  A ZInD room is a polygon of ``redraw``; a pin in it names it. A door is a line, which may be in both of its rooms.
-R3  A ZInD floor without a scale takes the one that makes its median door DOOR_M wide, and the plan says that it is a
-    guess.
+R3  A ZInD floor without a scale takes the one that makes its median door DOOR_WIDTH_M wide, and the plan says that it
+    is a guess.
 R4  A room or door that cannot be read is left out, with a note.
 """
 
@@ -28,13 +28,19 @@ from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, clean
 from pipeline.sources.files import LeftOut
-from pipeline.sources.vector_plans.drawn import DOOR_M as HIGH_M
+from pipeline.sources.tolerances import (
+    DOOR_M,
+    DOOR_WIDTH_M,
+    LOOP_M2,
+    NARROWEST_DOOR_M,
+    SAME_M,
+    SHEET_M,
+    STOREY_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room, way_through
 from pipeline.values import SourceRoom
 
 LARGEST_BYTES = 1 << 28
-DOOR_M = 0.8
-_THIN_M = 0.02
 _MM = 0.001
 _NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
 _ADVICE = "copy it again from the data set"
@@ -106,8 +112,8 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
 
 def _closed(sides: Sequence[np.ndarray]) -> Polygon:
     """The polygon that some edges (2, 3) close; ValueError if they close none."""
-    lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=1e-4)
-    areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > 1e-4]
+    lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=SAME_M)
+    areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > LOOP_M2]
     if not areas:
         raise ValueError("no area")
     return polygons_of(shapely.union_all(areas))[0]
@@ -115,7 +121,7 @@ def _closed(sides: Sequence[np.ndarray]) -> Polygon:
 
 def _across(shape: Any, low: float, top: float) -> Hole | None:
     if isinstance(shape, LineString):
-        shape = shape.buffer(_THIN_M / 2, cap_style="flat")
+        shape = shape.buffer(SHEET_M / 2, cap_style="flat")
     found = way_through(shape)
     return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
@@ -144,15 +150,20 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
             if not wide or not np.median(wide) > 0:
                 left_out.add(f"floor {str(name)[:40]} has no scale, and no door to guess it from")
                 continue
-            scale, guessed = DOOR_M / float(np.median(wide)), True
+            scale, guessed = DOOR_WIDTH_M / float(np.median(wide)), True
         drawn = [made for key, each in rooms.items() if (made := _room(key, each, scale, left_out)) is not None]
         holes = []
         for (a, b), leaf in doors:
             line = LineString([np.array(a) * scale, np.array(b) * scale])
-            hole = _across(line, 0.0, HIGH_M) if line.length > 0.3 else None
-            holes += [Hole(hole.shape, 0.0, HIGH_M, leaf, hole.across)] if hole else []
+            hole = _across(line, 0.0, DOOR_M) if line.length > NARROWEST_DOOR_M else None
+            holes += [Hole(hole.shape, 0.0, DOOR_M, leaf, hole.across)] if hole else []
         storeys.append(
-            Storey(rooms=tuple(drawn), holes=tuple(holes), height_m=3.0 * number, about={"floor_name": str(name)})
+            Storey(
+                rooms=tuple(drawn),
+                holes=tuple(holes),
+                height_m=STOREY_HEIGHT_M * number,
+                about={"floor_name": str(name)},
+            )
         )
     return Drawing("zind", tuple(storeys), left_out, ("scale",) if guessed else ())
 

@@ -5,7 +5,7 @@ R1  The names of a body decide, its own first: wall, lintel, column; floor, room
 R2  A wall is the plan area of its body between its heights: what begins over a person's knee is a lintel.
 R3  A floor with the name of a room, or a number, is a room; one that is only called floor is floor.
 R4  A door is the passage of its body; it goes through the wall there. A window is none.
-R5  Floors more than STOREY_M apart are storeys.
+R5  Floors more than STOREYS_APART_M apart are storeys.
 """
 
 from __future__ import annotations
@@ -22,13 +22,22 @@ from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan.categories import canonical
 from pipeline.geometry.areas import polygons_of
-from pipeline.sources.drawn_storeys import KNEE_M, Hole, Wall, floor_of, one_each, prism
+from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, one_each, prism
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.drawn import WALL_M, Storey, hole_at, through
+from pipeline.sources.tolerances import (
+    KNEE_M,
+    MIN_DEPTH_M,
+    NARROWEST_DOOR_M,
+    SAME_M,
+    SLIVER_M2,
+    STOREYS_APART_M,
+    TINY,
+    WALL_HEIGHT_M,
+    WIDEST_DOOR_M,
+)
+from pipeline.sources.vector_plans.drawn import Storey, hole_at, through
 from pipeline.values import SourceObject, SourceRoom
 
-STOREY_M = 1.5
-WIDEST_DOOR_M = 4.0
 _KINDS: Final = (
     ("lintel", "wall"),
     ("wall", "wall"),
@@ -77,7 +86,7 @@ def kind_of(names: Iterable[str]) -> str:
 def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Body | None:
     """Return a body of triangles: ``points`` (n, 3) in metres, z up, ``faces`` (m, 3); None if it covers nothing."""
     triangles = shapely.polygons(points[faces][:, :, :2])
-    area = shapely.union_all(triangles[shapely.area(triangles) > 1e-8], grid_size=1e-4)
+    area = shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
     parts = polygons_of(area)
     if not parts:
         return None
@@ -95,7 +104,7 @@ def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
     )
     levels: list[list[float]] = []
     for top in tops:
-        if levels and top - levels[-1][0] < STOREY_M:
+        if levels and top - levels[-1][0] < STOREYS_APART_M:
             levels[-1].append(top)
         else:
             levels.append([top])
@@ -124,7 +133,7 @@ def _storey(here: Sequence[tuple[str, Body]], height: float, above: float) -> St
         for part in polygons_of(each.shape)
     ]
     whole = [wall for wall in walls if wall.bottom_m == 0.0]
-    top = float(np.median([wall.top_m for wall in whole])) if whole else WALL_M
+    top = float(np.median([wall.top_m for wall in whole])) if whole else WALL_HEIGHT_M
     doors = [
         _hole(each, height, kind == "door", [wall.shape for wall in walls])
         for kind, each in here
@@ -170,7 +179,7 @@ def _rooms(floors: Sequence[Body]) -> tuple[SourceRoom, ...]:
         groups.setdefault((*key, word), []).append(each)
     rooms = []
     for key, pieces in groups.items():
-        whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=1e-4))
+        whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=SAME_M))
         shape = max(whole, key=lambda part: part.area)
         said = key[-1]
         label = canonical(said)
@@ -191,9 +200,9 @@ def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -
     sides = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(*sides.T)
     k = int(np.argmin(lengths))
-    x, y = sides[k] / max(float(lengths[k]), 1e-9)
+    x, y = sides[k] / max(float(lengths[k]), TINY)
     low, top = each.low_m - height, each.high_m - height
-    if not 0.3 < float(lengths.max()) < WIDEST_DOOR_M:
+    if not NARROWEST_DOOR_M < float(lengths.max()) < WIDEST_DOOR_M:
         return None
     plain = Hole(box, low, top, has_door, (float(x), float(y)))
     deeper = through(plain, walls)
@@ -201,7 +210,9 @@ def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -
         return deeper
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
     deep = float(lengths[k])
-    made = hole_at(tuple(a), tuple(b), walls, has_door=has_door, bottom_m=low, top_m=top, thick_m=max(deep, 0.1))
+    made = hole_at(
+        tuple(a), tuple(b), walls, has_door=has_door, bottom_m=low, top_m=top, thick_m=max(deep, MIN_DEPTH_M)
+    )
     wide = shapely.convex_hull(shapely.union_all([box, made.shape])) if made is not None else box
     return replace(plain, shape=wide if isinstance(wide, Polygon) else box)
 

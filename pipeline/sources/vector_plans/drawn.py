@@ -2,7 +2,7 @@
 
 The frame: metres, x right and y up in the plan. A file whose y runs down is turned up by its reader.
 
-R1  Two lines closer than NARROW_M that enclose something are the faces of one wall: what is between them is wall.
+R1  Two lines closer than THICKEST_WALL_M that enclose something are the faces of one wall: between them is wall.
 R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
     that the door has a lintel; the wall's depth is that of the wall ends beside the door.
 R3  A drawing of rooms without walls has its walls between and around the rooms (``room_walls``).
@@ -39,18 +39,23 @@ from pipeline.sources.drawn_storeys import (
 )
 from pipeline.sources.files import LeftOut, level_id
 from pipeline.sources.roles import labels_for
+from pipeline.sources.tolerances import (
+    DEEPEST_WALL_M,
+    DOOR_M,
+    FAR_M,
+    JAMB_M,
+    LINE_WALL_M,
+    LONGEST_SITE_M,
+    NAME_BOX_M,
+    OFF_LINE_M,
+    SAME_M,
+    SHORTEST_M,
+    THICKEST_WALL_M,
+    THROUGH_WALL,
+    TINY,
+    WALL_HEIGHT_M,
+)
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
-
-WALL_M = 2.5
-"""Height of a wall of which the file says nothing."""
-DOOR_M = 2.1
-THIN_M = 0.1
-"""Thickness of a wall that is drawn as a line without one."""
-NARROW_M = 0.6
-DEEPEST_M = 0.7
-JAMB_M = 0.05
-NEAR_M = 500.0
-LARGEST_M = 2000.0
 
 Point = tuple[float, float]
 Floats = npt.NDArray[np.float64]
@@ -91,13 +96,15 @@ def room(
     found = labels or labels_for(words)
     if polygon is not None or at is None:
         return SourceRoom(words, found, polygon)
-    return SourceRoom(words, found, box=(at[0] - 0.1, at[1] - 0.1, at[0] + 0.1, at[1] + 0.1))
+    return SourceRoom(
+        words, found, box=(at[0] - NAME_BOX_M, at[1] - NAME_BOX_M, at[0] + NAME_BOX_M, at[1] + NAME_BOX_M)
+    )
 
 
 def strips(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
     """Return the walls along lines of one thickness: their corners are mitred, their ends stand out by half of it."""
     segments = [LineString(line) for line in lines if line[0] != line[1]]
-    merged = shapely.line_merge(shapely.union_all(segments, grid_size=1e-4)) if segments else LineString()
+    merged = shapely.line_merge(shapely.union_all(segments, grid_size=SAME_M)) if segments else LineString()
     body = shapely.buffer(merged, thick_m / 2, cap_style="square", join_style="mitre", mitre_limit=2.0)
     return polygons_of(body)
 
@@ -105,16 +112,16 @@ def strips(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon
 def strip(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
     """Return one wall that ends where its line does, or None if it has no length."""
     line = LineString([start[:2], end[:2]])
-    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > 1e-4 else None
+    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > SAME_M else None
 
 
 def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
     """R1: walls of some faces or bodies."""
-    body = shapely.union_all(list(shapes), grid_size=1e-4)
+    body = shapely.union_all(list(shapes), grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
-    slits = [void for void in voids if opened(void, NARROW_M).is_empty]
-    return polygons_of(shapely.union_all([body, *slits], grid_size=1e-4))
+    slits = [void for void in voids if opened(void, THICKEST_WALL_M).is_empty]
+    return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
 
 
 def way_through(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
@@ -128,7 +135,7 @@ def way_through(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
     corners = shapely.get_coordinates(box)[:4]
     sides = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), 1e-9)
+    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), TINY)
     return box, (float(x), float(y))
 
 
@@ -140,7 +147,7 @@ def hole_at(
     has_door: bool,
     bottom_m: float = 0.0,
     top_m: float = DOOR_M,
-    thick_m: float = THIN_M,
+    thick_m: float = LINE_WALL_M,
 ) -> Hole | None:
     """Return the hole of a door that is drawn as a line from jamb to jamb; None if it has no length.
 
@@ -148,7 +155,7 @@ def hole_at(
     """
     a, b = np.asarray(start[:2], np.float64), np.asarray(end[:2], np.float64)
     length = float(np.hypot(*(b - a)))
-    if not 0.01 < length < LARGEST_M:
+    if not SHORTEST_M < length < LONGEST_SITE_M:
         return None
     along = (b - a) / length
     across = np.array([-along[1], along[0]])
@@ -161,13 +168,13 @@ def hole_at(
 def through(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
     reached = deepen_opening(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
-    if reached is None or reached.shape.area < 0.5 * hole.shape.area:
+    if reached is None or reached.shape.area < THROUGH_WALL * hole.shape.area:
         return hole
     return reached
 
 
 def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
-    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + 0.01)])
+    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + SHORTEST_M)])
 
 
 def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
@@ -178,10 +185,15 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     probes = [middle, a - along * JAMB_M, b + along * JAMB_M, a + along * JAMB_M, b - along * JAMB_M]
     found = []
     for probe in probes:
-        ray = LineString([probe - across * DEEPEST_M, probe + across * DEEPEST_M])
+        ray = LineString([probe - across * DEEPEST_WALL_M, probe + across * DEEPEST_WALL_M])
         for part in shapely.get_parts(shapely.intersection(walls, ray)):
             ends = (shapely.get_coordinates(part) - probe) @ across
-            if len(ends) and ends.min() <= 0.02 and ends.max() >= -0.02 and ends.max() - ends.min() < DEEPEST_M:
+            if (
+                len(ends)
+                and ends.min() <= OFF_LINE_M
+                and ends.max() >= -OFF_LINE_M
+                and ends.max() - ends.min() < DEEPEST_WALL_M
+            ):
                 found.append((float(ends.min()), float(ends.max())))
         if found:  # nearest to what is asked for: the wall itself, then the ends beside it
             break
@@ -225,7 +237,7 @@ def _level(storey: Storey, name: str) -> Level:
         holes = list(storey.holes)
         walls += [Wall(hole.shape, 0.0, top) for hole in holes if hole.is_passage]  # R2
     else:
-        top = WALL_M
+        top = WALL_HEIGHT_M
         walls = walls_around(shapes, top)  # R3
         holes = [deep for hole in one_each(storey.holes) if (deep := deepen_opening(hole, walls)) is not None]
     named = [each for each in storey.rooms if each.polygon is not None or each.box is not None]
@@ -251,11 +263,11 @@ def _moved_near(storey: Storey, name: str) -> tuple[Storey, Point]:
     if not np.isfinite([x1, y1, x2, y2]).all():
         raise Rejection("source", Reason.NOT_FINITE, f"{name} has coordinates that are not finite", "correct them")
     length = max(x2 - x1, y2 - y1)
-    if length > LARGEST_M:
+    if length > LONGEST_SITE_M:
         said = f"{length:,.0f}" if length < 1e9 else f"{length:.3g}"
-        detail = f"{name} is {said} m long, expected {LARGEST_M:,.0f} m at most"
+        detail = f"{name} is {said} m long, expected {LONGEST_SITE_M:,.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "give its scale, or leave it out")
-    if max(abs(x1), abs(y1), abs(x2), abs(y2)) < NEAR_M:
+    if max(abs(x1), abs(y1), abs(x2), abs(y2)) < FAR_M:
         return storey, (0.0, 0.0)
     dx, dy = float(np.floor(x1)), float(np.floor(y1))
 

@@ -24,19 +24,23 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
-from pipeline.sources.vector_plans.drawn import LARGEST_M, Drawing, Point
+from pipeline.sources.tolerances import (
+    DRAWING_M,
+    DRAWN_UNITS_M,
+    LINES_BESIDE,
+    LONGEST_SITE_M,
+    PARALLEL,
+    SAME,
+    SWING_M,
+    WALL_THICKNESS_M,
+)
+from pipeline.sources.vector_plans.drawn import Drawing, Point
 from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
 
 LARGEST_BYTES = 1 << 28
 MOST_ENTITIES = 1_000_000
 DEEPEST = 20
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
-_GUESSED: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)
-_HOUSE_M: Final = (2.0, 200.0)
-"""How long a house is. A stated unit is believed up to a building of ``drawn.LARGEST_M``."""
-_THICK_M: Final = (0.06, 0.6)
-"""How thick walls are that are drawn by their faces: from a panel to old masonry."""
-_PARALLEL: Final = 0.01
 _MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
 
@@ -133,11 +137,11 @@ def _scale(found: list[tuple[str, Any]], stated: float | None, path: Path) -> tu
     if not outlines:
         return stated or 1.0, stated is not None
     size = float(np.ptp(np.concatenate(outlines), axis=0).max())
-    if stated is not None and _HOUSE_M[0] <= size * stated <= LARGEST_M:
+    if stated is not None and DRAWING_M[0] <= size * stated <= LONGEST_SITE_M:
         return stated, True
     thick = _thickness([line for points in outlines for line in pairwise(points)])
-    fits = [metres for metres in _GUESSED if _HOUSE_M[0] <= size * metres <= _HOUSE_M[1]]
-    sound = [metres for metres in fits if _THICK_M[0] <= thick * metres <= _THICK_M[1]]
+    fits = [metres for metres in DRAWN_UNITS_M if DRAWING_M[0] <= size * metres <= DRAWING_M[1]]
+    sound = [metres for metres in fits if WALL_THICKNESS_M[0] <= thick * metres <= WALL_THICKNESS_M[1]]
     if fits:
         return (sound or fits)[0], False
     states = "no unit" if stated is None else f"a unit of {stated:g} m"
@@ -158,7 +162,7 @@ def _thickness(lines: list[tuple[Point, Point]]) -> float:
         first = (start - at) @ way
         last = first + along @ way
         shared = np.minimum(np.maximum(first, last), long) - np.maximum(np.minimum(first, last), 0.0)
-        near = away[(turned < _PARALLEL) & (shared > 0.5 * np.minimum(length, long)) & (away > 1e-6 * long)]
+        near = away[(turned < PARALLEL) & (shared > LINES_BESIDE * np.minimum(length, long)) & (away > SAME * long)]
         if len(near):
             beside.append(float(near.min()))
     return float(np.median(beside)) if beside else 0.0
@@ -185,14 +189,14 @@ def _add(drawn: Features, kind: str, entity: Any, scale: float) -> None:
         for line, word in enumerate(str(text).splitlines()):
             if word.strip():
                 drawn.texts.append(
-                    (re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * 1e-6) * scale))
+                    (re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale))
                 )
         return
     if shape == "ARC" and kind == "door":
         centre = (entity.dxf.center.x * scale, entity.dxf.center.y * scale)
         turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360
         ends = [(each.x * scale, each.y * scale) for each in (entity.start_point, entity.end_point)]
-        if 45 <= turn <= 120 and 0.4 < math.dist(centre, ends[0]) < 2.0:
+        if 45 <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
             drawn.arcs.append((centre, ends[0], ends[1]))
         return
     points: list[Point] = [(x * scale, y * scale) for x, y in _points(entity)]

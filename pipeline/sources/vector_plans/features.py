@@ -23,20 +23,10 @@ from houseexpo.plan.categories import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.drawn import (
-    DOOR_M,
-    WALL_M,
-    Point,
-    Storey,
-    hole_at,
-    solid_between,
-    strips,
-    through,
-    way_through,
-)
+from pipeline.sources.tolerances import DOOR_M, NAME_BOX_M, SAME_M, SHEET_M, WALL_HEIGHT_M
+from pipeline.sources.vector_plans.drawn import Point, Storey, hole_at, solid_between, strips, through, way_through
 from pipeline.values import SourceObject, SourceRoom
 
-LINE_M = 0.02
 _WORDS: Final = {
     "name": r"name|text|label|beschriftung|texte|annot",
     "opening": r"opening|openings|doorway|durchgang|passage|cut|entrance_open",
@@ -73,13 +63,13 @@ def called(name: str) -> str:
 
 def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
     """Return the storey of a drawing; it may be empty."""
-    shapes = [*nested(drawn.wall_areas), *strips(drawn.wall_lines, LINE_M)]
+    shapes = [*nested(drawn.wall_areas), *strips(drawn.wall_lines, SHEET_M)]
     walls = solid_between(shapes) if drawn.wall_lines else shapes
     holes = [through(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None]
     holes += [hole for a, b, leaf in drawn.door_lines if (hole := hole_at(a, b, walls, has_door=leaf)) is not None]
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
     return Storey(
-        walls=tuple(Wall(wall, 0.0, WALL_M) for wall in walls),
+        walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
         holes=tuple(holes),
         rooms=_rooms(drawn),
         furniture=tuple(SourceObject((word,), prism(shape, 0.0, high)) for word, shape, high in drawn.objects),
@@ -97,8 +87,8 @@ def nested(areas: Sequence[Polygon]) -> list[Polygon]:
     tree = shapely.STRtree(found)
     inner, outer = tree.query(found, predicate="within")
     deep = np.bincount(inner[inner != outer], minlength=len(found))
-    solid = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2 == 0], grid_size=1e-4)
-    holes = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2], grid_size=1e-4)
+    solid = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2 == 0], grid_size=SAME_M)
+    holes = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2], grid_size=SAME_M)
     return polygons_of(shapely.difference(solid, holes))
 
 
@@ -115,7 +105,9 @@ def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
     for i, (text, (x, y)) in enumerate(drawn.texts):
         labels = labels_for((text,))
         if i not in used and labels:
-            rooms.append(SourceRoom((text,), labels, box=(x - 0.1, y - 0.1, x + 0.1, y + 0.1)))
+            rooms.append(
+                SourceRoom((text,), labels, box=(x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M))
+            )
     return tuple(rooms)
 
 

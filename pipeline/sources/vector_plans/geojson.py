@@ -21,13 +21,11 @@ from shapely import Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, decode_document
+from pipeline.sources.tolerances import EARTH_M, HIGHEST_OBJECT_M, SPECK_M2, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, called, storey_of
 
 LARGEST_BYTES = 1 << 28
-HIGHEST_M = 100.0
-"""An object that is said to be higher is taken for one of which nothing is said."""
-EARTH_M = 6_371_008.8
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _ADVICE = "export it again as GeoJSON"
 
@@ -67,7 +65,9 @@ def draw(path: Path) -> Drawing:
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
     to_metres = _to_metres(shapes, found.crs)
     storeys = [
-        storey_of(_drawn([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]), 3.0 * n)
+        storey_of(
+            _drawn([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]), STOREY_HEIGHT_M * n
+        )
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
     return Drawing("geojson", tuple(storeys), left_out)
@@ -131,7 +131,7 @@ def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
     for kind, shape, about in level:
         parts = list(_parts(shape))
         drawn_areas = [shapely.make_valid(part) for part in parts if isinstance(part, Polygon)]
-        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > 1e-6]
+        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > SPECK_M2]
         lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
         edges = [(a, b) for line in lines for a, b in zip(line.coords, line.coords[1:], strict=False)]
         if kind == "wall":
@@ -152,7 +152,7 @@ def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
                 (
                     str(about.get("label") or "object"),
                     area,
-                    float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_M else 1.0,
+                    float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_OBJECT_M else 1.0,
                 )
                 for area in areas
             ]

@@ -24,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOut, parse_xml
+from pipeline.sources.tolerances import TINY
 from pipeline.sources.vector_plans.bodies import Body, body, box_of, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
@@ -169,7 +170,7 @@ class _Scene:
             pose[:3, :3] = Rotation.from_euler(self._euler(), angles, degrees=self.degrees).as_matrix()
         elif "axisangle" in said:
             x, y, z, angle = _numbers(said["axisangle"], 4)
-            axis = np.array([x, y, z]) / max(math.hypot(x, y, z), 1e-12)
+            axis = np.array([x, y, z]) / max(math.hypot(x, y, z), TINY)
             pose[:3, :3] = Rotation.from_rotvec(axis * (math.radians(angle) if self.degrees else angle)).as_matrix()
         return pose
 

@@ -29,17 +29,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of
 from pipeline.sources.files import LeftOut
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.drawn import (
-    THIN_M,
-    WALL_M,
-    Drawing,
-    Point,
-    Storey,
-    hole_at,
-    room,
-    solid_between,
-    strips,
-)
+from pipeline.sources.tolerances import LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
+from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strips
 from pipeline.values import SourceRoom
 
 LARGEST_BYTES = 1 << 26
@@ -49,7 +40,6 @@ MOST_FIDUCIALS = 100
 LARGEST = 1e12
 """A number beyond is none that a drawing has."""
 _ADVICE = "save it again with traffic_editor"
-_SHAFT_M = 0.05
 _LIFT = "Lift"
 
 
@@ -107,14 +97,14 @@ class _Sheet:
         """Draw the level."""
         by_thickness: dict[float, list[tuple[Point, Point]]] = {}
         for a, b, parameters in self.edges("walls"):
-            by_thickness.setdefault(_parameter(parameters, "thickness", THIN_M), []).append((a, b))
+            by_thickness.setdefault(_parameter(parameters, "thickness", LINE_WALL_M), []).append((a, b))
         bodies = [part for thick, lines in sorted(by_thickness.items()) for part in strips(lines, thick)]
         walls = solid_between(bodies)
         found = [hole_at(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
         found += [hole_at(a, b, walls, has_door=True) for a, b in lift_doors]
         rooms = [room(name, at=at) for name, at in self.names if labels_for((name,))]  # R3
         return Storey(
-            walls=tuple(Wall(wall, 0.0, WALL_M) for wall in walls),
+            walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
             holes=tuple(hole for hole in found if hole is not None),
             rooms=(*rooms, *lifts),
             floor=self._floor(found),
@@ -249,7 +239,7 @@ def _lifts(
             continue
         yaw = _number(lift.get("yaw"), 0.0)
         turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-        half = np.array([width / 2 + _SHAFT_M, depth / 2 + _SHAFT_M])
+        half = np.array([width / 2 + SHAFT_M, depth / 2 + SHAFT_M])
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half @ turn.T + at
         box = shapely.bounds(Polygon(corners)).tolist()
         rooms.append(SourceRoom((f"{_LIFT} {name}",), ("Passenger_elevator",), box=(box[0], box[1], box[2], box[3])))

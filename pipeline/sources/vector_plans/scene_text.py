@@ -4,7 +4,7 @@ Formats: manycore-research/SpatialLM (Wall: ax, ay, az, bx, by, bz, height, thic
 width, height; Bbox: class, x, y, z, angle_z, sx, sy, sz) and facebookresearch/scenescript (make_wall: a_x .. b_z,
 height, thickness; make_door, make_window: wall0_id, position_x .. z, width, height; make_bbox). Metres, z up.
 
-R1  A wall without a thickness is THIN_M thick about its line.
+R1  A wall without a thickness is LINE_WALL_M thick about its line.
 R2  A door stands in its wall, its middle at its position. A window is none.
 R3  What names a wall that is not there, or has a number that cannot be read, is left out, with a note.
 R4  No room has a name: rooms are what the walls enclose.
@@ -24,7 +24,8 @@ from shapely import Polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, prism
 from pipeline.sources.files import LeftOut
-from pipeline.sources.vector_plans.drawn import LARGEST_M, THIN_M, Drawing, Point, Storey, hole_at, strips
+from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, SHORTEST_M, THICKEST_LINE_M, TINY
+from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, strips
 from pipeline.values import SourceObject
 
 LARGEST_BYTES = 1 << 24
@@ -59,13 +60,13 @@ def draw(path: Path) -> Drawing:
     for name, kind, said in things:
         if kind == "wall":
             found = [_number(said, field) for field in _FIELDS["wall"][:7]]
-            if not all(map(math.isfinite, found)) or max(map(abs, found)) > LARGEST_M:
+            if not all(map(math.isfinite, found)) or max(map(abs, found)) > LONGEST_SITE_M:
                 left_out.add(f"wall {name[:40]} has a number that cannot be read")
                 continue
             line = ((found[0], found[1]), (found[3], found[4]))
             lines[name] = line
             wide = _number(said, "thickness")
-            thick.setdefault(round(wide, 3) if 0.01 < wide < 2 else THIN_M, []).append(line)
+            thick.setdefault(round(wide, 3) if SHORTEST_M < wide < THICKEST_LINE_M else LINE_WALL_M, []).append(line)
             feet.append(min(found[2], found[5]))
             tops.append(found[6])
     if not lines:
@@ -119,7 +120,7 @@ def _door(
         left_out.add(f"door {name[:40]} names no wall that is there, or has a number that cannot be read")
         return None
     a, b = np.array(line[0]), np.array(line[1])
-    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     on = a + along * float((at - a) @ along)
     step = along * width / 2
     bottom = max(0.0, middle - height / 2 - foot)

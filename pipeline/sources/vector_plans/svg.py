@@ -5,8 +5,8 @@ Bedroom" and their like, each with a polygon; pixels, y down; storeys beside eac
 
 R1  A group is what the first word of its class, or its id, says. Doors and windows stand in their walls; a door of
     the class "None" has no leaf. Fixed furniture is passed over.
-R2  CubiCasa names no scale: its median door is DOOR_M wide, and the plan says that this is a guess. Our export is in
-    metres.
+R2  CubiCasa names no scale: its median door is DOOR_WIDTH_M wide, and the plan says that this is a guess. Our export is
+    in metres.
 R3  Entities, scripts and references to other files are not looked at; a document that declares an entity is refused.
 """
 
@@ -24,10 +24,10 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOut, parse_xml
+from pipeline.sources.tolerances import DOOR_WIDTH_M, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
 
-DOOR_M = 0.8
 _OWN: Final = b'<g id="free-space">'
 _KINDS: Final = {
     "wall": "wall",
@@ -79,8 +79,10 @@ def draw(path: Path) -> Drawing:
         if not doors or not np.median(doors) > 0:
             detail = f"{path.name}: expected a door, which gives the scale, found none"
             raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
-        scale = DOOR_M / float(np.median(doors))
-    storeys = [storey_of(_features(found, scale), 3.0 * n) for n, (_, found) in enumerate(sorted(floors.items()))]
+        scale = DOOR_WIDTH_M / float(np.median(doors))
+    storeys = [
+        storey_of(_features(found, scale), STOREY_HEIGHT_M * n) for n, (_, found) in enumerate(sorted(floors.items()))
+    ]
     if not any(storey.walls or storey.rooms for storey in storeys):
         raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected groups of walls, found none", "leave it out")
     return Drawing("svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own else ("scale",))

@@ -32,12 +32,12 @@ from shapely import Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
+from pipeline.sources.tolerances import LARGEST_FLOOR_M2, SAME_M, SPECK_M2
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, storey_of
 
 LARGEST_BYTES = 1 << 31
 MOST_ROWS = 10_000_000
-LARGEST_M2 = 1e7
 _ADVICE = "copy it again from the data set"
 _GEOMETRY: Final = ("geometry", "geom")
 _WALLS: Final = frozenset({"WALL", "COLUMN", "RAILING"})
@@ -142,7 +142,7 @@ def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
             drawn.rooms += [(area, (subtype.replace("_", " ").lower(),), label) for area in areas]
         elif kind == "feature":
             drawn.objects += [(subtype.lower(), area, 1.0) for area in areas]
-    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=1e-4))
+    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=SAME_M))
     return Drawing("swiss-dwellings", (storey_of(drawn),), left_out)
 
 
@@ -151,7 +151,7 @@ def _resplan(found: Any, path: Path, key: str) -> Drawing:
     plan = {str(name).lower(): value for name, value in found.items()} if isinstance(found, dict) else {}
     inner = shapely.union_all(_areas(plan.get("inner"))).area
     area = plan.get("area")
-    if not isinstance(area, int | float) or not 1 < area < LARGEST_M2 or not inner > 0:
+    if not isinstance(area, int | float) or not 1 < area < LARGEST_FLOOR_M2 or not inner > 0:
         detail = f"{path.name}: plan {key[:40]} has no area and inner, which give its scale"
         raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
     scale = math.sqrt(float(area) / inner)
@@ -159,7 +159,7 @@ def _resplan(found: Any, path: Path, key: str) -> Drawing:
     def areas(name: str) -> list[Polygon]:
         return [shapely.transform(part, lambda points: points * scale) for part in _areas(plan.get(name))]
 
-    drawn = Features(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=1e-4)))
+    drawn = Features(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=SAME_M)))
     drawn.door_areas = [(part, True) for name in ("door", "front_door") for part in areas(name)]
     drawn.rooms = [(part, (name,), _ROOMS[name]) for name in _RESPLAN_ROOMS for part in areas(name)]
     return Drawing("resplan", (storey_of(drawn),), LeftOut())
@@ -170,7 +170,7 @@ def _areas(shape: Any) -> list[Polygon]:
         shape = shape.geometry
     if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
         return []
-    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > 1e-6]
+    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > SPECK_M2]
 
 
 class _Shape:

@@ -1,0 +1,318 @@
+"""The numbers that readers of houses depend on, in three kinds, each with its unit and its reason.
+
+Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; shares, cosines, counts and weights
+have none. A number that several readers use stands here once. Limits on the size of files, in bytes, faces or lines,
+stand beside the code that they protect. What ``homes`` and ``procedural`` draw at random stands there: it describes
+the houses that they make, not what is true of houses. The stages have numbers of their own. Those that divide a
+robot's map were fitted or chosen together and stand in ``occupancy_map``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+# Numerics: below these, a difference comes from rounding and means nothing.
+
+TINY: Final = 1e-9  # lengths, areas and weights are at least this where something is divided by them
+SAME: Final = 1e-6  # numbers that differ by less are equal: units, as a share, and coordinates, in metres
+# lengths that differ by less are equal; grid on which areas are united: files have tenths of a millimetre
+SAME_M: Final = 1e-4
+# the same for shadows of meshes and for drawings, whose corners are only as exact as people place them
+ROUGH_M: Final = 1e-3
+SUNCG_GRID_M: Final = 1e-5  # the same for the slabs of SUNCG, which are exact
+# a hole reaches this far beyond the faces of its wall, which rounding may have moved; stages close 2 mm
+LAP_M: Final = 0.001
+SKIN_M: Final = 0.002  # the same for IFC, whose walls are bodies, so that a cut leaves no film
+SLIVER_M2: Final = 1e-8  # a triangle with a smaller area stands upright
+SPECK_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
+LOOP_M2: Final = 1e-4  # a smaller face between the lines of a drawing is a gap between their ends
+TURN_RAD: Final = 1e-3  # a smaller turn is none: a wall is no arc, and two walls are in line
+BODY_CRACK_M: Final = 5e-4  # the parts of one IFC body that are closer than twice this are one part
+SPACE_CRACK_M: Final = 0.01  # IFC spaces that are closer touch
+CRACK_M: Final = 0.02  # drawn floors that are closer touch, and so do a hole and the wall beside it
+# coordinates beyond this lose tenths of a millimetre in single precision: the level is moved to the origin
+FAR_M: Final = 500.0
+PARALLEL: Final = 0.01  # sine of the angle up to which two lines of a drawing are parallel
+EARTH_M: Final = 6_371_008.8  # the mean radius of the Earth (IUGG), for coordinates in degrees
+
+# What a house may measure at most. Larger things have another unit, or are no houses.
+
+LONGEST_PLACEMENT_M: Final = 1e6  # an offset or a size in a robot's scene
+LONGEST_SOLID_M: Final = 10_000.0  # a solid in a robot's scene: the ground of a landscape
+LONGEST_SITE_M: Final = 2000.0  # a plan of lines and areas: an airport, a campus
+LONGEST_LENGTH_M: Final = 1000.0  # a single length in a file
+LONGEST_ROOM_M: Final = 500.0  # a room of SUNCG
+LONGEST_CLOUD_M: Final = 200.0  # from the middle of a cloud of points to its farthest point
+LARGEST_FLOOR_M2: Final = 1e7  # the floor of one plan
+HIGHEST_OBJECT_M: Final = 100.0  # an object in a GeoJSON file; one that is said to be higher has no stated height
+
+# Dimensions of houses. Building codes ask for rooms of 2.1 to 2.5 m and for doors of 1.9 to 2.1 m clear height; where
+# no other source is named, the value lies outside of all that was met in the models that tests and benchmarks list.
+
+CLEAR_M: Final = 1.8  # clear height of a room, and height of a wall, at least
+KNEE_M: Final = 0.5  # an opening that starts higher is a window; a part that starts higher does not stand on the floor
+# passages end higher: doors of old houses and cellars are low, and no window that starts at the knee ends lower
+HEAD_M: Final = 1.6
+WALKED_M: Final = 1.75  # passages of an IFC file end higher
+OPENING_FOOT_M: Final = 0.4  # an object that the source calls opening starts lower if people walk through it
+OPENING_HEIGHT_M: Final = 1.7  # and is at least this high
+HATCH_M: Final = 1.2  # lower IFC doors are hatches
+DOOR_M: Final = 2.1  # height of a door of which the file says nothing
+# the median width of doors in a plan without a scale: ISO and national series of leaves lie around it
+DOOR_WIDTH_M: Final = 0.8
+NARROWEST_DOOR_M: Final = 0.3  # a narrower line or body is no door
+WIDEST_DOOR_M: Final = 4.0  # a wider body is no door: gates of garages are narrower
+SWING_M: Final = (0.4, 2.0)  # radius of the arc that a door's leaf draws
+PIECE_DOOR_WIDTH_M: Final = 3.2  # a wider piece of a mesh is no door
+PIECE_DOOR_HEIGHT_M: Final = 3.1  # a higher piece of a mesh is no door
+PIECE_DOOR_DEPTH_M: Final = 0.5  # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door
+AJAR_M: Final = 1.5  # a leaf that stands open in its frame is as deep as it is wide, and this wide at most
+LEAF_HEIGHT_M: Final = (1.7, 2.7)  # height of a piece whose name may mean a door
+DOOR_SHAPE: Final = (1.5, 4.5)  # height over width of doors that stand upright on an axis
+WALL_HEIGHT_M: Final = 2.5  # height of a wall of which the file says nothing
+FRONT3D_WALL_M: Final = 2.6  # the same for 3D-FRONT, whose walls are 2.6 or 2.8 m high
+STOREY_HEIGHT_M: Final = 3.0  # from floor to floor where the file only counts its floors
+STOREYS_APART_M: Final = 1.5  # floors that lie farther apart in height are two storeys
+SPLIT_LEVEL_M: Final = 0.9  # in meshes and IFC files: floors that lie closer are one storey with steps
+HALF_STOREY_M: Final = 1.5  # a door's sill lies at most this far over the floor that it belongs to
+OFF_FLOOR_M: Final = 0.6  # what lies farther from the elevation of an IFC storey does not belong to its floor
+LANDING_M: Final = 2.15  # a small floor that lies less than this over a larger one is a landing or a row of shelves
+SLAB_M: Final = 0.65  # the thickest slab between two storeys
+STOREY_M: Final = (1.9, 6.6)  # a storey of a mesh: cellars to halls
+CLOUD_STOREY_M: Final = (1.9, 6.0)  # a storey of a cloud of points
+LIKELY_STOREY_M: Final = (2.0, 5.0)  # a storey, where named doors contradict the stated unit
+COMMON_STOREY_M: Final = (2.2, 3.3)  # a storey of a dwelling, where a scale is chosen
+HIGHEST_STOREY_M: Final = 4.5  # the highest storey of a dwelling
+MODEL_STOREY_M: Final = (2.1, HIGHEST_STOREY_M)  # a storey of a model to a scale
+USUAL_STOREY_M: Final = 2.7  # the usual storey: 2.4 to 2.6 m of room and a slab
+MEAN_STOREY_M: Final = 2.65  # the geometric mean of the common storeys, among which one scale is chosen
+HIGHEST_BUILDING_M: Final = 60.0  # a building whose storeys nothing divides
+WIDTH_M: Final = (1.5, 200.0)  # the narrower and the longer side of a house
+LONGEST_AT_LEAST_M: Final = 2.0  # the longer side of a house, at least
+# the length of a house in a drawing without a unit; a stated unit is believed up to ``LONGEST_SITE_M``
+DRAWING_M: Final = (2.0, 200.0)
+NAMED_DOOR_M: Final = (1.5, 3.2)  # height of the doors that a file names
+USUAL_DOOR_M: Final = 2.05  # usual height of such doors
+USUAL_HEAD_M: Final = 2.06  # usual height at which openings end: doors of 2.0 to 2.1 m
+HEADS_M: Final = (1.8, 2.75)  # heights at which openings end in a file in metres
+HIGHEST_LINTEL_M: Final = 3.0  # a beam that starts lower closes an opening
+WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that are drawn by their two faces
+THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between lines of a drawing, is wall
+DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
+THINNEST_WALL_M: Final = 0.02  # the two faces of a wall are at least this far apart
+IFC_WALL_M: Final = 0.5  # an unspecified IFC part that is upright and thinner is a wall
+LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without a thickness
+SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or as a line in a plan with other walls
+SWEETHOME_WALL_CM: Final = 7.5  # thickness that Sweet Home 3D gives to a wall without one
+ROOMPLAN_WALL_M: Final = 0.06  # thickness of the walls of a RoomPlan scan, which are sheets
+OUTER_WALL_M: Final = 0.1  # thickness of the wall that is put around rooms without outer walls
+CAVITY_M: Final = 0.08  # leaves of a wall that are farther apart are two walls
+MIN_DEPTH_M: Final = 0.1  # an opening is at least this deep, however thin its wall is
+ROOMY_M2: Final = 4.0  # a smaller level surface is a landing, a table or a bed
+SMALLEST_ROOM_M2: Final = 0.5  # a smaller named area is no room
+SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
+HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
+HALF_ROOM_M: Final = 0.4  # half the width of a room: narrower level surfaces are wall tops, sills, shelves and steps
+NARROWEST_ROOM_M: Final = 0.5  # a narrower space between the walls of a RoomPlan scan is no room
+SPACE_HEIGHT_M: Final = (1.8, 12.0)  # height of a body that the source calls a space
+DUCT_M: Final = 0.4  # a narrower IFC hole without a door lets pipes through
+CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
+ROOF_SLAB_M: Final = 0.25  # a lowest floor that lies this far over the foot of the walls may be the tops of furniture
+
+# Decisions about any mesh: what stands, what lies level (``storeys``).
+
+VERTICAL: Final = 0.2  # vertical part of a wall's unit normal, at most: within 11.5 degrees, as scans lean
+HORIZONTAL: Final = 0.985  # vertical part of a floor's unit normal, at least: within 10 degrees
+NAMED_FLAT: Final = 0.98  # the same for parts that are named as floors
+IFC_FLAT: Final = 0.9  # the same for the undersides of IFC spaces
+STEEP: Final = 0.7  # the same, at most, for walls that lean: of scans, of vehicles
+BIN_M: Final = 0.01  # step of profiles over the height
+CELL_M: Final = 0.1  # side of the cells of a grid over a plan
+BORDER_M: Final = 1.0  # how far such a grid reaches beyond the walls
+MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
+UNDER_FLOOR_M: Final = 0.3  # faces, and the feet of things, that lie this far under a floor belong to it
+WALL_FOOT_M: Final = 0.3  # walls are measured from this height over the floor: skirtings end lower
+BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which walls stand at a height
+STOREY_ENDED: Final = 0.2  # share of a storey's usual wall length; where less goes on, its walls have ended
+END_SLACK_M: Final = 0.1  # the end of walls is looked for from this far under the height where they reach at least
+LAYER_EDGE: Final = 0.02  # share of a layer's area left out on each side: a stair or a sill beside it
+SAME_PLACE: Final = 0.6  # share of what two layers cover together from which they are floor and ceiling of one place
+ELSEWHERE: Final = 0.2  # share of the smaller layer up to which two layers lie in different places
+
+# Decisions about floors and levels (``storeys.levels``).
+
+TERRAIN: Final = 2.0  # a floor that is this many times as large as what the walls enclose goes on outside
+AROUND_M: Final = 0.5  # and is cut this far outside of the walls
+# share of the largest floor's area; a smaller one, as the head of a stair on a roof, is no storey
+SMALL_FLOOR: Final = 0.15
+# share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
+SMALL_STOREY: Final = 0.1
+LANDING_SHARE: Final = 0.5  # share of the floor below; a landing is smaller
+LIES_OVER: Final = 0.5  # share of a floor that lies over another, from which it is of the same place
+NEXT_FLOOR: Final = 0.25  # share of the smaller of two floors from which the higher one lies over the other
+LINED: Final = 0.5  # share of a floor's outer boundary along which walls stand
+WALL_REACH_M: Final = 0.5  # a wall this near to a floor's boundary stands along it
+# walls are also cut at this height, since lintels over wide windows stand for the wall there
+LINTEL_CUT_M: Final = 2.15
+WINDOW_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
+FLOOR_GAP_M: Final = 0.15  # gaps in a level surface up to this radius are closed
+FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
+BEYOND: Final = 0.005  # share of the wall area that may stand outside of the house on each side
+TURNED: Final = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
+VOID_UNDER_M: Final = 1.0  # what lies level or sloped this far under a floor's height fills a void
+VOID_OVER_M: Final = 0.3  # and so does what lies this far over it
+VOID_HALF_WIDTH_M: Final = 0.1  # a void that is narrower than twice this is a crack between floor and wall
+COVER_M: Final = 0.1  # a level surface that ends this near to the top of the walls closes the level
+COVER_OVER_M: Final = 0.07  # and lies at most this far over their top
+THIN_SLAB_M: Final = 0.02  # a level surface that is thinner is one face of a slab
+ATTIC_M: Final = 1.0  # walls that go on this far over a slab are those of an attic; over less, it may be a hung ceiling
+# share of the wall length that reaches a layer; where more goes on through it, it hangs between the walls
+THROUGH: Final = 0.9
+WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
+SHORTEST_WALLS_M: Final = 2.0  # walls that are shorter in all make no storey
+FEET_M: Final = 0.02  # walls that start this near to each other start at one height
+FURNITURE_SHARE: Final = 0.4  # share of the plan; the tops of furniture cover less
+HOVER_M: Final = 0.15  # walls hover over the ground if they start this far over it
+HOVER_SHARE: Final = 0.15  # and less than this share of the usual wall length stands between
+NAMED_SHARE: Final = 0.5  # share of a surface from which the names of its parts are believed
+
+# Decisions about the up axis and the unit (``storeys.size``, ``storeys.scale``). Evidence adds up; its unit is that of
+# flatness, the logarithm of width over height.
+
+FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide
+BARE_WEIGHT: Final = 1.5  # for an axis along which hardly any face of a mesh of walls looks
+SQUARE_WEIGHT: Final = 3.0  # for the share of faces that stand upright or lie level
+SQUARE: Final = 0.85  # that share counts up to this: roofs, stairs and furniture may be the rest
+BARE_SHARE: Final = 0.06  # share of level faces in a mesh of walls alone, at most
+# for a format's usual axis: a house outweighs it that is 1.5 times as deep as high when stood on the other axis
+CUSTOM_WEIGHT: Final = 0.9
+# for an axis that a format lays down: here twice as deep as high, since exporters forget to turn their models
+BINDING_WEIGHT: Final = 1.6
+DECLARED_WEIGHT: Final = 6.0  # for an axis that the file declares
+IMPOSSIBLE_WEIGHT: Final = 10.0  # against an axis on which no unit makes a house
+UNLIKELY_WEIGHT: Final = 8.0  # against it, if a scale does
+PROFILE_BINS: Final = 400  # steps of the profile over the whole height
+STANDS: Final = 0.2  # share of the greatest wall length from which a storey's walls stand
+DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys
+HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
+HEAD_LEVEL: Final = 0.002  # share of the plan: the undersides of a lintel or two
+MAX_HEADS: Final = 2  # heights of heads that are looked at, in each half of a storey
+# a head in the lower half adds at least this share of what the strongest one in the upper half does
+AS_STRONG: Final = 0.75
+PLINTH: Final = 0.04  # share of the upright area that the side of the base adds on which a model stands
+SCALES: Final = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)  # scales of models
+NEAR_HEAD: Final = 0.09  # difference in the logarithm up to which an opening ends at the usual height
+SCALED: Final = 0.03  # how much nearer a scaled unit must come than a bare one, in the same measure
+INCHES: Final = 0.02  # more than the heads and the storey of two such models differ, so that inches come last
+SLACK: Final = 6.0  # how much more freely storeys differ than heads
+
+# Decisions on whether there is an inside (``storeys.interior``).
+
+CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer to the floor other things stand too
+SAMPLE_M: Final = 0.2  # distance of sample points along walls
+LEAN_M: Final = 0.2  # walls of scans lean and wave by this between the two heights
+STANDING: Final = 0.25  # share of the outline along which walls stand
+UPRIGHT: Final = 0.8  # share of the steep area that stands upright in a room
+PATCH_M: Final = 0.5  # side of the patches whose mean normal says whether a scanned wall leans
+CABIN_FLOOR: Final = 0.4  # share of floor in what leaning walls surround; a vehicle has less
+MAX_SAMPLES: Final = 2_000  # sample points of the outline that are looked at
+TWO_FACED: Final = 0.5  # share of the outline with a second face behind it, from which walls have an inside
+FACING: Final = 0.7  # cosine of the angle between two faces of one wall
+OUTWARD: Final = 0.7  # share of the outline that is wound to be seen from outside, in a facade
+ENCLOSED: Final = 0.5  # share of the outline's hull that a facade encloses
+INNER_M: Final = 1.5  # length of inner walls in a house, at least
+INNER_SHARE: Final = 0.05  # the same, as a share of the outline's length
+INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.2 m and more
+MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
+
+# Decisions about names in meshes (``named_scene``).
+
+FLAT_SHARE: Final = 0.5  # share of a part that lies level if it is a floor: what is called floor may be a storey
+FILLS_M: Final = 2.0  # a piece that is higher and fills the plan is the house
+FILLS_SHARE: Final = 0.5  # share of the plan box that it covers
+HOLE_M: Final = 0.5  # width of the hole in a wall that is named after its door, and of a door at least
+HOLE_AT: Final = 0.45  # share of its height at which a piece is cut to look for that hole
+BESIDE_HOLE_M: Final = 0.5  # length of wall on both sides of that hole together; a door's frame has less
+TOUCH_M: Final = 0.1  # pieces of furniture that are closer are one object
+HANDLE_M: Final = 0.03  # pieces of doors that are closer are one door
+MIN_DOORS: Final = 2  # named doors that are sure of their height
+LEFT_STANDING: Final = 0.15  # share of the upright area that names leave standing; names that leave less are wrong
+LEFT_FACES: Final = 0.1  # the same as a share of the faces, while nobody knows which way is up
+TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
+SAME_ROOM: Final = 0.9  # intersection over union from which two named rooms, or two IFC spaces, are one
+
+# Decisions about drawn storeys (``drawn_storeys``).
+
+OPEN_EDGE: Final = 0.15  # share of a room's edge with neither walls nor rooms beside it, from which it is open air
+EDGE_REACH_M: Final = 0.3  # a wall or room this near is beside it
+CORNER_M2: Final = 0.05  # a wall with a smaller area in plan is a corner
+INTO_ROOM_M: Final = 0.12  # a wall that reaches deeper into a room ends at the room's edge
+# share of the walls' area that rooms cover; rooms drawn to the middles of walls cover nearly all of it
+WALLS_COVERED: Final = 0.35
+SAME_DOOR_M: Final = 0.4  # doors that are closer may be one, drawn for both of its rooms
+SAME_DOOR: Final = 0.8  # share of each of two doors near the other, from which they are one
+NAME_BOX_M: Final = 0.1  # half the side of the box about the point at which a room's name stands
+
+# Decisions about lines and areas (``vector_plans``).
+
+SHORTEST_M: Final = 0.01  # a shorter door, or a thinner wall, has no stated size
+THICKEST_LINE_M: Final = 2.0  # a thicker wall has no stated thickness
+JAMB_M: Final = 0.05  # beside a door's ends, its wall is looked for this far along it
+OFF_LINE_M: Final = 0.02  # a door's line may lie this far outside of its wall
+THROUGH_WALL: Final = 0.5  # share of a drawn hole that the wall must keep, to be as deep as the wall
+DRAWN_UNITS_M: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)  # units of a DXF file that states none, the likeliest first
+LINES_BESIDE: Final = 0.5  # share of the shorter of two lines along which they are the faces of one wall
+SHAFT_M: Final = 0.05  # the shaft of a lift is wider than its cabin by this on each side
+
+# Decisions about IFC files (``ifc``, ``ifc_spaces``).
+
+AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
+SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
+SLAB_VOTES: Final = 3.0  # votes of a slab, at most
+STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length at least
+STOREY_WALLED: Final = 0.8  # share of a slab's boundary; a storey has more walls
+RUNS_THROUGH_M: Final = 0.1  # a part that reaches this far into a storey stands in it
+SPACES_TOUCH: Final = 0.4  # share of the spaces' edges along other spaces, from which no wall is drawn between them
+UPRIGHT_M: Final = 0.3  # the head of an upright part stands over its foot but for this
+AXIS_TILT: Final = 0.1  # vertical part of a door's unit axis up to which the axis lies along its width
+STEP_M: Final = 0.3  # the floor of a space may have a step of this height
+FLOOR_SHARE: Final = 0.3  # share of a space's shadow; flat faces at its bottom that cover less are no floor
+GROUPED: Final = 0.8  # share of a space that others cover, from which it only groups them
+CUT_OUT: Final = 0.95  # share of a space that lies in another one, from which it is cut out of it
+OVERLAP_M2: Final = 0.01  # spaces that overlap by less do not overlap
+SAME_WIDTH_M: Final = 0.06  # a side this near to a door's width is its width
+LOOK_ALONG_M: Final = 3.0  # how far wall is looked for along each way that a door may lie
+MORE_WALL: Final = 1.3  # this many times more wall one way than the other says which way it lies
+WALL_BEYOND_M: Final = 0.6  # how far beyond a hole its wall may go on
+STRIP_M: Final = 0.12  # width of the strips beside a hole in which its wall is measured
+NICHE_M: Final = 0.03  # what is left of a wall behind a niche
+SAME_HOLE: Final = 0.5  # intersection over union from which two holes are one
+SWUNG_M: Final = 0.1  # a door's body that is wider than the door by this has its leaf drawn open
+
+# Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
+
+BUILDING_SHARE: Final = 0.6  # share of the plan box of all that is fixed, from which one model is the building
+INSIDE_M: Final = 0.3  # what stands in the building reaches at most this far outside, and stays this far under its top
+ROUND_SIDES: Final = 24  # sides of a round body
+SLOPE_STEP_M: Final = 0.1  # a sloping wall goes up in steps of this height
+SLOPE_STEPS: Final = 40  # or in this many steps, if they would be more
+ARC_STEP_RAD: Final = math.radians(7.5)  # angle of each chord of a round wall
+SHARPEST: Final = 3.0  # a corner is filled up to this many times the walls' thickness
+ALONG: Final = math.cos(math.radians(20))  # a door lies along a wall if their directions differ by less
+IN_WALL: Final = 0.2  # share of a door's frame, or of its part of the wall, that lies in a wall that it cuts
+SCAN_INSIDE_M: Final = 0.12  # walls that reach this far into a scan's floor stand inside it
+SCAN_CORNER_M: Final = 0.1  # surfaces of a scan end this far from the corner that they make
+
+# Decisions about clouds of points (``points``).
+
+VOXEL_M: Final = 0.02  # side of a voxel: the noise of sensors
+FEWEST_VOXELS: Final = 500  # a cloud that fills fewer shows no room
+STRAY: Final = 0.002  # share of the points, or of the voxels, that a sensor saw through windows and in mirrors
+STRAY_M: Final = 4.0  # what lies farther than this from the rest was seen so
+Y_IS_UP: Final = 1.4  # y is up where its fullest layer holds this many times as much as that of z
+LEVEL_LAYER: Final = 0.25  # share of the fullest layer from which a layer is a floor or a ceiling; table tops hold less
+LAYER_APART_M: Final = 0.1  # full layers that are farther apart in height are two
+SLAB_BETWEEN_M: Final = 0.8  # a level layer this near over a ceiling is the floor of the next storey
+CLOUD_TOP: Final = 0.995  # share of the voxels under the top of a cloud without a ceiling
+FLOOR_NOISE_M: Final = 0.1  # the noise of a floor lies this far below it at most
