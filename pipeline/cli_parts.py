@@ -129,7 +129,7 @@ _TIMEOUT_S = 4.0
 
 @contextmanager
 def interruptible(last_words: str) -> Iterator[Callable[[], None]]:
-    """Have Ctrl-C raise KeyboardInterrupt; yields a function that raises it again where it was swallowed.
+    """Let Ctrl-C raise KeyboardInterrupt, and yield a function that raises it again if a library swallowed it.
 
     1. What does not end within some seconds is ended, with ``last_words``; the workers end with their parent.
     2. So is everything at once where Ctrl-C comes a second time.

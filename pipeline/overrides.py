@@ -78,7 +78,7 @@ class Override:
 
     @property
     def of_file(self) -> bool:
-        """Whether it says something that concerns a whole file, not one of its levels."""
+        """Whether an override concerns a whole file rather than one of its levels."""
         return self.scale is not None or bool(self.drop_nodes)
 
     def applied(self, config: PipelineConfig) -> PipelineConfig:
@@ -92,7 +92,7 @@ class Override:
 
 
 def beside(manifest: Path) -> Path | None:
-    """Return the overrides of a manifest, ``houses.overrides.toml`` for ``houses.toml``; if there are none, ``NAME``.
+    """Return the overrides beside a manifest, ``houses.overrides.toml`` for ``houses.toml``; else ``NAME``.
 
     A folder may hold several manifests, and an id that belongs to no input of a build is an error. A manifest that
     comes with the project has its own overrides or None, so nobody's decisions go into the installed package.
@@ -230,7 +230,7 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
 
 
 def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
-    """Return the overrides of each input by its id, so that no house searches through those of all others."""
+    """Return the overrides of each input, by the input's id."""
     found: dict[str, dict[str, Override]] = {}
     for name in sorted(overrides):
         for known in _inputs_of(name):
@@ -330,7 +330,7 @@ def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
 
 
 def concerns(name: str, known: str) -> bool:
-    """Return whether a name is the id of this input, or of a level or building of it (R1)."""
+    """Return whether a name is the id of this input, or of one of its levels or buildings (R1)."""
     return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
 
 

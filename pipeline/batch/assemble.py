@@ -66,7 +66,7 @@ class DataSet:
 
     @property
     def is_fruitless(self) -> bool:
-        """Whether none of this build's own inputs became a plan or a duplicate; what a person dropped is left aside."""
+        """Whether none of this build's own inputs became a plan or a duplicate. Dropped ones do not count."""
         own = [entry for entry in self.entries if not self.sources or entry.source in self.sources]
         refused = [each for entry in own for each in entry.refused if each.reason != Reason.DROPPED_BY_HAND]
         return bool(refused) and not any(entry.plans for entry in own)
@@ -246,7 +246,7 @@ def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) ->
 
 
 def public_names(sources: Iterable[str]) -> list[str]:
-    """Return the sources' own names: where they lie on this machine is nobody else's business."""
+    """Return the names of the sources without the folders of this machine, which a published data set must not show."""
     return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)
 
 
@@ -441,7 +441,7 @@ def _picture(name: str) -> str:
 
 
 def list_files(root: Path) -> list[Path]:
-    """Return what ``houseexpo split`` writes beside the plans, as far as it is there."""
+    """Return those of the lists of ``houseexpo split`` that lie beside the plans."""
     return [*(root / "splits").glob("*.txt"), *(root / "splits").glob("splits.json")]
 
 

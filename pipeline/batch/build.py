@@ -175,7 +175,7 @@ class _Batch:
 
 
 def check_alone(listing: Listing, store: Store) -> None:
-    """Raise ConfigError if a store holds plans of sources that shards do not list: nobody says what becomes of them.
+    """Raise ConfigError if a store holds plans of sources that the shards do not list.
 
     That would be found when the shards are put together, after all the work.
     """

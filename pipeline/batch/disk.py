@@ -14,13 +14,13 @@ from houseexpo.files import PARTIAL
 
 
 def sweep(folder: Path) -> None:
-    """Remove what interrupted writes left."""
+    """Remove the remains of interrupted writes."""
     for file in folder.glob(f"{PARTIAL}*"):
         file.unlink(missing_ok=True)
 
 
 def to_text(path: str) -> str:
-    """Return a path as text that JSON can hold, whatever its bytes are; ``from_text`` undoes it."""
+    """Return a path as text that JSON can hold, for any bytes; ``from_text`` is the inverse."""
     return os.fsencode(path).decode("latin-1")
 
 
@@ -30,7 +30,7 @@ def from_text(text: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return text for people: bytes of a file name that are no UTF-8 are shown as a question mark in a lozenge."""
+    """Return text for people: bytes of a file name that are not UTF-8 become U+FFFD."""
     return text.encode("utf-8", "surrogateescape").decode("utf-8", "replace") if not _is_clean(text) else text
 
 

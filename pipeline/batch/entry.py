@@ -48,12 +48,12 @@ class Refused(msgspec.Struct, frozen=True, order=True):
 
     @classmethod
     def of(cls, name: str, rejection: Rejection) -> Refused:
-        """Put a rejection down under the id it concerns."""
+        """Record a rejection under the id that it concerns."""
         detail, advice = printable(rejection.detail), printable(rejection.advice)
         return cls(printable(name), rejection.stage, str(rejection.reason), detail, advice, rejection.picture)
 
     def line(self) -> dict[str, str]:
-        """Return what ``rejected.jsonl`` has of it."""
+        """Return its line of ``rejected.jsonl``."""
         return {"id": self.id, "stage": self.stage, "reason": self.reason, "detail": self.detail, "advice": self.advice}
 
 

@@ -122,7 +122,7 @@ class Folder:
             self._check_foreign()
 
     def start(self, parameters: str) -> None:
-        """Lay the folder out, and remove what interrupted writes left."""
+        """Create the folder's structure, and remove the remains of interrupted writes."""
         for folder in (self.json, self.build):
             folder.mkdir(parents=True, exist_ok=True)
         for folder in (self.json, self.stages, self.build, self.root):
@@ -138,13 +138,13 @@ class Folder:
         return _read(self.root / MANIFEST, Manifest)
 
     def announce(self, names: Iterable[str]) -> None:
-        """Say which plans and pictures are about to be written, by their names in the data set: they are ours."""
+        """Record the names of the plans and pictures that will be written, so that a later run knows them."""
         ours = {*(self._ours() or ()), *map(_short, names)}
         (self.root / MANIFEST).unlink(missing_ok=True)
         write_whole(self.build / "announced.json", msgspec.json.encode(sorted(ours)), durable=True)
 
     def finish(self, finished: Finished) -> None:
-        """Put down what the data set is now."""
+        """Record the state of the finished data set."""
         write_whole(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
         (self.build / "announced.json").unlink(missing_ok=True)
 

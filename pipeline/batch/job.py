@@ -97,7 +97,7 @@ class Job:
 
 
 def work(settings: Settings, job: Job) -> Entry:
-    """Return what came of an input; where its files only look changed, what came of it before."""
+    """Return the outcome of an input, or the earlier outcome if its files only look changed."""
     start, began_ns = time.perf_counter(), time.time_ns()
     try:
         for mirror in settings.mirrors:
@@ -126,7 +126,7 @@ def work(settings: Settings, job: Job) -> Entry:
 
 
 def not_yet(what: str) -> Rejection:
-    """Return what is said of an input that a transient fault kept from being done."""
+    """Return the entry of an input that a transient fault interrupted."""
     return Rejection("executor", Reason.NOT_YET, what, "build again when it has passed")
 
 

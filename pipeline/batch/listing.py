@@ -23,7 +23,7 @@ from pipeline.values import Input
 
 @dataclass(frozen=True)
 class Listing:
-    """The inputs of a build; houses that are made are listed one by one, so that a million of them need no memory."""
+    """The inputs of a build. Made houses are listed one by one, so that a million of them need no memory."""
 
     config: BuildConfig
     _files: dict[str, list[Input]] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class Listing:
 
     @property
     def mirrors(self) -> tuple[Mirror, ...]:
-        """The folders of this machine that stand for sources in object stores, as far as they were listed."""
+        """The local folders that mirror the object stores listed so far."""
         return tuple(mirror for mirror, _ in self._mirrors.values())
 
     def public(self, item: Input) -> Input:

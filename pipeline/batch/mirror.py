@@ -66,7 +66,7 @@ class Mirror:
         _lay(self.root, known)
 
     def mount(self, *, whole: bool = True) -> None:
-        """Have files be fetched by this process when it opens them: ``whole``, or only as far as listing needs them."""
+        """Fetch files when this process opens them: the ``whole`` file, or only the part that listing needs."""
         key = f"{self.root}{os.sep}"
         if key not in _mounted:
             if not self.root.is_dir():  # on this machine for the first time

@@ -54,7 +54,7 @@ class Plans:
         return self._get(kept, kept.plan)
 
     def picture(self, kept: Kept) -> bytes:
-        """Return the picture of a plan's stages, or nothing if there is none. DamagedPlanError as ``get``."""
+        """Return the picture of a plan's stages, or b"" without one. Raises DamagedPlanError as ``get`` does."""
         return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
     def sweep(self) -> None:

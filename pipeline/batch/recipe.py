@@ -55,7 +55,7 @@ def _parameters(config: BuildConfig) -> str:
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the libraries that touch geometry, as far as they are installed."""
+    """Return the versions of Python and of the installed libraries that compute geometry."""
     found = {"python": ".".join(platform.python_version_tuple()[:2])}
     for name in LIBRARIES:
         try:

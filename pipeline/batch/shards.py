@@ -62,7 +62,7 @@ def number_of(name: str, count: int) -> int:
 
 
 class Begun(msgspec.Struct, frozen=True):
-    """What all shards of a data set have in common; the sources of ``config`` bear their full names."""
+    """What all shards of a data set have in common. The sources in ``config`` have their full names."""
 
     shards: int
     config: BuildConfig
@@ -106,7 +106,7 @@ class Begun(msgspec.Struct, frozen=True):
 
 
 def end_shards(store: Store) -> None:
-    """Forget what shards have in common (R3)."""
+    """Remove the record of what the shards have in common (R3)."""
     store.remove(_BEGUN)
 
 

@@ -75,7 +75,7 @@ class Furnishing:
         shapely.prepare(self._doors)
 
     def furnish(self) -> list[Standing]:
-        """Place what the room's label asks for, as far as it fits."""
+        """Place the furniture that the room's label asks for and that fits."""
         if not self._places:
             return []
         for want in self._wants:

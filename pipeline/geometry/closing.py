@@ -73,7 +73,7 @@ class Closer:
 
 
 def lapped(pieces: list[Polygon]) -> list[Polygon]:
-    """Pieces of one plane, a little larger, so that they meet the walls of the other."""
+    """Return the pieces of one plane, grown a little, so that they meet the walls of the other."""
     return list(mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 

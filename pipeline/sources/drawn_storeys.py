@@ -119,7 +119,7 @@ def merge_meshes(parts: Iterable[Mesh]) -> Mesh:
 
 
 def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
-    """Return the area that rooms cover together, or None if there are none."""
+    """Return the area that rooms cover together, or None without rooms."""
     area = shapely.union_all(list(shapes), grid_size=SAME_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 

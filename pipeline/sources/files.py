@@ -182,7 +182,7 @@ class LeftOut:
 
     @property
     def note(self) -> str:
-        """The first parts with their reasons, and how many there are, or "" if there is none."""
+        """The first parts with their reasons and the number of all, or "" if nothing was left out."""
         named = "; ".join(list(self._why)[:_NAMED])
         more = len(self._why) - _NAMED
         return f"{named}; and {more} more" if more > 0 else named
@@ -210,7 +210,7 @@ _FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, Valu
 
 
 def members(path: Path) -> tuple[str, ...]:
-    """Return the names in an archive; raise Rejection if it is none, or where one leads out of it."""
+    """Return the names in an archive; raise Rejection if the file is not an archive or a name leads out of it."""
     check_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -327,7 +327,7 @@ def decode_document(decoder: msgspec.json.Decoder[Document], data: bytes, name: 
 
 
 def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:
-    """Raise Rejection (NOT_FINITE, BAD_UNITS) where one of the lengths, metres, is none that a house can have."""
+    """Raise Rejection (NOT_FINITE, BAD_UNITS) if one of the lengths, metres, is impossible in a house."""
     values = np.abs(np.asarray(numbers, np.float64))
     if not np.isfinite(values).all():
         raise Rejection("source", Reason.NOT_FINITE, f"{what} has a number that is not finite", advice)

@@ -129,7 +129,7 @@ _PARTS: dict[type[Any], msgspec.json.Decoder[Any]] = {
 
 
 def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...]:
-    """Read the rooms of a scene; raise Rejection if it is none (EMPTY, UNREADABLE), or a floor is damaged.
+    """Read the rooms of a scene; raise Rejection if it has none (EMPTY, UNREADABLE) or a floor is damaged.
 
     Surfaces that no room refers to come in a last room without a name.
     """

@@ -308,7 +308,7 @@ def closed_holes(
 
 
 def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
-    """H3: the height of the level from which a door that starts at ``sill`` is entered, or None if there is none."""
+    """H3: the height of the level from which people enter a door that starts at ``sill``, or None."""
     below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= HALF_STOREY_M]
     return max(below, default=None)
 

@@ -74,7 +74,7 @@ _DOCUMENT = msgspec.json.Decoder(_Document)
 
 
 def recognise(path: Path) -> str | None:
-    """Return the name of the reader that opens a file, or None if its content is none that one knows.
+    """Return the name of the reader that opens a file, or None if no reader knows its content.
 
     A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
     """
@@ -216,12 +216,12 @@ class Made:
 
     @property
     def name(self) -> str:
-        """The source's full name: it states the style, so that a data set says what went in."""
+        """The source's full name, which states the style."""
         return f"procedural:{self.count}?style={self.style}"
 
 
 def made_of(source: str) -> Made | None:
-    """Return what such a name asks for, or None if it is none."""
+    """Return what such a name asks for, or None for any other name."""
     found = _NAME.fullmatch(source)
     style = STYLES.get(found[2] or HOME) if found else None
     return Made(int(found[1]), style) if found and style else None

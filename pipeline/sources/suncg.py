@@ -64,7 +64,7 @@ class Node(msgspec.Struct, frozen=True, rename="camel"):
         return _decode(_BOUNDS, bytes(self.bbox), f"bbox of {self.type} {self.model_id}")
 
     def matrix(self) -> list[float] | None:
-        """Return the 16 numbers of ``transform``, column by column, or None if there are none."""
+        """Return the 16 numbers of ``transform``, column by column, or None if the key is missing."""
         return _decode(_MATRIX, bytes(self.transform), f"transform of {self.type} {self.model_id}")
 
 

@@ -301,7 +301,7 @@ class Strip:
 
 
 def strips(walls: Sequence[DrawnWall]) -> list[Strip]:
-    """S1; walls without a length or a thickness are none."""
+    """S1: return the walls that have a length and a thickness."""
     found = []
     for wall in walls:
         line = _middle(wall)

@@ -82,7 +82,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             ground, rooms = enclosed(closed_plane(ground, more))
 
     def within(fixed: list[Closer], ground: BaseGeometry, rooms: list[Polygon]) -> Layout:
-        """The layout where ``fixed`` closes, whatever it parts."""
+        """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
         for row in [] if level.sills else mouths(rooms, ground):  # R13

@@ -162,7 +162,7 @@ def first(element: Xml.Element, *kinds: str) -> Xml.Element | None:
 
 
 def floats(element: Xml.Element, count: int | None = None) -> Floats:
-    """Numbers of an element's text; raise ValueError if they are none, or not ``count`` of them."""
+    """Return the numbers in an element's text; raise ValueError unless there are ``count`` numbers."""
     words = (element.text or "").split()
     if count is not None and len(words) != count:
         raise ValueError(f"<{kind(element)}> holds {len(words)} numbers; expected {count}")

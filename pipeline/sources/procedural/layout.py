@@ -151,7 +151,7 @@ def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
 
 
 def shared_out(specs: list[Spec], shares: list[float], rng: np.random.Generator) -> list[list[Spec]]:
-    """Deal rooms to places so that their areas are about in proportion to ``shares``; none stays empty if possible."""
+    """Distribute rooms over places, roughly in proportion to ``shares``; no place stays empty if that is possible."""
     total = sum(spec.area for spec in specs)
     left = np.array(shares) / sum(shares) * total
     groups: list[list[Spec]] = [[] for _ in shares]

@@ -477,7 +477,7 @@ Shift = tuple[float, float, float]
 
 
 def near_shift(points: npt.NDArray[np.float64]) -> Shift:
-    """Whole metres (x, y, z) to take off points (n, 3) so that they lie near the origin; zeros where they do."""
+    """Return whole metres (x, y, z) to subtract from points (n, 3), so that they lie near the origin."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     if np.abs(middle).max() < FAR_M:
         return 0.0, 0.0, 0.0

@@ -44,7 +44,7 @@ class Surfaces:
 
     @classmethod
     def of(cls, mesh: Mesh) -> Surfaces:
-        """Measure each face, in chunks so that millions of faces need little beside their own result."""
+        """Measure each face. Faces are read in chunks, so that millions of them need little memory."""
         n = len(mesh.faces)
         area, normal, low, high = np.empty(n), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
         for start in range(0, n, CHUNK):

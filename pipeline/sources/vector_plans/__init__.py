@@ -45,7 +45,7 @@ def is_drawn(path: Path, head: bytes) -> bool:
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
-    """List one file, or the plans in it; one that cannot be read is listed as one, so that its reader says why."""
+    """List one file, or the plans in it. An unreadable file is one input, so that its reader says why."""
     single = single_input(path, "vector_plans", options)
     with Path(path).open("rb") as stream:
         head = stream.read(_HEAD_BYTES)

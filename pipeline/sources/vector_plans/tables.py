@@ -184,7 +184,7 @@ class _Shape:
 
     @property
     def geometry(self) -> Any:
-        """The geometry, or None if there is none. A collection is none: nested ones end GEOS."""
+        """Return the geometry, or None. Collections give None, because deeply nested ones crash GEOS."""
         data = self.data if isinstance(self.data, bytes) else b""
         return None if data.startswith(_COLLECTION) else shapely.from_wkb(data, on_invalid="ignore")
 
