@@ -15,6 +15,7 @@ from houseexpo.pseudoslam.agents.loading import NamedPolicy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
+from houseexpo.pseudoslam.benchmark.player import Player, PlayerError
 from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
@@ -51,10 +52,19 @@ class Runner:
     ----------
     policy_seed
         The seed of the policy; each episode derives its own seed from it and from the case's.
+    player
+        The process of the policy, if it is not in this one.
     """
 
-    def __init__(self, track: Track, policy: NamedPolicy, plans: Houses, policy_seed: int = 0) -> None:
-        self.track, self.policy, self.policy_seed = track, policy, policy_seed
+    def __init__(
+        self,
+        track: Track,
+        policy: NamedPolicy,
+        plans: Houses,
+        policy_seed: int = 0,
+        player: Player | None = None,
+    ) -> None:
+        self.track, self.policy, self.policy_seed, self.player = track, policy, policy_seed, player
         self.env: PseudoSlamEnv = track.environment(plans, policy.interface)
 
     def run(self, case: Case, note: Note = lambda _: None) -> Outcome:
@@ -83,7 +93,7 @@ class Runner:
         """Run one episode, and append the time of each decision to ``took``, milliseconds."""
         env, trace = self.env, Trace()
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
-        self._add(trace, info, 0.0)
+        self._add(trace, case, info, 0.0)
         note(0)
         robot = robot_of(env, self.policy.interface)
         seed = case.seed ^ self.policy_seed
@@ -97,24 +107,29 @@ class Runner:
             action = self._asked(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
             ms = 1000 * (time.perf_counter() - start)
             if getattr(policy, "decided", True):
-                took.append(ms)
+                took.append(min(ms, getattr(policy, "took_ms", ms)))
             if action is None:
                 trace.gave_up = True
                 return trace
             observation, reward, terminated, truncated, info = self._step(case, step, action)
-            self._add(trace, info, reward)
+            self._add(trace, case, info, reward)
             if terminated or truncated:
                 break
         return trace
 
-    def _add(self, trace: Trace, info: dict[str, Any], reward: float) -> None:
+    def _add(self, trace: Trace, case: Case, info: dict[str, Any], reward: float) -> None:
         state = self.env.state
         metres = float(state.episode.readings[0].path_length) / self.env.config.pixels_per_metre
-        trace.add(int(state.counts.steps), metres, info, reward)
+        try:
+            trace.add(int(state.counts.steps), metres, info, reward)
+        except ValueError as error:
+            raise PolicyError(f"{self._where(case, int(state.counts.steps))}: {error}") from None
 
     def _asked(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
+        except PlayerError as error:
+            raise PolicyError(f"{self._where(case, step)}: {error}") from None
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where(case, step)}: it raised {raised(error, __file__)}") from error
 

@@ -6,7 +6,8 @@ Everything but ``times`` is independent of the number of processes.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,6 +20,10 @@ from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, means
 from houseexpo.pseudoslam.benchmark.tracks import Track
 
 FORMAT: Final = "houseexpo benchmark 1"
+_SHARES: Final = ("coverage", "area_", "reached_", "spl", "success")
+_COUNTS: Final = ("steps", "metres", "collisions")
+_ROUNDED: Final = 1e-4
+_SLACK: Final = 1.05
 Column = list[float | None]
 
 
@@ -134,7 +139,40 @@ def read_result(file: Path) -> Result:
         raise ConfigError(f"{file}: expected a result of `houseexpo benchmark run`, found {error}") from None
     if found.format != FORMAT:
         raise ConfigError(f"{file}: expected {FORMAT!r}, found {found.format!r}; run the benchmark again")
+    if fault := next(_faults(found), ""):
+        raise ConfigError(f"{file}: {fault}; no run gives this, so it is refused; run the benchmark again")
     return found
+
+
+def _faults(result: Result) -> Iterator[str]:
+    """Yield what no run can have given: shares beyond 0 to 1, sums and times that do not add up."""
+    columns = result.episodes
+    plans = columns.get("plan", [])
+    if not plans or any(not isinstance(column, list) or len(column) != len(plans) for column in columns.values()):
+        yield "expected columns of one length, a row for each plan"
+        return
+    for key in sorted(columns.keys() - {"plan", "seed"}):
+        for plan, value in zip(plans, columns[key], strict=True):
+            if value is not None and (fault := _fault_of(key, value)):
+                yield f"plan {plan!r}: {key}: {fault}"
+    for key, said in result.summary.items():
+        known = [value for value in columns.get(key, []) if value is not None]
+        if known and said.mean is not None:
+            mean = sum(known) / len(known)
+            if abs(mean - said.mean) > _ROUNDED * (1 + abs(mean)):
+                yield f"summary of {key}: expected {mean:g}, the mean of its episodes, found {said.mean:g}"
+    times = result.times
+    decided_s = times.decision_ms.get("number", 0.0) * times.decision_ms.get("mean", 0.0) / 1000
+    if decided_s > times.wall_s * max(times.workers, 1) * _SLACK + 1.0:
+        yield f"decisions of {decided_s:.1f} s in a run of {times.wall_s:g} s with {times.workers} processes"
+
+
+def _fault_of(key: str, value: object) -> str:
+    if not isinstance(value, int | float) or not math.isfinite(value):
+        return f"expected a number, found {value!r}"
+    if key.startswith(_SHARES) and not 0.0 <= value <= 1.0:
+        return f"expected 0 to 1, found {value:g}"
+    return f"expected 0 or more, found {value:g}" if key.startswith(_COUNTS) and value < 0.0 else ""
 
 
 def _matrix(rows: Sequence[Sequence[float]]) -> Any:

@@ -19,7 +19,7 @@ from houseexpo import __version__
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.progress import watched
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
+from houseexpo.pseudoslam.agents.loading import NamedPolicy
 from houseexpo.pseudoslam.benchmark import result as results
 from houseexpo.pseudoslam.benchmark.cases import (
     Case,
@@ -31,6 +31,7 @@ from houseexpo.pseudoslam.benchmark.cases import (
 )
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
 from houseexpo.pseudoslam.benchmark.maps import map_cases
+from houseexpo.pseudoslam.benchmark.player import Player
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, track_of
 from houseexpo.pseudoslam.tasks import ROOM
@@ -79,8 +80,9 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     PolicyError
         The policy failed in an episode.
     """
-    policy = load_policy(policy_name)
-    check_task(policy, track)
+    with Player(policy_name) as player:
+        check_task(player.policy, track)
+        policy = policy_record(player.policy, settings.seed)
     chosen, cases, record = _cases(track, plans, settings)
     start = time.perf_counter()
     new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed)
@@ -88,12 +90,13 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     outcomes = dict(watched(done, f"{policy_name}, {track.id}", len(cases)))
     in_order = [outcomes[number] for number in range(len(cases))]
     times = times_of(in_order, time.perf_counter() - start, settings.workers)
-    return result_of(track, policy_record(policy, settings.seed), record, in_order, times)
+    return result_of(track, policy, record, in_order, times)
 
 
 def new_runner_of(track_id: str, policy_name: str, plans: Houses, seed: int) -> Runner:
-    """Return a runner of episodes for one process."""
-    return Runner(track_of(track_id), load_policy(policy_name), plans, seed)
+    """Return a runner of episodes for one process, with the policy in a process of its own."""
+    player = Player(policy_name)
+    return Runner(track_of(track_id), player.policy, plans, seed, player)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:

@@ -29,10 +29,24 @@ class Trace:
     """Whether the policy reported that it was done."""
 
     def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
-        """Add a row."""
+        """Add a row.
+
+        Raises
+        ------
+        ValueError
+            Something else changed or reset the environment: the coverage is not a share, or steps or metres fall.
+        """
+        coverage = info["coverage"]
+        if not 0.0 <= coverage <= 1.0:
+            raise ValueError(f"a coverage of {coverage:.2%}, expected 0 to 100%: something changed the environment")
+        if self.steps and (steps < self.steps[-1] or metres < self.metres[-1]):
+            raise ValueError(
+                f"{steps} steps and {metres:.1f} m after {self.steps[-1]:.0f} and {self.metres[-1]:.1f} m: something "
+                "reset the environment in the middle of an episode"
+            )
         self.steps.append(steps)
         self.metres.append(metres)
-        self.coverage.append(info["coverage"])
+        self.coverage.append(coverage)
         self.reward += reward
         self.info = info
 

@@ -1,0 +1,335 @@
+"""A policy in a process of its own, which holds neither the environment nor the plan.
+
+R1  The process is started anew, with none of the caller's objects, with the pipe as its only open file beside the
+    streams, and with the environment variables of ``KEPT`` only.
+R2  It gets the robot at the start of an episode, and an observation and the robot's knowledge in each step. Large
+    arrays go through memory that both processes share, and are copied there.
+R3  Its answers are JSON of at most ``LONGEST_ANSWER`` bytes: nothing that it sends is executed.
+R4  It ends with the process that started it.
+R5  It says when it compiles kernels, so that this does not count as time of the policy, up to ``COMPILING_S``.
+
+A policy can still read and write files as the user who runs the benchmark, and use the network. The benchmark keeps
+honest policies from an accident and makes cheating deliberate; for strangers' code, use a container.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import mmap
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from houseexpo.errors import ConfigError, HouseExpoError
+from houseexpo.pseudoslam import kernels
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, Training
+from houseexpo.pseudoslam.config import ObservationConfig
+from houseexpo.pseudoslam.kernels.compiling import on_compiling
+
+KEPT: Final = (
+    *("PATH", "HOME", "LANG", "LC_", "TMPDIR", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV", "LD_LIBRARY_PATH"),
+    *("NUMBA_", "OMP_", "OPENBLAS_", "MKL_", "CUDA_", "XDG_CACHE_HOME"),
+)
+"""The beginnings of the names of environment variables that a policy's process gets."""
+LONGEST_ANSWER: Final = 1 << 20
+COMPILING_S: Final = 900.0
+SHARED_BYTES: Final = 1 << 26
+SMALL_BYTES: Final = 1 << 12
+"""Smaller arrays go through the pipe."""
+_CODE: Final = "import sys; from houseexpo.pseudoslam.benchmark.player import serve; serve(*map(int, sys.argv[1:]))"
+_LOOK_S: Final = 1.0
+
+
+class PlayerError(HouseExpoError):
+    """A policy raised an exception, or its process ended; the text says which, without the place."""
+
+
+class Player:
+    """A policy's process. Close it, or use it in a ``with`` statement.
+
+    Parameters
+    ----------
+    name
+        A name for ``load_policy``.
+
+    Raises
+    ------
+    ConfigError
+        As ``load_policy`` does.
+    PlayerError
+        The process ended while the policy was loaded.
+    """
+
+    def __init__(self, name: str) -> None:
+        ours, its = socket.socketpair()
+        self._shared, descriptor = _new_shared()
+        with its:
+            self._process = subprocess.Popen(  # noqa: S603  # our own interpreter
+                [sys.executable, "-P", "-c", _CODE, str(its.fileno()), str(descriptor)],
+                env={key: value for key, value in os.environ.items() if key.startswith(KEPT)},
+                stdin=subprocess.DEVNULL,
+                pass_fds=(its.fileno(), descriptor),
+            )
+        os.close(descriptor)
+        self._pipe = Connection(ours.detach())
+        self._stop_clock: Callable[[], None] = lambda: None
+        self._start_clock: Callable[[], None] = lambda: None
+        self._compiled_s = 0.0
+        try:
+            self._pipe.send((name, sys.path))
+            self.policy = _named(self._answer(), self)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Player:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.wait()
+        self._pipe.close()
+        self._shared.close()
+
+    def time_with(self, stop_clock: Callable[[], None], start_clock: Callable[[], None]) -> None:
+        """Have functions called when the policy's process begins and ends to compile kernels (R5)."""
+        self._stop_clock, self._start_clock = stop_clock, start_clock
+
+    def ask(self, *question: Any) -> dict[str, Any]:
+        """Send a question, and return the answer; raise PlayerError if the policy failed."""
+        with suppress(OSError):  # it has died, which is noticed when its answer is read
+            self._pipe.send(_shared(question, self._shared))
+        said = self._answer()
+        if "failed" in said:
+            raise PlayerError(str(said["failed"]))
+        return said
+
+    def _answer(self) -> dict[str, Any]:
+        while True:
+            try:
+                data = self._pipe.recv_bytes(LONGEST_ANSWER)
+            except (EOFError, OSError):
+                with suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_LOOK_S)
+                raise PlayerError(f"its process died, exit code {self._process.returncode}") from None
+            try:
+                said = json.loads(data)
+            except ValueError:
+                said = None
+            if not isinstance(said, dict):
+                raise PlayerError("its process sent an answer that cannot be read")
+            if "compiling" not in said:
+                return said
+            self._note(busy=bool(said["compiling"]))
+
+    def _note(self, *, busy: bool) -> None:
+        """R5."""
+        now = time.monotonic()
+        if busy and self._compiled_s < COMPILING_S:
+            self._began = now
+            self._stop_clock()
+        elif not busy:
+            self._compiled_s += now - getattr(self, "_began", now)
+            self._start_clock()
+
+
+class _Factory:
+    """The factory of a policy that is in another process."""
+
+    def __init__(self, player: Player, interface: Interface, training: Training | None) -> None:
+        self._player, self.interface, self.training = player, interface, training
+
+    def __call__(self, robot: Robot, seed: int) -> _Policy:
+        self._player.ask("new", robot, seed)
+        return _Policy(self._player)
+
+
+class _Policy:
+    """A policy that is in another process. ``took_ms`` is the time that it states for its last decision."""
+
+    def __init__(self, player: Player) -> None:
+        self._player = player
+        self.decided = True
+        self.took_ms = 0.0
+
+    def __call__(self, observation: Any, info: Knowledge) -> Any:
+        said = self._player.ask("act", observation, info)
+        self.decided, took = bool(said.get("decided", True)), said.get("ms", 0.0)
+        self.took_ms = float(took) if isinstance(took, int | float) else 0.0
+        action = said.get("action")
+        return np.array(action) if isinstance(action, list) else action
+
+
+def _named(said: dict[str, Any], player: Player) -> NamedPolicy:
+    """Return the policy that a process describes; raise ConfigError if it could not be loaded."""
+    if "refused" in said:
+        raise ConfigError(str(said["refused"]))
+    shown, made = said["interface"], said["training"]
+    view = None if shown["view"] is None else ObservationConfig(**shown["view"])
+    interface = Interface(
+        shown["actions"], shown["observation"], view, bool(shown["sees_truth"]), tuple(map(str, shown["tasks"]))
+    )
+    training = None if made is None else Training(str(made["family"]), int(made["seed"]))
+    return NamedPolicy(str(said["name"]), _Factory(player, interface, training), str(said["source"]), said["sha256"])
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Arrays in shared memory (R2).
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+class _Place(NamedTuple):
+    """An array in shared memory."""
+
+    dtype: str
+    shape: tuple[int, ...]
+    start: int
+
+
+def _new_shared() -> tuple[mmap.mmap, int]:
+    """Return shared memory, which takes no space before it is written, and the descriptor of its file."""
+    if sys.platform == "linux":
+        descriptor = os.memfd_create("houseexpo")
+    else:
+        with tempfile.TemporaryFile() as file:
+            descriptor = os.dup(file.fileno())
+    os.ftruncate(descriptor, SHARED_BYTES)
+    return mmap.mmap(descriptor, SHARED_BYTES), descriptor
+
+
+def _shared(value: Any, memory: mmap.mmap) -> Any:
+    """Return a question with its large arrays in shared memory, as many as fit."""
+    end = 0
+
+    def moved(part: Any) -> Any:
+        nonlocal end
+        if isinstance(part, dict):
+            return {key: moved(each) for key, each in part.items()}
+        if type(part) is tuple:
+            return tuple(map(moved, part))
+        if not isinstance(part, np.ndarray) or part.dtype.hasobject:
+            return part
+        if part.nbytes < SMALL_BYTES or end + part.nbytes > SHARED_BYTES:
+            return part
+        start, end = end, end + part.nbytes
+        np.frombuffer(memory, part.dtype, part.size, start)[:] = part.ravel()
+        end += -end % 64
+        return _Place(part.dtype.str, part.shape, start)
+
+    return moved(value)
+
+
+def _received(value: Any, memory: mmap.mmap) -> Any:
+    if isinstance(value, _Place):
+        found = np.frombuffer(memory, value.dtype, math.prod(value.shape), value.start)
+        return found.reshape(value.shape).copy()
+    if isinstance(value, dict):
+        return {key: _received(each, memory) for key, each in value.items()}
+    return tuple(_received(each, memory) for each in value) if type(value) is tuple else value
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The policy's side.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def serve(descriptor: int, memory: int) -> None:
+    """Answer the questions that arrive until the other end of the pipe is closed; large arrays lie in the memory."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process handles Ctrl-C
+    _end_with_parent()
+    pipe, shared = Connection(descriptor), mmap.mmap(memory, SHARED_BYTES)
+    on_compiling(kernels.__name__, lambda: _say(pipe, compiling=True), lambda: _say(pipe, compiling=False))
+    with suppress(EOFError, OSError):
+        name, path = pipe.recv()
+        sys.path += [place for place in path if place and place not in sys.path]
+        try:
+            named = load_policy(name)
+        except ConfigError as error:
+            _say(pipe, refused=str(error))
+            return
+        _say(pipe, **_described(named))
+        policy: Any = None
+        while True:
+            kind, *question = _received(pipe.recv(), shared)
+            start = time.perf_counter()
+            try:
+                if kind == "new":
+                    policy = named.factory(*question)
+                    if not callable(policy):
+                        _say(pipe, failed=no_factory(named, policy))
+                        continue
+                    _say(pipe)
+                    continue
+                action = policy(*question)
+            except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a policy raises is told
+                _say(pipe, failed=f"it raised {raised(error, __file__)}")
+                continue
+            ms = 1000 * (time.perf_counter() - start)
+            _say(pipe, action=_plain(action), decided=bool(getattr(policy, "decided", True)), ms=ms)
+
+
+def _described(named: NamedPolicy) -> dict[str, Any]:
+    shown, made = named.interface, named.training
+    view = None if shown.view is None else vars(shown.view)
+    return {
+        "name": named.name,
+        "source": named.source,
+        "sha256": named.sha256,
+        "interface": {
+            "actions": shown.actions,
+            "observation": shown.observation,
+            "view": view,
+            "sees_truth": shown.sees_truth,
+            "tasks": list(shown.tasks),
+        },
+        "training": None if made is None else {"family": made.family, "seed": made.seed},
+    }
+
+
+def _say(pipe: Connection, **said: Any) -> None:
+    pipe.send_bytes(json.dumps(said, default=repr).encode())
+
+
+def _plain(action: Any) -> Any:
+    """Return an action as JSON has it; what is no number and no array goes as the text that Python shows."""
+    if isinstance(action, np.generic | np.ndarray):
+        return action.tolist()
+    if isinstance(action, list | tuple):
+        return [_plain(each) for each in action]
+    return action
+
+
+def _end_with_parent() -> None:
+    """R4: also in the middle of an endless loop, and where the parent is killed."""
+    parent = os.getppid()
+    if sys.platform == "linux":
+        import ctypes
+
+        with suppress(OSError):
+            ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    if os.getppid() != parent:
+        os._exit(0)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(_LOOK_S)
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()

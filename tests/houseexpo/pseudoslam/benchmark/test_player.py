@@ -1,0 +1,199 @@
+"""A policy in a process of its own: it reaches nothing of the environment, and what cannot be is refused."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from houseexpo.errors import ConfigError, PolicyError
+from houseexpo.pseudoslam.benchmark.episodes import Runner
+from houseexpo.pseudoslam.benchmark.player import SHARED_BYTES, Player, PlayerError, _new_shared, _received, _shared
+from houseexpo.pseudoslam.benchmark.result import encoded, read_result
+from houseexpo.pseudoslam.benchmark.run import Settings, run
+from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.tracks import track_of
+from tests.builders.policies import CORRIDOR, TINY, at_step, named
+
+PEEK = """
+import gc, os, sys
+
+def policy(robot, seed):
+    def act(observation, info):
+        frame, held = sys._getframe(1), []
+        while frame is not None:
+            held += [name for name in frame.f_locals if name in {"env", "case", "track", "runner"}]
+            frame = frame.f_back
+        kinds = {type(each).__name__ for each in gc.get_objects()}
+        held += sorted(kinds & {"ExplorationEnv", "Runner", "World", "Dataset", "State"})
+        held += [each.id for each in gc.get_objects() if type(each).__name__ == "FloorPlan" and "room" not in each.id]
+        held += [key for key in os.environ if key.startswith("SECRET")]
+        if held:
+            raise RuntimeError(" ".join(held))
+        return None
+    return act
+"""
+
+
+def policy_file(folder: Path, text: str) -> str:
+    file = folder / "mine.py"
+    file.write_text(text)
+    return str(file)
+
+
+def runner_of(player: Player) -> Runner:
+    return Runner(TINY, player.policy, [CORRIDOR], 0, player)
+
+
+def case() -> Any:
+    from houseexpo.pseudoslam.benchmark.cases import Case
+
+    return Case("corridor", 1)
+
+
+def test_a_policy_finds_neither_environment_nor_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SECRET_PLACE", "of the plans")
+    with Player(policy_file(tmp_path, PEEK)) as player:
+        outcome = runner_of(player).run(case())
+    assert outcome.values["steps"] == 0
+
+
+def test_the_same_policy_gives_the_same_outcome_in_either_process() -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
+
+    with Player("frontier") as player:
+        apart = runner_of(player).run(case())
+    together = Runner(TINY, load_policy("frontier"), [CORRIDOR]).run(case())
+    assert apart == together
+    assert len(apart.decisions_ms) == len(together.decisions_ms)
+
+
+PICKLES = """
+import gc
+from multiprocessing.connection import Connection
+
+def policy(robot, seed):
+    def act(observation, info):
+        next(each for each in gc.get_objects() if isinstance(each, Connection)).send({"action": 0})
+        return 0
+    return act
+"""
+FAILING = {
+    "to be a factory": "def policy(robot, seed):\n    return 7\n",
+    "it raised ZeroDivisionError: .*mine.py, line 2": "def policy(robot, seed):\n    return lambda o, i: 1 / 0\n",
+    "its process died, exit code 5": "import os\n\ndef policy(robot, seed):\n    return lambda o, i: os._exit(5)\n",
+    "an answer that cannot be read": PICKLES,
+}
+
+
+@pytest.mark.parametrize("said", FAILING)
+def test_a_policy_that_fails_is_told_apart(tmp_path: Path, said: str) -> None:
+    with Player(policy_file(tmp_path, FAILING[said])) as player, pytest.raises(PolicyError, match=said):
+        runner_of(player).run(case())
+
+
+def test_a_policy_that_is_not_there_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"no 'frontierr'.*did you mean 'frontier'"):
+        Player("frontierr")
+    with pytest.raises((ConfigError, PlayerError)):
+        Player("tests.builders.policies:no_such_policy")
+
+
+def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
+    file = policy_file(tmp_path, "import time\n\ndef policy(robot, seed):\n    while True:\n        time.sleep(0.01)\n")
+    code = (
+        "import sys; from houseexpo.pseudoslam.benchmark.player import Player; player = Player(sys.argv[1]);"
+        "print(player._process.pid, flush=True); player.ask('new', None, 0)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, file], stdout=subprocess.PIPE, text=True) as started:
+        assert started.stdout is not None
+        pid = int(started.stdout.readline())
+        os.kill(started.pid, signal.SIGKILL)
+    for _ in range(100):
+        with suppress(ProcessLookupError):
+            os.kill(pid, 0)
+            time.sleep(0.1)
+            continue
+        return
+    pytest.fail("the policy's process is still there after 10 s")
+
+
+def test_arrays_come_through_shared_memory_as_they_were() -> None:
+    memory, descriptor = _new_shared()
+    os.close(descriptor)
+    rng = np.random.default_rng(1)
+    large = rng.random((300, 200))
+    arrays = {"map": large[::2, ::3], "flags": large > 0.5, "pose": large[0, :3]}
+    question = ("act", arrays, (large.astype(np.float32),))
+    sent = _shared(question, memory)
+    assert not isinstance(sent[1]["map"], np.ndarray)
+    assert isinstance(sent[1]["pose"], np.ndarray)
+    kind, fields, (single,) = _received(sent, memory)
+    assert kind == "act"
+    for key, array in arrays.items():
+        assert np.array_equal(fields[key], array)
+        assert fields[key].dtype == array.dtype
+    assert np.array_equal(single, question[2][0])
+    huge = np.zeros(SHARED_BYTES + 1, np.uint8)
+    assert _shared(huge, memory) is huge
+
+
+def test_an_environment_that_something_changed_ends_the_episode() -> None:
+    trace = Trace()
+    trace.add(3, 1.0, {"coverage": 0.5})
+    with pytest.raises(ValueError, match="a coverage of 114"):
+        trace.add(4, 1.1, {"coverage": 1.14})
+    with pytest.raises(ValueError, match="reset the environment"):
+        trace.add(0, 0.0, {"coverage": 0.1})
+    held: list[Runner] = []
+    reset = at_step(2, lambda: held[0].env.reset(seed=4) and 0)
+    held.append(Runner(TINY, named(reset), [CORRIDOR]))
+    with pytest.raises(PolicyError, match="reset the environment in the middle"):
+        held[0].run(case())
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("episodes", "collisions", [-1.0]), "collisions: expected 0 or more, found -1"),
+        (("episodes", "metres", ["far"]), "metres: expected a number, found 'far'"),
+        (("episodes", "untouched", [0.0, 1.0]), "columns of one length"),
+        (("times", "wall_s", -40.0), "decisions of .* in a run of -40 s"),
+    ],
+)
+def test_a_result_that_no_run_gives_is_refused(tmp_path: Path, change: tuple[str, str, Any], said: str) -> None:
+    whole = msgspec.json.decode(encoded(run(track_of("avoidance"), "forward", None, Settings(number=1))))
+    part, key, value = change
+    whole[part][key] = value
+    file = tmp_path / "result.json"
+    file.write_bytes(msgspec.json.encode(whole))
+    with pytest.raises(ConfigError, match=said):
+        read_result(file)
+
+
+def test_a_coverage_above_one_and_a_mean_that_is_not_that_of_its_episodes_are_refused(tmp_path: Path) -> None:
+    published = sorted((Path(__file__).parents[4] / "docs" / "leaderboard").glob("exploration-budget*frontier*.json"))[
+        0
+    ]
+    for change, said in (
+        (lambda whole: whole["episodes"]["coverage"].__setitem__(0, 1.14), "coverage: expected 0 to 1, found 1.14"),
+        (
+            lambda whole: whole["summary"]["area_800_steps"].__setitem__("mean", 0.99),
+            "summary of area_800_steps: expected 0",
+        ),
+    ):
+        whole = msgspec.json.decode(published.read_bytes())
+        change(whole)
+        file = tmp_path / "result.json"
+        file.write_bytes(msgspec.json.encode(whole))
+        with pytest.raises(ConfigError, match=said):
+            read_result(file)
