@@ -84,7 +84,7 @@ PANELS: Final = {
     "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
     "Look at plans": ("info", "show", "serve", "stats", "validate"),
     "Use and pass on": ("export", "split", "release"),
-    "Simulate": ("play", "record", "ros", "benchmark", "train", "observe", "prepare"),
+    "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "prepare"),
 }
 """The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
 

@@ -17,7 +17,7 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
-    they are one room (``geometry.closing``, mouths).
+    they are one room, or names openings, and none there (``geometry.closing``, mouths).
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
@@ -85,7 +85,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
-        for row in [] if level.sills else mouths(rooms, ground):  # R13
+        for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
             closers = [Closer(mouth, "mouth") for mouth in row]

@@ -164,7 +164,7 @@ def test_a_balcony_is_a_room_with_a_door() -> None:
     assert kinds(plan) == ["door"]
 
 
-@pytest.mark.parametrize(("width", "expected"), [(1.2, ["opening"]), (1.6, [])])
+@pytest.mark.parametrize(("width", "expected"), [(1.2, ["opening"]), (1.6, ["opening"]), (2.1, [])])
 def test_gaps_of_full_height(width: float, expected: list[str]) -> None:
     plan = plan_of(two_rooms(gap(0.7, 0.7 + width)))
     assert kinds(plan) == expected
