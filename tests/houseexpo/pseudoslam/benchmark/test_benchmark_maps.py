@@ -98,6 +98,7 @@ def test_missing_starts_are_refused(tmp_path: Path) -> None:
         read_maps(track_of("kth"), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("track", ["kth", "dare", "ariadne"])
 def test_a_track_runs_from_the_command_line(tmp_path: Path, track: str) -> None:
     maps, out = tmp_path / "maps", tmp_path / "run.json"

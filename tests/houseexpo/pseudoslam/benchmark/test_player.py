@@ -67,6 +67,7 @@ def test_a_policy_finds_neither_environment_nor_plan(tmp_path: Path, monkeypatch
     assert outcome.values["steps"] == 0
 
 
+@pytest.mark.slow
 def test_the_same_policy_gives_the_same_outcome_in_either_process() -> None:
     from houseexpo.pseudoslam.agents.loading import load_policy
 
@@ -95,12 +96,14 @@ FAILING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", FAILING)
 def test_a_policy_that_fails_is_told_apart(tmp_path: Path, said: str) -> None:
     with Player(policy_file(tmp_path, FAILING[said])) as player, pytest.raises(PolicyError, match=said):
         runner_of(player).run(case())
 
 
+@pytest.mark.slow
 def test_a_policy_that_is_not_there_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"no 'frontierr'.*did you mean 'frontier'"):
         Player("frontierr")
@@ -108,6 +111,7 @@ def test_a_policy_that_is_not_there_is_refused() -> None:
         Player("tests.builders.policies:no_such_policy")
 
 
+@pytest.mark.slow
 def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     file = policy_file(tmp_path, "import time\n\ndef policy(robot, seed):\n    while True:\n        time.sleep(0.01)\n")
     code = (
@@ -161,6 +165,12 @@ def test_an_environment_that_something_changed_ends_the_episode() -> None:
         held[0].run(case())
 
 
+@pytest.fixture(scope="module")
+def result() -> bytes:
+    return encoded(run(track_of("avoidance"), "forward", None, Settings(number=1)))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -170,8 +180,10 @@ def test_an_environment_that_something_changed_ends_the_episode() -> None:
         (("times", "wall_s", -40.0), "decisions of .* in a run of -40 s"),
     ],
 )
-def test_a_result_that_no_run_gives_is_refused(tmp_path: Path, change: tuple[str, str, Any], said: str) -> None:
-    whole = msgspec.json.decode(encoded(run(track_of("avoidance"), "forward", None, Settings(number=1))))
+def test_a_result_that_no_run_gives_is_refused(
+    tmp_path: Path, result: bytes, change: tuple[str, str, Any], said: str
+) -> None:
+    whole = msgspec.json.decode(result)
     part, key, value = change
     whole[part][key] = value
     file = tmp_path / "result.json"
