@@ -392,7 +392,7 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
 # R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at.
 # R2  On both sides, right behind it, the room is at least ``1 / NARROW`` times as broad as the mouth is wide. So the
 #     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks, the room holds a disc
-#     ``WIDER`` times as wide as the mouth; so a stretch of corridor between two bends is none. A hole in one wall, with
+#     ``WIDER`` times as wide as the mouth; so a corridor between bends and crossings is none. A hole in one wall, with
 #     a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
 # R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
 # ---------------------------------------------------------------------------------------------------------------------
@@ -403,7 +403,8 @@ DEEPEST_MOUTH_M = 2.5
 """The thickest block between two rooms of which the end is looked at."""
 WIDEST_MOUTH_M = 8.0
 MOUTH_ROOM_M2 = 4.0
-WIDER = 1.25
+WIDER = 1.5
+"""The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
 LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
 MOUTH_DEPTH_M = 0.2
