@@ -87,7 +87,8 @@ class Player:
         self._pipe = Connection(ours.detach())
         self._stop_clock: Callable[[], None] = lambda: None
         self._start_clock: Callable[[], None] = lambda: None
-        self._compiled_s = 0.0
+        self._busy_since: float | None = None
+        self._compiling_s = COMPILING_S
         try:
             self._pipe.send((name, sys.path))
             self.policy = _named(self._answer(), self)
@@ -124,6 +125,10 @@ class Player:
     def _answer(self) -> dict[str, Any]:
         while True:
             try:
+                if self._busy_since is not None:
+                    left_s = self._busy_since + self._compiling_s - time.monotonic()
+                    if left_s <= 0.0 or not self._pipe.poll(left_s):
+                        self._compiles(busy=False)
                 data = self._pipe.recv_bytes(LONGEST_ANSWER)
             except (EOFError, OSError):
                 with suppress(subprocess.TimeoutExpired):
@@ -137,16 +142,17 @@ class Player:
                 raise PlayerError("its process sent an answer that cannot be read")
             if "compiling" not in said:
                 return said
-            self._note(busy=bool(said["compiling"]))
+            self._compiles(busy=bool(said["compiling"]))
 
-    def _note(self, *, busy: bool) -> None:
-        """R5."""
+    def _compiles(self, *, busy: bool) -> None:
+        """R5: stop the clock while the policy's process compiles, and let it go on."""
         now = time.monotonic()
-        if busy and self._compiled_s < COMPILING_S:
-            self._began = now
+        if busy and self._busy_since is None and self._compiling_s > 0.0:
+            self._busy_since = now
             self._stop_clock()
-        elif not busy:
-            self._compiled_s += now - getattr(self, "_began", now)
+        elif not busy and self._busy_since is not None:
+            self._compiling_s -= now - self._busy_since
+            self._busy_since = None
             self._start_clock()
 
 

@@ -133,14 +133,18 @@ def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
     """Run the cases that arrive until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
 
+    spent = 0.0  # of the current step, while the clock stands
+
     def note(step: int) -> None:
         notes[0], notes[1] = step, time.monotonic()
 
     def stop_clock() -> None:
+        nonlocal spent
+        spent = time.monotonic() - notes[1] if notes[1] else 0.0
         notes[1] = 0.0
 
     def start_clock() -> None:
-        notes[1] = time.monotonic()
+        notes[1] = time.monotonic() - spent
 
     on_compiling(kernels.__name__, stop_clock, start_clock)  # R4
     with suppress(EOFError, BrokenPipeError):

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError, PolicyError
+from houseexpo.pseudoslam.benchmark import player as benchmark_player
 from houseexpo.pseudoslam.benchmark.episodes import Runner
 from houseexpo.pseudoslam.benchmark.player import SHARED_BYTES, Player, PlayerError, _new_shared, _received, _shared
 from houseexpo.pseudoslam.benchmark.result import encoded, read_result
@@ -129,6 +130,39 @@ def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
             continue
         return
     pytest.fail("the policy's process is still there after 10 s")
+
+
+COMPILES = """
+import gc, json
+from multiprocessing.connection import Connection
+
+def policy(robot, seed):
+    pipe = next(each for each in gc.get_objects() if isinstance(each, Connection))
+    def act(observation, info):
+        while True:
+            pipe.send_bytes(json.dumps({"compiling": True}).encode())
+            SLEEP
+    return act
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sleep", ["__import__('time').sleep(0.05)", "__import__('time').sleep(1e6)"])
+def test_a_policy_that_only_says_that_it_compiles_is_timed_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sleep: str
+) -> None:
+    monkeypatch.setattr(benchmark_player, "COMPILING_S", 0.5)
+    told: list[str] = []
+    with Player(policy_file(tmp_path, COMPILES.replace("SLEEP", sleep))) as player:
+
+        def go_on() -> None:
+            told.append("go on")
+            player._process.kill()  # as the supervisor does when the time is over
+
+        player.time_with(lambda: told.append("stop"), go_on)
+        with pytest.raises(PolicyError, match="its process died"):
+            runner_of(player).run(case())
+    assert told == ["stop", "go on"]
 
 
 def test_arrays_come_through_shared_memory_as_they_were() -> None:
