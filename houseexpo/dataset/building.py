@@ -62,6 +62,8 @@ def build(
     up, units, scale, storey_height
         For mesh files: the up axis, the unit ("mm", "ft", or metres per unit), the scale (20 for a model at 1:20) and
         the height of a storey in metres. Those that are not given are determined from the file.
+    resolution
+        The side of a cell, metres, of robots' maps that do not say it: pictures and arrays without a ``map.yaml``.
     furniture
         Whether furniture counts as an obstacle.
     model_path

@@ -22,7 +22,8 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, Literal
@@ -45,7 +46,9 @@ WHITE: Final = 0.02
 """R4: ``free_thresh`` of a picture alone."""
 BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+YAMLS: Final = (".yaml", ".yml")
 YAML_BYTES: Final = 1 << 20
+HEAD_BYTES: Final = 1 << 12
 
 Occupancy = npt.NDArray[np.int8]
 Bools = npt.NDArray[np.bool_]
@@ -178,7 +181,7 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
         return _from_bag(file, topic)
     if not file.is_file():
         raise MapError(f"{file}: there is no such file", "check the path", "missing_file")
-    if suffix in {".yaml", ".yml"}:
+    if suffix in YAMLS:
         return _from_yaml(file)
     if resolution is None:
         raise MapError(f"{file.name}: expected the side of a cell, found none", "give the resolution", "bad_units")
@@ -192,6 +195,22 @@ def is_map_yaml(head: bytes) -> bool:
     """Whether the first bytes of a YAML file are those of a ``map.yaml``."""
     lines = {line.split(b":")[0].strip() for line in head.split(b"\n") if not line.startswith((b" ", b"\t", b"#"))}
     return {b"image", b"resolution"} <= lines
+
+
+def is_map_file(path: Path) -> bool:
+    """Whether a file may be a map by itself: a ``map.yaml``, a picture or an array."""
+    suffix = path.suffix.lower()
+    if suffix in YAMLS:
+        with path.open("rb") as stream:
+            return is_map_yaml(stream.read(HEAD_BYTES))
+    return suffix in (*PICTURES, ".npy")
+
+
+def without_pictures(files: Iterable[Path]) -> list[Path]:
+    """Return map files without the pictures that belong to a ``map.yaml`` among them (R5)."""
+    every = list(files)
+    taken = {picture_of(file) for file in every if file.suffix.lower() in YAMLS}
+    return [file for file in every if file.resolve() not in taken]
 
 
 def is_bag(path: Path) -> bool:
@@ -359,8 +378,17 @@ def occupancy_of(array: npt.NDArray[Any], name: str) -> Occupancy:
     raise MapError(f"{name}: expected numbers, found an array of {array.dtype}", "save occupancy from 0 to 100")
 
 
-def _from_bag(path: Path, topic: str | None) -> RobotMap:
-    """R7."""
+@contextmanager
+def bag_reader(path: Path) -> Iterator[Any]:
+    """Open a ROS 2 bag, an .mcap or .db3 file or a folder, as rosbags' ``AnyReader``.
+
+    Raises
+    ------
+    MapError
+        There is no such file, or it cannot be read, then or later.
+    MissingDependencyError
+        rosbags is not installed.
+    """
     if not path.exists():
         raise MapError(f"{path}: there is no such file", "check the path", "missing_file")
     try:
@@ -371,17 +399,23 @@ def _from_bag(path: Path, topic: str | None) -> RobotMap:
         raise MissingDependencyError(said) from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
-            chosen = _chosen_topic([each.topic for each in maps], topic, path.name)
-            last = None
-            for _, _, last in reader.messages([each for each in maps if each.topic == chosen]):  # noqa: B007
-                pass
-            message = None if last is None else reader.deserialize(last, GRID_TYPE)
+            yield reader
     except MapError:
         raise
     except Exception as error:  # noqa: BLE001 - the library's own, struct's, sqlite's, lz4's and zstd's
         what = " ".join(str(error).split())[:160] or type(error).__name__
         raise MapError(f"{path.name} cannot be read as a bag: {what}", "record it again") from None
+
+
+def _from_bag(path: Path, topic: str | None) -> RobotMap:
+    """R7."""
+    with bag_reader(path) as reader:
+        maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
+        chosen = _chosen_topic([each.topic for each in maps], topic, path.name)
+        last = None
+        for _, _, last in reader.messages([each for each in maps if each.topic == chosen]):  # noqa: B007
+            pass
+        message = None if last is None else reader.deserialize(last, GRID_TYPE)
     if message is None:
         raise MapError(f"{path.name}: expected a map on the topic {chosen}, found no message", "record it", "empty")
     return _from_message(message, f"{path.name} {chosen}")
@@ -404,7 +438,7 @@ def _from_message(message: Any, name: str) -> RobotMap:
     """Return the map of a ``nav_msgs/OccupancyGrid``, whose row 0 is at the lowest y."""
     info, place = message.info, message.info.origin
     turn = place.orientation
-    yaw = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2))
+    yaw = yaw_of(turn.x, turn.y, turn.z, turn.w)
     rows, cols = int(info.height), int(info.width)
     _check_size((rows, cols), name)
     cells = np.asarray(message.data)
@@ -412,6 +446,11 @@ def _from_message(message: Any, name: str) -> RobotMap:
         raise MapError(f"{name}: expected {rows} x {cols} cells, found {cells.size:,}", "record it again")
     occupancy = occupancy_of(cells.reshape(rows, cols)[::-1].astype(np.int8), name)
     return RobotMap(occupancy, float(info.resolution), (float(place.position.x), float(place.position.y), yaw), name)
+
+
+def yaw_of(x: float, y: float, z: float, w: float) -> float:
+    """Return the turn about the vertical axis of a rotation, a unit quaternion, radians."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _check_size(shape: tuple[int, ...], name: str) -> None:

@@ -332,15 +332,16 @@ def gaps(
             found.append(facing)
         elif gap is not None and _width(gap, end) <= widest and not end.is_nib:  # R2
             found.append(gap)
-    return _each_once(sorted(found, key=lambda g: (round(g.length, 6), g.bounds)))
+    found.sort(key=lambda g: (round(g.length, 6), g.bounds))
+    return [found[k] for k in _each_once(found)]
 
 
-def _each_once(found: list[Polygon]) -> list[Polygon]:
-    """A gap between two ends is found from both; the first stands for what lies mostly in it."""
-    kept: list[Polygon] = []
-    for gap in found:
-        if not any(overlap(gap, other).area > ALIKE * min(gap.area, other.area) for other in kept):
-            kept.append(gap)
+def _each_once(found: Sequence[Polygon]) -> list[int]:
+    """A gap between two ends is found from both; the first stands for what lies mostly in it. Return those kept."""
+    kept: list[int] = []
+    for k, gap in enumerate(found):
+        if not any(overlap(gap, found[j]).area > ALIKE * min(gap.area, found[j].area) for j in kept):
+            kept.append(k)
     return kept
 
 
@@ -443,7 +444,9 @@ def mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]
     if not (solid and rooms):
         return []
     ends = list(_ends_of(outlines(solid, DETAIL_M), DEEPEST_MOUTH_M))
-    every = _each_mouth_once([mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None])
+    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > EPS_M]
+    every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
+    every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
     found: list[list[Polygon]] = []
     waiting = list(rooms)
     while waiting:
@@ -472,18 +475,6 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     met = end.centre + end.out * width
     in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < ROW_M for other in ends)
     return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else NARROW)
-
-
-def _each_mouth_once(found: list[_Mouth]) -> list[_Mouth]:
-    """A mouth between two ends is found from both; the narrower filling stands for both."""
-    kept: list[_Mouth] = []
-    for mouth in sorted(found, key=lambda each: (round(each.width, 6), each.filling.bounds)):
-        if mouth.width > ROUNDING_M2 and not any(
-            overlap(mouth.filling, other.filling).area > ALIKE * min(mouth.filling.area, other.filling.area)
-            for other in kept
-        ):
-            kept.append(mouth)
-    return kept
 
 
 def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:

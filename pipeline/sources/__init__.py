@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import cast
 
 from houseexpo.errors import ConfigError
+from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
 from pipeline.sources.files import files_in
-from pipeline.sources.recognise import how_to_export, is_claimed, is_map_picture, made_of, recognise
+from pipeline.sources.recognise import how_to_export, is_claimed, made_of, recognise
 from pipeline.sources.storeys.scale import check_sizes
 from pipeline.values import Input, Reader
 
@@ -99,4 +100,4 @@ def _readers(source: str) -> tuple[str, ...]:
         return ("recognise", "ifc", "mesh_file")
     if path.suffix.lower() == ".ifc":
         return ("ifc",)
-    return ("recognise",) if path.is_file() and (recognise(path) or is_map_picture(path)) else ("mesh_file",)
+    return ("recognise",) if path.is_file() and (recognise(path) or is_map_file(path)) else ("mesh_file",)

@@ -21,7 +21,7 @@ from typing import Any
 
 import msgspec
 
-from houseexpo.grids.robot_map import BAGS, PICTURES, is_map_yaml, picture_of
+from houseexpo.grids.robot_map import BAGS, YAMLS, is_map_file, is_map_yaml, without_pictures
 from pipeline.sources.files import files_in
 from pipeline.sources.vector_plans import is_drawn
 from pipeline.values import Input
@@ -86,7 +86,7 @@ def recognise(path: Path) -> str | None:
         return None
     if suffix not in _MESHES and is_drawn(path, head):
         return "vector_plans"
-    if suffix in BAGS or (suffix in {".yaml", ".yml"} and is_map_yaml(head)):
+    if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)):
         return "occupancy_map"
     if suffix in _SKIPPED:
         return None
@@ -239,9 +239,6 @@ _TAKES: dict[str, tuple[str, ...]] = {
 }
 """The readers, and which of a build's options each of them takes."""
 
-MAP_PICTURES = frozenset({*PICTURES, ".npy"})
-"""Suffixes of a robot's map without a ``map.yaml``."""
-
 _MODEL = "model.config"
 
 
@@ -250,24 +247,18 @@ def find(path: str, **options: str) -> Iterator[Input]:
     root = Path(path)
     options["root"] = str((root if root.is_dir() else root.parent).absolute())
     if not root.is_dir():
-        kind = "occupancy_map" if is_map_picture(root) else recognise(root)
+        kind = "occupancy_map" if is_map_file(root) else recognise(root)
         yield from _inputs(root, kind, f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return
     files = sorted(files_in(root))
     kinds = {file: kind for file in files if (kind := recognise(file))}
     if options.get("resolution"):  # R2
-        parts = {picture_of(file) for file, kind in kinds.items() if kind == "occupancy_map"}
-        kinds |= {file: "occupancy_map" for file in files if is_map_picture(file) and file.resolve() not in parts}
-        kinds = dict(sorted(kinds.items()))
+        maps = without_pictures(file for file in files if is_map_file(file))
+        kinds = dict(sorted((kinds | dict.fromkeys(maps, "occupancy_map")).items()))
     has_world = any(kind == "gazebo" and not _in_model(file, root) for file, kind in kinds.items())
     for file, kind in kinds.items():
         if not (kind == "gazebo" and has_world and _in_model(file, root)):  # R3
             yield from _inputs(file, kind, file.relative_to(root).as_posix(), options)
-
-
-def is_map_picture(file: Path) -> bool:
-    """Whether a file may be a robot's map by itself (R2)."""
-    return file.suffix.lower() in MAP_PICTURES
 
 
 def is_claimed(file: Path, root: Path) -> bool:

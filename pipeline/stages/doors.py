@@ -22,10 +22,10 @@ from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
 from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, united
 from pipeline.geometry.bridges import Bridge, distance_in_row
-from pipeline.geometry.closing import LAP_M
+from pipeline.geometry.closing import GAPS, LAP_M
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 
-PASSABLE = frozenset({"opening", "door", "lintel", "sill", "gap", "gate", "mouth"})
+PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
 LEAF_BESIDE_M = 0.3
 
 
@@ -72,7 +72,7 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
     """R2, or None if the source names its openings and has none here."""
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
-    if closer.kind in {"gap", "gate", "mouth"}:
+    if closer.kind in GAPS:
         beside = leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)
         return "door" if len(beside) else "opening"
     return None if level.named_openings else "door"

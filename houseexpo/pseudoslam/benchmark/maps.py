@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import Case, cases_of, seed_of
-from houseexpo.pseudoslam.benchmark.tracks import Track
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Track
 from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 
 STARTS: Final = "starts.txt"
@@ -54,13 +54,13 @@ def read_maps(track: Track, folder: Path, resolution: float | None = None) -> li
     ConfigError
         There is no map, one cannot be read, or its starts are missing.
     """
-    if track.name not in {"kth", "dare", "ariadne"}:
+    if track not in MAP_TRACKS:
         return open_maps(folder, resolution)
     files = sorted(folder.glob("*.png"))
     if not files:
         raise ConfigError(f"--maps {folder}: expected the pictures of track {track.id}, found no .png")
     if track.name == "kth":
-        return _kth(folder, files)
+        return _kth(folder, files, track.config.pixels_per_metre)
     joined, side_m = (2, 0.4) if track.name == "dare" else (1, 0.25)
     return [_dungeon(file, joined, side_m, track.config.pixels_per_metre) for file in files]
 
@@ -81,7 +81,7 @@ def _started(house: MapHouse, starts: list[Pose]) -> StartedHouse:
     return StartedHouse(house.id, house.occupied, house.frame, tuple(starts))
 
 
-def _kth(folder: Path, files: list[Path]) -> list[MapHouse]:
+def _kth(folder: Path, files: list[Path], pixels_per_metre: float) -> list[MapHouse]:
     """R1: the floors that have starts."""
     listed = folder / STARTS
     if not listed.is_file():
@@ -102,7 +102,7 @@ def _kth(folder: Path, files: list[Path]) -> list[MapHouse]:
     found: list[MapHouse] = []
     for file in files:
         if file.stem in starts:
-            house = map_house(_pixels(file) < 128, _KTH_M, name=file.stem).resampled(0.5 / _KTH_M)
+            house = map_house(_pixels(file) < 128, _KTH_M, name=file.stem).resampled(pixels_per_metre)
             found.append(_started(house, [_pose(house, *cell) for cell in starts[file.stem]]))
     return found
 

@@ -24,8 +24,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import MissingDependencyError, installing
-from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap
+from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap, bag_reader, yaw_of
+from houseexpo.pseudoslam.io.poses import Pose, compose, wrap_angle
 
 SCAN_TYPE: Final = "sensor_msgs/msg/LaserScan"
 TF_TYPE: Final = "tf2_msgs/msg/TFMessage"
@@ -44,10 +44,10 @@ class _Frame:
 
     parent: str
     stamps: list[float] = field(default_factory=list)
-    poses: list[tuple[float, float, float]] = field(default_factory=list)
+    poses: list[Pose] = field(default_factory=list)
     is_static: bool = False
 
-    def at(self, stamp: float) -> tuple[float, float, float] | None:
+    def at(self, stamp: float) -> Pose | None:
         """Return the pose at a stamp (R2)."""
         if self.is_static or len(self.stamps) == 1:
             return self.poses[-1]
@@ -58,7 +58,7 @@ class _Frame:
         span = self.stamps[after] - self.stamps[before]
         share = (stamp - self.stamps[before]) / span if span > 0 else 1.0
         (x1, y1, a1), (x2, y2, a2) = self.poses[before], self.poses[after]
-        turn = math.remainder(a2 - a1, 2 * math.pi)
+        turn = wrap_angle(a2 - a1)
         return x1 + share * (x2 - x1), y1 + share * (y2 - y1), a1 + share * turn
 
 
@@ -116,31 +116,17 @@ def map_of_bag(path: str | os.PathLike[str], resolution_m: float = 0.05, *, scan
 
 
 def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_Scan]]:
-    try:
-        from rosbags.highlevel import AnyReader
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingDependencyError(f"bags need rosbags, which is not installed: {installing('bag')}") from error
-    if not file.exists():
-        raise MapError(f"{file}: there is no such file", "check the path", "missing_file")
     frames: dict[str, _Frame] = {}
     scans: list[_Scan] = []
-    try:
-        with AnyReader([file], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-            topics = sorted({each.topic for each in reader.connections if each.msgtype == SCAN_TYPE})
-            chosen = _chosen(topics, wanted, file.name)
-            kept = [each for each in reader.connections if each.topic == chosen or each.msgtype == TF_TYPE]
-            for connection, _, data in reader.messages(connections=kept):
-                message: Any = reader.deserialize(data, connection.msgtype)
-                if connection.msgtype == SCAN_TYPE:
-                    scans.append(_scan(message))
-                else:
-                    _add(frames, message, is_static=connection.topic.endswith("tf_static"))
-    except MapError:
-        raise
-    except Exception as error:  # noqa: BLE001 - the library's own, struct's, sqlite's, lz4's and zstd's
-        what = " ".join(str(error).split())[:160] or type(error).__name__
-        raise MapError(f"{file.name} cannot be read as a bag: {what}", "record it again") from None
+    with bag_reader(file) as reader:
+        chosen = _chosen({each.topic for each in reader.connections if each.msgtype == SCAN_TYPE}, wanted, file.name)
+        kept = [each for each in reader.connections if each.topic == chosen or each.msgtype == TF_TYPE]
+        for connection, _, data in reader.messages(connections=kept):
+            message: Any = reader.deserialize(data, connection.msgtype)
+            if connection.msgtype == SCAN_TYPE:
+                scans.append(_scan(message))
+            else:
+                _add(frames, message, is_static=connection.topic.endswith("tf_static"))
     if not scans:
         raise MapError(f"{file.name}: expected scans on {chosen}, found none", "record them", "empty")
     for frame in frames.values():
@@ -149,13 +135,13 @@ def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_
     return frames, scans
 
 
-def _chosen(topics: list[str], wanted: str | None, name: str) -> str:
+def _chosen(topics: set[str], wanted: str | None, name: str) -> str:
     """R1."""
     if wanted is not None and wanted in topics:
         return wanted
     if wanted is None and len(topics) == 1:
-        return topics[0]
-    found = ", ".join(topics) or "none"
+        return next(iter(topics))
+    found = ", ".join(sorted(topics)) or "none"
     expected = f"a topic {wanted!r} of type {SCAN_TYPE}" if wanted else f"one topic of type {SCAN_TYPE}"
     raise MapError(f"{name}: expected {expected}, found {found}", "name the topic of the scans", "empty")
 
@@ -172,7 +158,7 @@ def _add(frames: dict[str, _Frame], message: Any, *, is_static: bool) -> None:
     for each in message.transforms:
         child, parent = str(each.child_frame_id).lstrip("/"), str(each.header.frame_id).lstrip("/")
         place, turn = each.transform.translation, each.transform.rotation
-        yaw = math.atan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y * turn.y + turn.z * turn.z))
+        yaw = yaw_of(turn.x, turn.y, turn.z, turn.w)
         if not all(map(math.isfinite, (place.x, place.y, yaw))):
             continue
         frame = frames.setdefault(child, _Frame(parent, is_static=is_static))
@@ -185,24 +171,21 @@ def _seconds(stamp: Any) -> float:
     return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 
 
-def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> tuple[float, float, float] | None:
+def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> Pose | None:
     """R2: the pose of the laser, or None if a transform is missing at that time."""
     if scan.frame not in frames:
         return None
-    x, y, turn, name = 0.0, 0.0, 0.0, scan.frame
-    seen: set[str] = set()
+    pose, name, seen = (0.0, 0.0, 0.0), scan.frame, set[str]()
     while name in frames and name not in seen:
         seen.add(name)
-        pose = frames[name].at(scan.stamp)
-        if pose is None:
+        here = frames[name].at(scan.stamp)
+        if here is None:
             return None
-        px, py, angle = pose
-        x, y = px + math.cos(angle) * x - math.sin(angle) * y, py + math.sin(angle) * x + math.cos(angle) * y
-        turn, name = turn + angle, frames[name].parent
-    return x, y, turn
+        pose, name = compose(here, pose), frames[name].parent
+    return pose
 
 
-def _drawn(name: str, placed: list[tuple[_Scan, tuple[float, float, float]]], cell_m: float) -> RobotMap:
+def _drawn(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> RobotMap:
     """R3, R4."""
     RobotMap(np.zeros((1, 1), np.int8), cell_m, name=name)  # checks the resolution
     far = [min(scan.most_m, float(np.max(_lengths(scan)[0], initial=0.0))) + 2 * cell_m for scan, _ in placed]
@@ -240,7 +223,7 @@ def _lengths(scan: _Scan) -> tuple[Floats, npt.NDArray[np.bool_]]:
     return np.where(hit, scan.ranges, np.where(passed, scan.most_m, np.nan)), hit
 
 
-def _cells(scan: _Scan, pose: tuple[float, float, float], cell_m: float, cols: int) -> Iterator[npt.NDArray[np.int64]]:
+def _cells(scan: _Scan, pose: Pose, cell_m: float, cols: int) -> Iterator[npt.NDArray[np.int64]]:
     """Yield the cells that a scan hits, and all that it sees, each once; ``pose`` is in cells, rows from the south."""
     lengths, hit = _lengths(scan)
     used = np.isfinite(lengths)

@@ -21,6 +21,19 @@ def relative(origin: Pose, pose: Pose) -> Pose:
     return x * cos + y * sin, y * cos - x * sin, wrap_angle(turn)
 
 
+def compose(origin: Pose, pose: Pose) -> Pose:
+    """Return a pose that is given in the frame of another; the inverse of ``relative``.
+
+    Examples
+    --------
+    >>> compose((1.0, 1.0, 0.0), (2.0, 1.0, 0.5))
+    (3.0, 2.0, 0.5)
+    """
+    x, y, turn = pose
+    cos, sin = math.cos(origin[2]), math.sin(origin[2])
+    return origin[0] + x * cos - y * sin, origin[1] + x * sin + y * cos, wrap_angle(origin[2] + turn)
+
+
 def wrap_angle(angle: float) -> float:
     """Return the same angle in [-pi, pi], radians."""
     return math.remainder(angle, 2.0 * math.pi)

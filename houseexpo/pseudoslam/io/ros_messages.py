@@ -16,6 +16,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.grids.robot_map import yaw_of
 from houseexpo.pseudoslam.io.poses import Pose
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 
@@ -203,8 +204,7 @@ def occupancy_grid(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message
 
 def heading_of(quaternion: Fields) -> float:
     """Return the heading of a rotation about the vertical axis, radians; of any other, its yaw."""
-    x, y, z, w = (float(quaternion[name]) for name in "xyzw")
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return yaw_of(*(float(quaternion[name]) for name in "xyzw"))
 
 
 def _header(nanoseconds: int, frame: str) -> Fields:

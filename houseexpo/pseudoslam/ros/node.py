@@ -35,7 +35,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.exports.rasters import FREE, WALL, occupancy
-from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
+from houseexpo.pseudoslam.io.poses import Pose, compose, relative
 from houseexpo.pseudoslam.io.ros_messages import (
     NANOSECONDS,
     Fields,
@@ -350,14 +350,7 @@ class Node:
 
 def origin_of(pose: Pose, seen: Pose) -> Pose:
     """Return the pose in the map of the frame in which ``pose`` is ``seen``."""
-    inverse = relative(seen, (0.0, 0.0, 0.0))
-    x, y, heading = pose
-    cos, sin = math.cos(heading), math.sin(heading)
-    return (
-        x + inverse[0] * cos - inverse[1] * sin,
-        y + inverse[0] * sin + inverse[1] * cos,
-        wrap_angle(heading + inverse[2]),
-    )
+    return compose(pose, relative(seen, (0.0, 0.0, 0.0)))
 
 
 def _whole(fleet: Fleet) -> OccupancyGrid:

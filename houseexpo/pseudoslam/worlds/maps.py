@@ -29,10 +29,10 @@ from houseexpo.grids.robot_map import (
     MapError,
     RobotMap,
     is_bag,
-    is_map_yaml,
+    is_map_file,
     occupancy_of,
-    picture_of,
     read_map,
+    without_pictures,
 )
 from houseexpo.pseudoslam.config.checks import number, one_of
 from houseexpo.pseudoslam.worlds.world import MAX_CELLS
@@ -40,7 +40,6 @@ from houseexpo.pseudoslam.worlds.world import MAX_CELLS
 Unknown = Literal["occupied", "free"]
 _SAME: Final = 1e-9
 """Relative difference up to which two resolutions are the same."""
-_YAML: Final = (".yaml", ".yml")
 _PLAN_FILES: Final = ("*.json", "*.jsonl", "*.jsonl.gz", "*.parquet", "*/*.json", "*/*.parquet")
 
 
@@ -224,7 +223,7 @@ def is_maps(path: str | os.PathLike[str]) -> bool:
         if is_bag(place):
             return True
         return not any(any(place.glob(kind)) for kind in _PLAN_FILES) and bool(_map_files(place))
-    return _is_map(place)
+    return place.is_file() and is_map_file(place)
 
 
 def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHouse]:
@@ -241,7 +240,7 @@ def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHo
     if isinstance(found, (FloorPlan, MapHouse)):
         found = [found]
     listed = found if isinstance(found, (list, tuple)) else ()  # plans of a data set are read later
-    alike = {type(house) is MapHouse for house in listed}
+    alike = {isinstance(house, MapHouse) for house in listed}
     known = all(isinstance(house, (FloorPlan, MapHouse)) for house in listed)
     if not isinstance(found, Sequence) or isinstance(found, str) or not known or len(alike) > 1:
         raise ConfigError(
@@ -274,18 +273,7 @@ def own_resolution(houses: Sequence[House]) -> float | None:
 
 def _map_files(folder: Path) -> list[Path]:
     """Return the maps in a folder, without pictures that belong to a ``map.yaml``."""
-    files = sorted(file for file in folder.iterdir() if _is_map(file))
-    taken = {picture_of(file) for file in files if file.suffix.lower() in _YAML}
-    return [file for file in files if file.resolve() not in taken]
-
-
-def _is_map(file: Path) -> bool:
-    if not file.is_file():
-        return False
-    if file.suffix.lower() in _YAML:
-        with file.open("rb") as stream:
-            return is_map_yaml(stream.read(4096))
-    return file.suffix.lower() in {*PICTURES, ".npy"}
+    return without_pictures(sorted(file for file in folder.iterdir() if file.is_file() and is_map_file(file)))
 
 
 def _per_metre(side_m: float) -> float:
