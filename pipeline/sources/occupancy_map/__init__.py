@@ -13,7 +13,7 @@ R5  Where a room ends at unseen space, its edge is a guess; the plan says how mu
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -31,12 +31,13 @@ from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOut, check_file, single_input
-from pipeline.sources.occupancy_map.rooms import Segmentation, Way, segment
+from pipeline.sources.occupancy_map.rooms import Segmentation, Way, boxes_of, segment
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
 from pipeline.values import Input, Level
 
+Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 
 WALL_M: Final = 0.1
@@ -102,12 +103,12 @@ def read(item: Input) -> Iterator[Level]:
 def _storey(found: RobotMap, name: str) -> Storey:
     parts = segment(found.free, found.resolution_m)
     height_m = found.occupancy.shape[0] * found.resolution_m
-    slots = [_slot(way, parts.cell_m, height_m) for way in parts.ways]
+    slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
     rooms = _outlines(parts, slots, height_m)
     if not rooms:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
-    outlines, holes = _joined(parts, slots, rooms)
+    outlines, holes = _joined(slots, rooms)
     unseen = _unseen(parts, found)
     return Storey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
@@ -129,37 +130,70 @@ def _placed(frame: Frame, found: RobotMap) -> Frame:
     return replace(frame, matrix=((a, b, c), (d, e, f)))
 
 
-def _slot(way: Way, cell_m: float, height_m: float) -> Hole:
-    """The place of a way, in metres, y up, as deep as the wall at its jambs."""
-    a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
-    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
-    spread = along * max(NARROWEST_DOOR_M - float(np.hypot(*(b - a))), 0.0) / 2
-    a, b = a - spread, b + spread
-    across = np.array([-along[1], along[0]])
-    half = across * float(np.clip(way.thick_m, WALL_M, THICKEST_M)) / 2
-    shape = Polygon([a - half, b - half, b + half, a + half])
-    return Hole(shape, 0.0, HEAD_M, way.width_m < DOOR_M, (float(across[0]), float(across[1])))
+@dataclass(frozen=True, eq=False)
+class _Slot:
+    """The place of a way in metres, y up: as wide as the way or a narrow door, as deep as the wall at its jambs.
+
+    ``middle``, the direction ``across`` in which one walks, and half the way from jamb to jamb, ``half``, are (2,).
+    """
+
+    rooms: tuple[int, int]
+    shape: Polygon
+    middle: Floats
+    across: Floats
+    half: Floats
+    has_door: bool
+
+    @classmethod
+    def of(cls, way: Way, cell_m: float, height_m: float) -> _Slot:
+        """Return the place of a way."""
+        a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
+        length = float(np.hypot(*(b - a)))
+        along = (b - a) / max(length, 1e-9)
+        spread = along * max(NARROWEST_DOOR_M - length, 0.0) / 2
+        a, b = a - spread, b + spread
+        across = np.array([-along[1], along[0]])
+        deep = across * float(np.clip(way.thick_m, WALL_M, THICKEST_M)) / 2
+        shape = Polygon([a - deep, b - deep, b + deep, a + deep])
+        middle, half = np.asarray(shape.centroid.coords[0]), along * float(np.hypot(*(b - a))) / 2
+        return cls(way.rooms, shape, middle, across, half, way.width_m < DOOR_M)
+
+    def between(self, low: float, high: float, beside_m: float = 0.0) -> Polygon:
+        """Return the rectangle from ``low`` to ``high`` across it, and ``beside_m`` wider than it on both sides."""
+        half = self.half * (1.0 + beside_m / float(np.hypot(*self.half)))
+        near, far = self.middle + low * self.across, self.middle + high * self.across
+        return Polygon([near - half, near + half, far + half, far - half])
+
+    def hole(self, low: float, high: float) -> Hole:
+        """Return it as a hole through a wall from ``low`` to ``high``."""
+        x, y = self.across.tolist()
+        return Hole(self.between(low, high), 0.0, HEAD_M, self.has_door, (x, y))
 
 
-def _outlines(parts: Segmentation, slots: list[Hole], height_m: float) -> dict[int, Polygon]:
+def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[int, Polygon]:
     """R1, R2: the rooms by their numbers, none nearer to another than a wall."""
     doorways = shapely.union_all([slot.shape for slot in slots])
     raw = {}
-    for number in range(1, int(parts.label.max(initial=0)) + 1):
-        whole = _smooth(_traced(parts.label == number, parts.cell_m, height_m))
-        pieces = polygons_of(opened(shapely.difference(whole, doorways), NARROWEST_M))
-        largest = max(pieces, key=lambda piece: piece.area, default=Polygon())
-        if largest.area >= ROOM_M2:
-            raw[number] = largest
+    for number, (rows, cols) in sorted(boxes_of(parts.label)):
+        mask = parts.label[rows, cols] == number
+        whole = _smooth(_traced(mask, (cols.start, rows.start), parts.cell_m, height_m))
+        outline = _largest(shapely.difference(whole, doorways))
+        if outline.area >= ROOM_M2:
+            raw[number] = outline
     straight = straighten(list(raw.values()), offset_m=STRAIGHT_M, angle_deg=ANGLE_DEG)
     found: dict[int, Polygon] = {}
     for number, outline in sorted(zip(raw, straight, strict=True), key=lambda each: -each[1].area):
         near = [mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
-        largest = max(polygons_of(opened(left, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
-        if largest.area >= ROOM_M2:
-            found[number] = largest
+        piece = _largest(left)
+        if piece.area >= ROOM_M2:
+            found[number] = piece
     return found
+
+
+def _largest(area: BaseGeometry) -> Polygon:
+    """The largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
+    return max(polygons_of(opened(area, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
 
 
 def _smooth(whole: BaseGeometry) -> BaseGeometry:
@@ -172,35 +206,34 @@ def _smooth(whole: BaseGeometry) -> BaseGeometry:
     return shapely.union_all(kept)
 
 
-def _joined(parts: Segmentation, slots: list[Hole], rooms: dict[int, Polygon]) -> tuple[list[Polygon], list[Hole]]:
+def _joined(slots: list[_Slot], rooms: dict[int, Polygon]) -> tuple[list[Polygon], list[Hole]]:
     """The rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1)."""
     rooms, holes = dict(rooms), []
-    for way, slot in zip(parts.ways, slots, strict=True):
-        sides = [rooms[number] for number in way.rooms if number in rooms]
+    for slot in slots:
+        sides = [rooms[number] for number in slot.rooms if number in rooms]
         spans = [span for side in sides if (span := _reach(slot, side)) is not None]
         if len(spans) < 2:
             continue
-        (one, first), (other, second) = sorted(zip(spans, way.rooms, strict=True))
+        (one, first), (other, second) = sorted(zip(spans, slot.rooms, strict=True))
         low, high = one[1], other[0]
         if high - low < WALL_M:  # R2
             low, high = (low + high - WALL_M) / 2, (low + high + WALL_M) / 2
-        hole, wall = _between(slot, low, high), _between(slot, low, high, JAMB_M)
+        wall = slot.between(low, high, JAMB_M)
         for number, span in ((first, (one[0] - STEP_M, low)), (second, (high, other[1] + STEP_M))):
-            step = _between(slot, *span) if span[1] > span[0] else Polygon()
+            step = slot.between(*span) if span[1] > span[0] else Polygon()
             whole = shapely.difference(shapely.union(rooms[number], step, grid_size=GRID_M), wall, grid_size=GRID_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area)
-        holes.append(replace(slot, shape=hole))
+        holes.append(slot.hole(low, high))
     return list(rooms.values()), holes
 
 
-def _reach(slot: Hole, room_: Polygon) -> tuple[float, float] | None:
+def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
     """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
-    middle, across = _middle(slot), np.array(slot.across)
-    aside, ends = np.array([across[1], -across[0]]) * _width(slot) / 2, []
+    ends = []
     for share in (-0.9, 0.0, 0.9):
-        start = middle + share * aside
-        lane = LineString([start - REACH_M * across, start + REACH_M * across])
-        met = [(shapely.get_coordinates(part) - start) @ across for part in shapely.get_parts(room_ & lane)]
+        start = slot.middle + share * slot.half
+        lane = LineString([start - REACH_M * slot.across, start + REACH_M * slot.across])
+        met = [(shapely.get_coordinates(part) - start) @ slot.across for part in shapely.get_parts(room_ & lane)]
         nearest = min(((float(t.min()), float(t.max())) for t in met if len(t)), key=_from_zero, default=None)
         if nearest is not None:
             ends.append(nearest)
@@ -215,39 +248,18 @@ def _from_zero(span: tuple[float, float]) -> float:
     return max(span[0], -span[1], 0.0)
 
 
-def _between(slot: Hole, low: float, high: float, beside_m: float = 0.0) -> Polygon:
-    """The rectangle from ``low`` to ``high`` across a way, as wide as this and ``beside_m`` more on both sides."""
-    middle, across = _middle(slot), np.array(slot.across)
-    half = np.array([across[1], -across[0]]) * (_width(slot) / 2 + beside_m)
-    near, far = middle + low * across, middle + high * across
-    return Polygon([near - half, near + half, far + half, far - half])
-
-
-def _middle(slot: Hole) -> Floats:
-    return np.asarray(slot.shape.centroid.coords[0])
-
-
-def _width(slot: Hole) -> float:
-    corners = shapely.get_coordinates(slot.shape)
-    return float(np.hypot(*(corners[1] - corners[0])))
-
-
-def _traced(mask: npt.NDArray[np.bool_], cell_m: float, height_m: float) -> BaseGeometry:
-    """The area of cells (rows, cols) in metres, y up, along the edges of the cells."""
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    top, left = int(rows[0]), int(cols[0])
-    box = mask[top : rows[-1] + 1, left : cols[-1] + 1].astype(np.uint8)
-    twice = cv2.copyMakeBorder(box.repeat(2, axis=0).repeat(2, axis=1), 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+def _traced(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float) -> BaseGeometry:
+    """The area of cells (rows, cols) in metres, y up, along their edges; the first is (across, down) ``corner``."""
+    twice = np.pad(mask.view(np.uint8).repeat(2, axis=0).repeat(2, axis=1), 1)
     rings, order = cv2.findContours(twice, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     shells: list[BaseGeometry] = []
     holes: list[BaseGeometry] = []
-    for ring, (_, _, _, parent) in zip(rings, order[0] if order is not None else (), strict=True):
+    for ring, (_, _, _, parent) in zip(rings, order[0], strict=True):
         if len(ring) >= 3:
-            corners = (ring[:, 0, :].astype(float) - 0.5) / 2 + (left, top)
+            corners = (ring[:, 0, :].astype(float) - 0.5) / 2 + corner
             polygon = shapely.make_valid(Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)))
             (shells if parent < 0 else holes).append(polygon)
-    area: BaseGeometry = shapely.union_all(shells)
-    return shapely.difference(area, shapely.union_all(holes)) if holes else area
+    return shapely.difference(shapely.union_all(shells), shapely.union_all(holes))
 
 
 def _unseen(parts: Segmentation, found: RobotMap) -> float:

@@ -40,31 +40,23 @@ EDGE_SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """A way between two rooms: their labels, the (across, down) of its jambs in cells, and how sure it is (log-odds).
-
-    ``thick_m`` is the thickness of the wall at its jambs.
-    """
+    """A way between two rooms: their labels, the (across, down) of its jambs in cells, and its wall."""
 
     rooms: tuple[int, int]
     jambs: Floats
     width_m: float
     thick_m: float
-    log_odds: float
 
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
     """The rooms of a map.
 
-    ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``angles_rad`` (n,) is the direction
-    of each room's walls, counter-clockwise from the rows, and ``ways`` join the rooms. ``clutter`` (rows, cols) is
-    what R1 and R5 took for furniture.
+    ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``ways`` join the rooms.
     """
 
     label: Labels
-    angles_rad: Floats
     ways: tuple[Way, ...]
-    clutter: Bools
     cell_m: float
     scale: int
 
@@ -88,12 +80,10 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
         free, cell_m = _blocks(free, scale), cell_m * scale
     clear = without_clutter(free, cell_m)
     basins = find_basins(clear, cell_m)
-    root, odds = _merged(basins)
-    numbers = _numbered(root, basins)
+    numbers = _numbered(_merged(basins), basins)
     label = numbers[basins.label].astype(np.int32)
-    ways = _ways(numbers[basins.narrows.sides], basins.narrows, odds)
-    filled, angles = _filled(label, cell_m)
-    return Segmentation(filled, angles, ways, (filled > 0) & ~free, cell_m, scale)
+    ways = _ways(numbers[basins.narrows.sides], basins.narrows)
+    return Segmentation(_filled(label, cell_m), ways, cell_m, scale)
 
 
 def _blocks(free: Bools, scale: int) -> Bools:
@@ -118,8 +108,8 @@ def without_clutter(free: Bools, cell_m: float) -> Bools:
     return np.asarray(large[pieces])
 
 
-def _merged(basins: Basins) -> tuple[npt.NDArray[np.int64], Floats]:
-    """R2: return the room of each basin, and the log-odds of each narrow place at the end."""
+def _merged(basins: Basins) -> npt.NDArray[np.int64]:
+    """R2: return the room of each basin."""
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
     narrows = basins.narrows
@@ -133,7 +123,7 @@ def _merged(basins: Basins) -> tuple[npt.NDArray[np.int64], Floats]:
             np.minimum.at(least, side, odds[apart])
         best = (odds[apart] < 0) & (odds[apart] <= least[low]) & (odds[apart] <= least[high])
         if not best.any():
-            return root, odds
+            return root
         pairs = np.unique(np.stack([low[best], high[best]], axis=1), axis=0)
         taken: set[int] = set()
         for one, other in pairs.tolist():
@@ -157,7 +147,7 @@ def _numbered(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int
     return np.asarray(numbers[root])
 
 
-def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows, odds: Floats) -> tuple[Way, ...]:
+def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows) -> tuple[Way, ...]:
     """R4; ``rooms`` (n, 2) are the numbers of the rooms on the sides of narrow places."""
     found: list[Way] = []
     middles: dict[tuple[int, int], list[Floats]] = {}
@@ -169,28 +159,26 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows, odds: Floats) -> tuple
         near = APART_M / (narrows.width_m[k] / max(float(np.hypot(*(jambs[1] - jambs[0]))), 1e-6))
         if all(np.hypot(*(middle - other)) > near for other in middles.setdefault(pair, [])):
             middles[pair].append(middle)
-            found.append(Way(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k]), float(odds[k])))
+            found.append(Way(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k])))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
 
-def _filled(label: Labels, cell_m: float) -> tuple[Labels, Floats]:
+def _filled(label: Labels, cell_m: float) -> Labels:
     """R5: return the labels with furniture, and the direction of each room's walls."""
     filled = label.copy()
-    count = int(label.max(initial=0))
-    angles = np.zeros(count)
-    for number, (rows, cols) in _boxes(label):
+    for number, (rows, cols) in boxes_of(label):
         margin = round(2 * DEEPEST_M / cell_m) + 2
         top, left = max(rows.start - margin, 0), max(cols.start - margin, 0)
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
         room = label[part] == number
-        angles[number - 1] = angle = direction_of(room)
         other = (filled[part] > 0) & ~room
-        mended = _mended(room, other, angle, cell_m)
+        mended = _mended(room, other, direction_of(room), cell_m)
         filled[part][mended & ~other] = number
-    return filled, angles
+    return filled
 
 
-def _boxes(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
+def boxes_of(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
+    """Return each label with the rows and columns that it lies in, the largest first."""
     import scipy.ndimage
 
     boxes = enumerate(scipy.ndimage.find_objects(label), 1)
