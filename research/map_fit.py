@@ -96,13 +96,16 @@ def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
     return found
 
 
+def curves_of(weights: Floats) -> dict[str, tuple[float, ...]]:
+    """Return the weights of the knots of each curve, which follow the bias."""
+    ends = np.cumsum([1, *map(len, odds.KNOTS.values())])
+    pairs = zip(odds.KNOTS, np.split(weights, ends)[1:], strict=False)
+    return {name: tuple(part.tolist()) for name, part in pairs}
+
+
 def using(weights: Floats) -> mock._patch_dict:
     """Have the weights used instead of the module's."""
-    curves, at = {}, 1
-    for name, knots in odds.KNOTS.items():
-        curves[name] = tuple(weights[at : at + len(knots)].tolist())
-        at += len(knots)
-    return mock.patch.dict(vars(odds), BIAS=float(weights[0]), CURVES=curves)
+    return mock.patch.dict(vars(odds), BIAS=float(weights[0]), CURVES=curves_of(weights))
 
 
 def scores(made: TrueMap) -> RoomScores:
@@ -139,10 +142,8 @@ def main() -> None:
         console.print(f"left out, {kind}:", *told)
     weights = fitted(list(range(len(maps))))
     console.print(f"BIAS: Final = {weights[0]:.3f}\nCURVES: Final[dict[str, tuple[float, ...]]] = {{")
-    at = 1
-    for name, knots in odds.KNOTS.items():
-        console.print(f'    "{name}": ({", ".join(f"{value:.2f}" for value in weights[at : at + len(knots)])}),')
-        at += len(knots)
+    for name, curve in curves_of(weights).items():
+        console.print(f'    "{name}": ({", ".join(f"{value:.2f}" for value in curve)}),')
     console.print("}")
 
 

@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 
 from houseexpo.commands.arguments import POLICIES
+from houseexpo.commands.benchmark import TRACK_NAMES
 from houseexpo.exports import FORMATS
 from houseexpo.pseudoslam.agents.loading import NAMES
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -24,8 +26,9 @@ def test_the_page_is_the_one_that_the_code_makes() -> None:
     assert (DOCS / "commands.md").read_text() == module.page(), "run: python docs/commands.py"
 
 
-def test_completion_knows_all_policies() -> None:
+def test_completion_knows_all_policies_and_tracks() -> None:
     assert list(POLICIES) == list(NAMES)
+    assert list(TRACK_NAMES) == [track.name for track in (*TRACKS, *MAP_TRACKS)]
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/guide-library.md"])

@@ -20,7 +20,7 @@ benchmark = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-_TRACKS = ("budget", "quality", "avoidance", "navigation", "pointgoal", "kth", "dare", "ariadne")
+TRACK_NAMES = ("budget", "quality", "avoidance", "navigation", "pointgoal", "kth", "dare", "ariadne")
 
 
 @benchmark.command()
@@ -38,7 +38,7 @@ def run(
         str,
         typer.Option(
             help="budget, quality, avoidance, navigation, pointgoal; on --maps also kth, dare or ariadne.",
-            autocompletion=offering(*_TRACKS),
+            autocompletion=offering(*TRACK_NAMES),
         ),
     ] = "budget",
     dataset: Annotated[

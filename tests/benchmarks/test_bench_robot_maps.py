@@ -15,14 +15,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
-import pytest
 from rich.console import Console
 from rich.table import Table
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
+from houseexpo import FloorPlan
 from pipeline.sources.occupancy_map.rooms import segment
+from tests.builders.matching import found_near
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, rose_maps, true_doors
 from tests.builders.room_measures import RoomScores, room_scores
 from tests.builders.shared import DATA, needs_shared
@@ -43,13 +41,6 @@ def maps_of(kind: str) -> Iterator[TrueMap]:
     return rose_maps(MAPS / "rose") if kind == "real" else bormann_maps(MAPS / "bormann", kind.removeprefix("empty"))
 
 
-def doors_found(found: npt.NDArray[np.float64], true: npt.NDArray[np.float64]) -> int:
-    """Return how many doors (n, 2) lie near a true one (m, 2), each for one, in cells."""
-    far = cdist(found, true)
-    pairs = linear_sum_assignment(np.minimum(far, 1e3))
-    return int((far[pairs] <= NEAR_M / CELL_M).sum())
-
-
 @needs_shared
 def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
     table = Table(title="Rooms of robots' maps, % (ROSE2's measures; 'micro' is the mean over rooms, 'macro' by area)")
@@ -66,7 +57,7 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
             if kind != "real":
                 doors = np.array([way.jambs.mean(axis=0) for way in parts.ways]).reshape(-1, 2)
                 true = true_doors(made)
-                counts += (doors_found(doors, true), len(true), len(doors))
+                counts += (found_near(true * CELL_M, doors * CELL_M, NEAR_M), len(true), len(doors))
         shown = f"{100 * counts[0] / counts[1]:.0f} / {100 * counts[0] / counts[2]:.0f}" if counts[1] else "-"
         figures = (f"{value:.1f}" for value in np.mean(rows, axis=0))
         table.add_row(kind.strip("_"), str(len(rows)), *figures, shown, f"{np.median(seconds):.2f}")
@@ -76,7 +67,7 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
 
 
 @needs_shared
-def test_a_map_of_4000_by_4000_cells(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_map_of_4000_by_4000_cells(tmp_path: Path) -> None:
     """Tile a map of Bormann's: the time and the memory of a whole plan, in a process of its own."""
     from multiprocessing import get_context
 
@@ -84,14 +75,21 @@ def test_a_map_of_4000_by_4000_cells(tmp_path: Path, request: pytest.FixtureRequ
     free = np.tile(small, (4000 // small.shape[0] + 1, 4000 // small.shape[1] + 1))[:4000, :4000]
     np.save(tmp_path / "large.npy", np.where(free, 0, 100).astype(np.int8))
     with get_context("spawn").Pool(1) as pool:
-        seconds, megabytes, rooms = pool.apply(_level_of, (tmp_path / "large.npy",))
-    Console().print(f"4,000 x 4,000 cells: {seconds:.1f} s, {megabytes:,.0f} MB, {rooms} rooms")
+        read_s, whole_s, megabytes, rooms = pool.apply(_planned, (tmp_path / "large.npy",))
+    said = f"read in {read_s:.1f} s, planned after {whole_s:.1f} s, {megabytes:,.0f} MB, {rooms} rooms"
+    Console(soft_wrap=True).print(f"4,000 x 4,000 cells: {said}")
 
 
-def _level_of(path: Path) -> tuple[float, float, int]:
+def _planned(path: Path) -> tuple[float, float, float, int]:
+    from pipeline.algorithm import plan_level
+    from pipeline.config import PipelineConfig
     from pipeline.sources import find, reader
 
     start = time.perf_counter()
     (item,) = find(str(path), resolution=str(CELL_M))
     (level,) = reader(item.reader).read(item)
-    return time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, len(level.rooms)
+    read_s = time.perf_counter() - start
+    plans = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+    rooms = sum(len(plan.rooms) for plan in plans if isinstance(plan, FloorPlan))
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return read_s, time.perf_counter() - start, megabytes, rooms

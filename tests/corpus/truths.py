@@ -39,6 +39,7 @@ from shapely import Polygon
 
 from houseexpo.errors import ConfigError
 from pipeline.values import Level
+from tests.builders.matching import found_near
 
 TRUTHS: Final = Path(__file__).parent / "truths"
 HEIGHTS_M: Final = (0.6, 1.2, 1.9)
@@ -241,7 +242,7 @@ def compare(truth: Truth, levels: Sequence[Level], plans: Sequence[Mapping[str, 
             int((ious >= FOUND_IOU).sum()),
             len(found),
             len(doors),
-            _near([door.middle for door in doors], [line.mean(axis=0) for line in lines]),
+            found_near([door.middle for door in doors], [line.mean(axis=0) for line in lines], NEAR_M),
             len(lines),
             float(ious.sum()),
         )
@@ -265,13 +266,3 @@ def _ious(truth: Sequence[Polygon], found: Sequence[Polygon]) -> Floats:
     shared = shapely.area(shapely.intersection(one, other))
     iou = shared / (shapely.area(one) + shapely.area(other) - shared)
     return np.asarray(iou[linear_sum_assignment(-iou)])
-
-
-def _near(truth: Sequence[Floats], found: Sequence[Floats]) -> int:
-    """How many of the truth's doors have one of the plan's near them, each one at most once."""
-    if not truth or not found:
-        return 0
-    far = np.linalg.norm(np.array(truth)[:, None] - np.array(found)[None, :], axis=2)
-    far[far > NEAR_M] = 1e6
-    pairs = linear_sum_assignment(far)
-    return int((far[pairs] <= NEAR_M).sum())
