@@ -30,16 +30,16 @@ KNOTS: Final = {
 """The features and the knots of their curves: the width; half of it, as a share of the clearance of the less and of the
 more spacious side; the area of the smaller side; and the last four of ``Narrows``."""
 
-BIAS: Final = -0.057
+BIAS: Final = -0.051
 CURVES: Final[dict[str, tuple[float, ...]]] = {
-    "width_m": (-0.87, 0.13, 1.31, 0.87, -0.09, -0.38, -0.32, -0.70),
-    "of_lower": (-0.22, 0.03, 0.09, 0.23, -0.18),
-    "of_higher": (1.18, 0.66, 0.24, -0.46, -1.68),
-    "smaller_m2": (-2.16, -0.71, 0.17, 0.14, 0.76, 1.74),
-    "thin_m": (-0.93, 1.32, 0.79, -0.75, -0.44, -0.05),
-    "near_m": (-0.49, -1.29, -0.01, 0.03, 1.69),
-    "far_m": (-0.33, -0.15, -0.61, 0.13, 0.91),
-    "less_m": (-0.12, -0.15, -0.40, 0.61, 0.01),
+    "width_m": (-0.62, 0.09, 1.33, 0.91, -0.29, -0.51, -0.13, -0.84),
+    "of_lower": (-0.38, 0.12, -0.07, 0.32, -0.04),
+    "of_higher": (1.21, 0.57, 0.24, -0.42, -1.63),
+    "smaller_m2": (-2.28, -0.90, 0.27, 0.15, 0.72, 1.99),
+    "thin_m": (-0.88, 1.61, 0.84, -0.88, -0.55, -0.19),
+    "near_m": (-0.37, -1.31, -0.08, 0.05, 1.66),
+    "far_m": (-0.54, -0.25, -0.18, 0.02, 0.92),
+    "less_m": (-0.05, -0.42, -0.42, 0.63, 0.22),
 }
 """Values at the knots."""
 
