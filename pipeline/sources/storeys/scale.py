@@ -61,12 +61,15 @@ def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
 # What a person says of a house's size: its unit, its scale, the height of a storey.
 
 
-def check_sizes(units: str = "auto", scale: str = "1", storey_height: str = "", **_others: str) -> None:
+def check_sizes(
+    units: str = "auto", scale: str = "1", storey_height: str = "", resolution: str = "", **_others: str
+) -> None:
     """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it."""
     metres_of(units)
     above_zero("scale", scale)
-    if storey_height:
-        above_zero("storey_height", storey_height)
+    for option, text in (("storey_height", storey_height), ("resolution", resolution)):
+        if text:
+            above_zero(option, text)
 
 
 def metres_of(units: str) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from houseexpo.errors import ConfigError
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_from_plan
@@ -99,6 +100,12 @@ def test_a_picture_and_an_array_need_the_side_of_a_cell(tmp_path: Path, suffix: 
     (item,) = find(str(path), resolution="0.05")
     (level,) = reader(item.reader).read(item)
     assert sorted(room.polygon.area for room in level.rooms) == pytest.approx([9.0, 12.0], rel=0.03)
+
+
+@pytest.mark.parametrize("resolution", ["0", "-1", "nan", "inf"])
+def test_an_impossible_side_of_a_cell_is_refused_before_anything_is_read(tmp_path: Path, resolution: str) -> None:
+    with pytest.raises(ConfigError, match=f"resolution='{resolution}': expected a number above 0"):
+        list(find(str(tmp_path), resolution=resolution))
 
 
 def test_a_folder_gives_each_map_once(tmp_path: Path) -> None:
