@@ -7,6 +7,8 @@ R1  A picture's colours are averaged, and transparent pixels are unknown. ``nega
 R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scale``, a cell darker than
     ``occupied_thresh`` is occupied, and one lighter than ``free_thresh`` is free. In between, it is unknown
     (``trinary``), or its occupancy grows linearly from 0 to 100 (``scale``).
+    A trinary picture of map_saver's three shades alone is what map_saver means by them: 205 is unknown. The
+    ``free_thresh`` of 0.25 that Nav2 wrote beside such pictures until 2025 would make it free.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
 R4  Without a ``map.yaml``, only what is nearly white is free, since programs draw unknown space in all kinds of grey.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
@@ -44,6 +46,9 @@ OCCUPIED_THRESH: Final = 0.65
 FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
 """R4: ``free_thresh`` of a picture alone."""
+SAVED_UNKNOWN: Final = 205
+SAVED_SHADES: Final = (0, SAVED_UNKNOWN, 254)
+"""The shades of map_saver: occupied, unknown and free."""
 BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
@@ -254,6 +259,8 @@ class _Shading:
             value[:] = between if self.mode == "scale" else UNKNOWN
             value[dark < self.free] = 0
             value[dark > self.occupied] = 100
+            if self.mode == "trinary" and not self.negate and np.isin(grey, SAVED_SHADES).all():  # R2
+                value[SAVED_UNKNOWN] = UNKNOWN
         cells: Occupancy = value[grey]
         if clear is not None:
             cells[clear] = UNKNOWN

@@ -56,6 +56,19 @@ def bagged(folder: Path, topics: dict[str, np.ndarray], plugin: str = "MCAP", ya
 CELLS = np.array([[0, 100, -1], [50, 0, 0]], np.int8)
 
 
+SAVED = np.array([[254, 205, 0], [254, 254, 205]], np.uint8)
+
+
+def test_the_unknown_cells_of_map_saver_stay_unknown_with_the_threshold_of_nav2(tmp_path: Path) -> None:
+    """Nav2 wrote 0.25 until 2025 (ros-navigation/navigation2#5278), by which 205 would be free."""
+    expected = [[0, -1, 100], [0, 0, -1]]
+    for keys in ({"mode": "trinary", "free_thresh": 0.25}, {"free_thresh": 0.25}, {}):
+        assert read_map(saved(tmp_path, shades=SAVED, **keys)).occupancy.tolist() == expected
+    other = np.array([[254, 205, 0], [254, 250, 205]], np.uint8)
+    assert read_map(saved(tmp_path, shades=other, free_thresh=0.25)).occupancy[0, 1] == 0
+    assert read_map(saved(tmp_path, shades=SAVED, free_thresh=0.25, mode="scale")).occupancy[0, 1] == 0
+
+
 def test_trinary_is_the_default(tmp_path: Path) -> None:
     found = read_map(saved(tmp_path))
     assert found.occupancy.tolist() == [[0, -1, 100], [0, -1, 100]]
