@@ -85,7 +85,9 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return the parameters that the plans depend on, as plain values to store and hash."""
         options = asdict(self.build)
-        names = ("seed", "up", "units", "scale", "storey_height", "resolution", "furniture", "min_quality", "furnished")
+        names = ["seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished"]
+        if self.build.resolution is not None:  # newer than data sets whose plans name the hash of these
+            names.append("resolution")
         chosen = {name: options[name] for name in names}
         return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
 

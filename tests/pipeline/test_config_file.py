@@ -76,6 +76,11 @@ def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
     assert load_config(written(tmp_path, "[cells]\narea_m2 = 2.5")).digest() != plain
     assert load_config(written(tmp_path, "[build]\nseed = 1")).digest() != plain
     assert load_config(written(tmp_path, "[build]\nmin_quality = 0.8")).digest() != plain
+    assert load_config(written(tmp_path, "[build]\nresolution = 0.05")).digest() != plain
+
+
+def test_plans_that_need_no_resolution_keep_the_hash_of_earlier_versions() -> None:
+    assert "resolution" not in BuildConfig().parameters()["build"]
 
 
 def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
