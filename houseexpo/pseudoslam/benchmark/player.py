@@ -51,6 +51,7 @@ SMALL_BYTES: Final = 1 << 12
 """Smaller arrays go through the pipe."""
 _CODE: Final = "import sys; from houseexpo.pseudoslam.benchmark.player import serve; serve(*map(int, sys.argv[1:]))"
 _LOOK_S: Final = 1.0
+_UNREADABLE: Final = "its process sent an answer that cannot be read"
 
 
 class PlayerError(HouseExpoError):
@@ -91,7 +92,7 @@ class Player:
         self._compiling_s = COMPILING_S
         try:
             self._pipe.send((name, sys.path))
-            self.policy = _named(self._answer(), self)
+            self.policy = self._described()
         except BaseException:
             self.close()
             raise
@@ -122,6 +123,15 @@ class Player:
             raise PlayerError(str(said["failed"]))
         return said
 
+    def _described(self) -> NamedPolicy:
+        said = self._answer()
+        if "refused" in said:
+            raise ConfigError(str(said["refused"]))
+        try:
+            return _named(said, self)
+        except (LookupError, TypeError, ValueError):  # a policy's module may send what it likes
+            raise PlayerError(_UNREADABLE) from None
+
     def _answer(self) -> dict[str, Any]:
         while True:
             try:
@@ -136,10 +146,10 @@ class Player:
                 raise PlayerError(f"its process died, exit code {self._process.returncode}") from None
             try:
                 said = json.loads(data)
-            except ValueError:
+            except (ValueError, RecursionError):
                 said = None
             if not isinstance(said, dict):
-                raise PlayerError("its process sent an answer that cannot be read")
+                raise PlayerError(_UNREADABLE)
             if "compiling" not in said:
                 return said
             self._compiles(busy=bool(said["compiling"]))
@@ -184,9 +194,7 @@ class _Policy:
 
 
 def _named(said: dict[str, Any], player: Player) -> NamedPolicy:
-    """Return the policy that a process describes; raise ConfigError if it could not be loaded."""
-    if "refused" in said:
-        raise ConfigError(str(said["refused"]))
+    """Return the policy that a process describes."""
     shown, made = said["interface"], said["training"]
     view = None if shown["view"] is None else ObservationConfig(**shown["view"])
     interface = Interface(

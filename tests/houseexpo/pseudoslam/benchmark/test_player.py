@@ -113,6 +113,19 @@ def test_a_policy_that_is_not_there_is_refused() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("answer", ['{"name": 1}', '{"interface": 7, "training": null}', "[" * 100_000])
+def test_a_module_that_answers_for_itself_is_refused(tmp_path: Path, answer: str) -> None:
+    text = f"""
+import gc
+from multiprocessing.connection import Connection
+
+next(each for each in gc.get_objects() if isinstance(each, Connection)).send_bytes({answer!r}.encode())
+"""
+    with pytest.raises(PlayerError, match="an answer that cannot be read"):
+        Player(policy_file(tmp_path, text))
+
+
+@pytest.mark.slow
 def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     file = policy_file(tmp_path, "import time\n\ndef policy(robot, seed):\n    while True:\n        time.sleep(0.01)\n")
     code = (
