@@ -16,6 +16,7 @@ from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate
 from pipeline.stages.cells import fill_cells
+from pipeline.stages.confidence import Planned, rate
 from pipeline.stages.connectivity import connect
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
@@ -94,8 +95,11 @@ def _of_building(
     if config.evidence.furniture:
         spaces, obstacles = furnish(level, whole.evidence, spaces)
         yield Snapshot("furnish", spaces, level.id)
-    plan = vectorise(level, spaces, name_rooms(level, spaces), _provenance(level, whole.planes, spaces), obstacles)
-    quality = score_quality(weigh(level, whole.evidence, whole.layout, spaces))
+    grounds = weigh(level, whole.evidence, whole.layout, spaces)
+    planned = rate(Planned(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds))
+    provenance = _provenance(level, whole.planes, spaces)
+    plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
+    quality = score_quality(grounds)
     yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
 
 

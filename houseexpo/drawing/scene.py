@@ -15,7 +15,7 @@ from houseexpo.plan.model import PlanData
 
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
-    from shapely import MultiPolygon, Point, Polygon
+    from shapely import LineString, MultiPolygon, Point, Polygon
     from shapely.geometry.base import BaseGeometry
 
 INK: Final = "#2f343b"
@@ -23,6 +23,7 @@ PAPER: Final = "#ffffff"
 WALL: Final = "#454b54"
 FLOOR: Final = "#f6f4ef"
 FURNITURE: Final = "#e2ddd3"
+_UNSURE: Final = "#8d8778"
 FURNITURE_EDGE: Final = "#a9a294"
 # blue, light blue, amber, magenta: distinguishable by colour-blind readers
 DOOR_COLOURS: Final[dict[DoorKind, str]] = {
@@ -40,6 +41,8 @@ _TINTS: Final[dict[DoorKind, str]] = {
 
 _WALL_M: Final = 0.15  # walls are drawn this thick around the outline, and solid up to four times this
 _LEAF_M: Final = 0.05
+_DASH_M: Final = 0.12  # an unsure door is dashed, an unsure room is hatched with bands of this width at this distance
+_HATCH_M: Final = (0.06, 0.6)
 _EDGE_M: Final = 0.03  # the line around a piece of furniture
 _SMALLEST_PX: Final = 8
 _SAME_ROOM: Final = 0.7  # boxes with a larger intersection over union are one room with several labels
@@ -95,8 +98,8 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     """Lay out the picture of a plan.
 
     It has rooms in their label's colour with the label and the area, dark walls, light furniture, doors by kind, and
-    below them a scale bar and a legend. A published plan has no rooms; the parts of its label boxes in the free space
-    are drawn instead.
+    below them a scale bar and a legend. What is more likely wrong than right is shown as unsure: a door dashed, a room
+    hatched. A published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
     """
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
@@ -110,7 +113,8 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     closed = _inside(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
     floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
-    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *floors, *_furniture(plan), *_doors(plan)]
+    inside = [*floors, *_hatches(plan), *_furniture(plan), *_doors(plan)]
+    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *inside]
     words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
@@ -175,7 +179,34 @@ def _doors(plan: PlanData) -> Iterator[Area]:
 
     for door in plan.doors:
         yield Area(door.polygon, _TINTS[door.kind])
-        yield Area(shapely.LineString(door.segment).buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+        leaf = shapely.LineString(door.segment)
+        for part in _dashes(leaf) if door.is_unsure else [leaf]:
+            yield Area(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+
+
+def _dashes(line: LineString) -> list[LineString]:
+    """Return a line as dashes, the first and the last at its ends."""
+    from shapely.ops import substring
+
+    count = max(3, 2 * math.floor(line.length / _DASH_M / 2) + 1)
+    each = line.length / count
+    return [substring(line, k * each, (k + 1) * each) for k in range(0, count, 2)]
+
+
+def _hatches(plan: PlanData) -> Iterator[Area]:
+    """Return the hatching of unsure rooms."""
+    import shapely
+
+    thick, apart = _HATCH_M
+    for room in plan.rooms:
+        if not room.is_unsure:
+            continue
+        x1, y1, x2, y2 = room.polygon.bounds
+        steps = range(math.floor((x1 + y1) / apart), math.ceil((x2 + y2) / apart) + 1)
+        lines = [shapely.LineString([(k * apart - y1, y1), (k * apart - y2, y2)]) for k in steps]
+        bands = shapely.buffer(shapely.union_all(lines), thick / 2).intersection(room.polygon)
+        for part in shapely.get_parts(bands):
+            yield Area(part, _UNSURE)
 
 
 def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
@@ -236,9 +267,13 @@ def _key(
     entries = [(f"{length:g} m", x + length + 0.5 * em)]
     occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
     occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
+    unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
+    occur |= {"unsure": _UNSURE} if unsure else {}
     for name, fill in occur.items():
         left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
-        areas.append(Area(shapely.box(left, y - half * 1.6, left + em, y + half * 1.6), fill))
+        steps = ((0.0, 1.0),) if name != "unsure" else ((0.0, 0.2), (0.4, 0.6), (0.8, 1.0))
+        for a, b in steps:
+            areas.append(Area(shapely.box(left + a * em, y - half * 1.6, left + b * em, y + half * 1.6), fill))
         entries.append((name, left + 1.4 * em))
     words = [Words(at, y, (text,), size, centred=False) for text, at in entries]
     return areas, words, entries[-1][1] + font(size).getlength(entries[-1][0]) / scale

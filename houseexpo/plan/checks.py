@@ -80,6 +80,14 @@ def number(value: object, key: str) -> float:
     return float(value)
 
 
+def share(value: object, key: str) -> float:
+    """Return a float from 0 to 1."""
+    found = number(value, key)
+    if not 0 <= found <= 1:
+        raise PlanError(f"expected 0 to 1, found {found:g}", key)
+    return found
+
+
 def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
     """Return ``length`` finite floats."""
     try:

@@ -49,8 +49,11 @@ class Published(Struct):
     bbox: Bounds
 
 
-class Room(Struct, forbid_unknown_fields=True):
-    """A room: an area of the free space, bounded by walls and closed doors; ``area`` in m2."""
+class Room(Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A room: an area of the free space, bounded by walls and closed doors; ``area`` in m2.
+
+    ``confidence`` is the probability that its outline is right.
+    """
 
     id: int
     label: str
@@ -58,10 +61,14 @@ class Room(Struct, forbid_unknown_fields=True):
     polygon: Points
     holes: list[Points]
     area: float
+    confidence: float | UnsetType = UNSET
 
 
-class Door(Struct, forbid_unknown_fields=True):
-    """An opening: its two ends, the area between the faces of its wall, and the rooms on both sides."""
+class Door(Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An opening: its two ends, the area between the faces of its wall, and the rooms on both sides.
+
+    ``confidence`` is the probability that there is a passage.
+    """
 
     id: int
     kind: parts.DoorKind
@@ -69,6 +76,7 @@ class Door(Struct, forbid_unknown_fields=True):
     width: float
     polygon: Points
     rooms: tuple[int | None, int | None]
+    confidence: float | UnsetType = UNSET
 
 
 class Quality(Struct, forbid_unknown_fields=True):
@@ -252,11 +260,17 @@ def _ring(points: Points) -> parts.Ring:
 
 def _room(record: Room) -> parts.Room:
     holes = tuple(map(_ring, record.holes))
-    return parts.Room(record.id, record.label, _ring(record.polygon), holes, tuple(record.source_labels))
+    words = tuple(record.source_labels)
+    return parts.Room(record.id, record.label, _ring(record.polygon), holes, words, _optional(record.confidence))
 
 
 def _door(record: Door) -> parts.Door:
-    return parts.Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms)
+    sure = _optional(record.confidence)
+    return parts.Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms, sure)
+
+
+def _optional(value: float | UnsetType) -> float | None:
+    return None if value is UNSET else value
 
 
 def _quality(record: Quality) -> parts.Quality:
@@ -283,6 +297,7 @@ def _room_record(room: parts.Room) -> Room:
         polygon=room.ring.tolist(),
         holes=[hole.tolist() for hole in room.holes],
         area=round(room.area, 4),  # exact for vertices on the 1 cm grid: areas are multiples of half a cm2
+        confidence=UNSET if room.confidence is None else room.confidence,
     )
 
 
@@ -294,6 +309,7 @@ def _door_record(door: parts.Door) -> Door:
         width=door.width,
         polygon=door.ring.tolist(),
         rooms=door.rooms,
+        confidence=UNSET if door.confidence is None else door.confidence,
     )
 
 

@@ -32,6 +32,8 @@ RADII_M: Final = (0.10, 0.15, 0.20, 0.25, 0.30, 0.35)
 
 SURE: Final = 0.8
 """A plan with a lower score is doubtful."""
+UNSURE: Final = 0.5
+"""A room or door whose confidence is below this is more likely wrong than right; pictures show it as unsure."""
 
 
 def signed_area(ring: npt.NDArray[np.float64]) -> float:
@@ -157,7 +159,8 @@ class Room(Value):
     """A room: an area of the free space, bounded by walls and closed doors.
 
     ``label`` is one of the 25 published labels or "Unlabelled"; ``source_labels`` are the source's own words. ``ring``
-    (n, 2) and ``holes`` are in metres.
+    (n, 2) and ``holes`` are in metres. ``confidence`` is the probability, 0 to 1, that the outline is right; it is None
+    in plans that the pipeline has not rated.
     """
 
     id: int
@@ -165,6 +168,7 @@ class Room(Value):
     ring: Ring
     holes: tuple[Ring, ...] = ()
     source_labels: tuple[str, ...] = ()
+    confidence: float | None = None
 
     def __post_init__(self) -> None:
         checks.count(self.id, "id")
@@ -172,6 +176,8 @@ class Room(Value):
         self._set("ring", checks.ring(self.ring, "polygon"))
         self._set("holes", checks.rings(self.holes, "holes"))
         self._set("source_labels", tuple(self.source_labels))
+        if self.confidence is not None:
+            self._set("confidence", checks.share(self.confidence, "confidence"))
 
     @cached_property
     def polygon(self) -> Polygon:
@@ -179,6 +185,11 @@ class Room(Value):
         from shapely import Polygon
 
         return Polygon(self.ring, self.holes)
+
+    @property
+    def is_unsure(self) -> bool:
+        """Whether the outline is rated, and more likely wrong than right."""
+        return self.confidence is not None and self.confidence < UNSURE
 
     @property
     def area(self) -> float:
@@ -195,6 +206,8 @@ class Door(Value):
 
     ``segment`` runs from jamb to jamb on the wall's centre line and is ``width`` metres long. ``ring`` (n, 2), metres,
     bounds the passage between the two faces of the wall. ``rooms`` are the ids of the rooms on both sides.
+    ``confidence`` is the probability, 0 to 1, that there is a passage; it is None in plans that the pipeline has not
+    rated.
     """
 
     id: int
@@ -203,6 +216,7 @@ class Door(Value):
     width: float
     ring: Ring
     rooms: tuple[int | None, int | None]
+    confidence: float | None = None
 
     def __post_init__(self) -> None:
         checks.count(self.id, "id")
@@ -213,6 +227,8 @@ class Door(Value):
         self._set("width", checks.number(self.width, "width"))
         self._set("ring", checks.ring(self.ring, "polygon"))
         self._set("rooms", tuple(self.rooms))
+        if self.confidence is not None:
+            self._set("confidence", checks.share(self.confidence, "confidence"))
         inside = sum(isinstance(room, int) for room in self.rooms)
         if len(self.rooms) != 2 or self.rooms[0] is None or inside != (1 if self.kind == "entrance" else 2):
             expected = "[room, null]" if self.kind == "entrance" else "two room ids"
@@ -224,6 +240,11 @@ class Door(Value):
         from shapely import Polygon
 
         return Polygon(self.ring)
+
+    @property
+    def is_unsure(self) -> bool:
+        """Whether the passage is rated, and more likely absent than there."""
+        return self.confidence is not None and self.confidence < UNSURE
 
     def __repr__(self) -> str:
         return f"Door({self.id}, {self.kind!r}, {self.width:.2f} m, rooms {self.rooms[0]} and {self.rooms[1]})"
@@ -282,10 +303,7 @@ class Quality(Value):
     grounds: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        score = checks.number(self.score, "score")
-        if not 0 <= score <= 1:
-            raise PlanError(f"expected 0 to 1, found {score}", "score")
-        self._set("score", score)
+        self._set("score", checks.share(self.score, "score"))
         for name in self.grounds:
             checks.text(name, "grounds")
         grounds = {name: checks.number(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}

@@ -24,6 +24,8 @@ def schema() -> dict[str, Any]:
     (published, ours), parts = msgspec.json.schema_components(RECORDS, ref_template="#/$defs/{name}")
     parts["Plan"]["properties"]["format"] = {"const": FORMAT}
     parts["Quality"]["properties"]["score"] = {"type": "number", "minimum": 0, "maximum": 1}
+    for name in ("Room", "Door"):
+        parts[name]["properties"]["confidence"] = {"type": "number", "minimum": 0, "maximum": 1}
     parts["Object"]["properties"]["height"] = {"type": "number", "minimum": 0}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

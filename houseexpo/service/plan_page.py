@@ -133,11 +133,12 @@ def _python(opening: str, name: str) -> str:
 
 
 class Reason(NamedTuple):
-    """A door: its number, its kind, the rooms on its sides, and the reason for it."""
+    """A door: its number, its kind, the rooms on its sides, how sure it is ("" if not rated), and the reason for it."""
 
     number: int
     kind: str
     between: str
+    sure: str
     why: str
 
 
@@ -192,7 +193,9 @@ def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> Reason:
     labels = {room.id: room.label for room in plan.rooms}
     sides = [_spaced(labels.get(room, "room")) if room is not None else "outside" for room in door.rooms]
     place = cuts.get(door.id, "") if door.kind == "cut" else ""
-    return Reason(door.id, door.kind, " and ".join(sides), DOORS[door.kind] + (f"; cut here: {place}" if place else ""))
+    why = DOORS[door.kind] + (f"; cut here: {place}" if place else "")
+    sure = "" if door.confidence is None else f"{door.confidence:.0%}"
+    return Reason(door.id, door.kind, " and ".join(sides), sure, why)
 
 
 def _spaced(name: str) -> str:

@@ -28,12 +28,15 @@ from pipeline.geometry.walls import close_cracks
 class Passage:
     """A way through a wall; the ``sides`` of its bridge are indices into the rooms of the same value, or OUTSIDE.
 
-    ``why`` says of a cut what speaks for its place.
+    ``closer`` is the kind of the closing candidate that stands in its place, "" for a cut, of which ``why`` says what
+    speaks for its place. ``confidence`` is the probability that a passage is there, or None if nobody has rated it.
     """
 
     bridge: Bridge
     kind: DoorKind
     why: str = ""
+    closer: str = ""
+    confidence: float | None = None
 
     @property
     def leads_outside(self) -> bool:

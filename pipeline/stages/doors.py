@@ -47,7 +47,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
             joins.add((min(bridge.sides), max(bridge.sides)))
         elif bridge.width >= config.narrowest_m:  # R1
-            passages.append(Passage(bridge, "entrance" if outside else kind or "opening"))
+            passages.append(Passage(bridge, "entrance" if outside else kind or "opening", closer=closer.kind))
     given = {c.kind for c in layout.closers} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)

@@ -70,7 +70,7 @@ BESIDE_M = 0.25
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
-    pieces = _pieces(level, planes, config)
+    pieces = candidates(level, planes, config)
     fixed: list[Closer] = []
     ground, rooms = enclosed(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
@@ -110,7 +110,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
     return found
 
 
-def _pieces(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
+def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     """All that may close the door plane, before it is known what it parts (R1)."""
     low = subtract(planes.low, planes.high)
     pieces = [Closer(p, "lintel") for p in lapped(polygons_of(planes.high))]

@@ -142,6 +142,7 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
         ring=polygon,
         holes=holes,
         source_labels=name.words,
+        confidence=name.confidence,
     )
 
 
@@ -168,6 +169,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
         width=round(float(np.hypot(*(b - a))), 2),
         ring=grid_rings(shape, shift)[0],
         rooms=rooms,
+        confidence=passage.confidence,
     )
 
 

@@ -75,11 +75,12 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class NamedRoom:
-    """A room with its labels (of the 25) and the source's own words."""
+    """A room with its labels (of the 25), the source's own words, and the probability that its outline is right."""
 
     polygon: Polygon
     labels: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
+    confidence: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

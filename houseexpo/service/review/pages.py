@@ -227,12 +227,24 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
         "grounds": [
             [GROUNDS.get(name, name.replace("_", " ")), value] for name, value in grounds if value > _LEAST_GROUND
         ],
+        "unsure": unsure_parts(plan),
         "area": round(plan.area, 1),
         "rooms": plan.room_num,
         "doors": len(plan.doors),
         "drawable": plan.frame is not None,
         "picture": {"origin": frame.origin_m, "ppm": frame.pixels_per_metre, "size": frame.shape[::-1]},
     }
+
+
+def unsure_parts(plan: FloorPlan) -> list[str]:
+    """Return the rooms and doors that are more likely wrong than right, in words, the least sure ones first."""
+    names = {room.id: room.label.replace("_", " ") for room in plan.rooms}
+    found = [(room.confidence, f"outline of room {room.id}, {names[room.id]}") for room in plan.rooms if room.is_unsure]
+    for door in plan.doors:
+        if door.is_unsure:
+            sides = " and ".join("outside" if room is None else names.get(room, "room") for room in door.rooms)
+            found.append((door.confidence, f"{door.kind} {door.id}, between {sides}"))
+    return [f"{confidence:.0%} {text}" for confidence, text in sorted(found)]
 
 
 def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:

@@ -49,9 +49,9 @@ export class Drawing {
   rooms({ rooms, doors }) {
     const { layers } = this;
     layers.rooms.replaceChildren(...rooms.map((room) =>
-      titled(area("room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²`)));
+      titled(area(room.unsure ? "room unsure" : "room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²${sure(room)}`)));
     layers.doors.replaceChildren(...doors.map((door) =>
-      titled(area("door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m`)));
+      titled(area(door.unsure ? "door unsure" : "door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m${sure(door)}`)));
     this.words = rooms.length
       ? rooms.map((room) => {
         const lines = [room.label, `${room.area.toFixed(1)} m²`], free = written(room.at, lines, spare(room.at, room.rings));
@@ -140,6 +140,7 @@ export class Drawing {
   }
 }
 
+const sure = ({ confidence }) => confidence === null ? "" : `, ${Math.round(100 * confidence)}% sure`;
 const apart = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
 const size = ([a, b, c, d]) => (c - a) * (d - b);
 const rule = (x1, y1, x2, y2, five) => element("line", { x1, y1, x2, y2, class: five ? "five" : "", ...line });

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -43,6 +44,24 @@ def test_furniture_is_drawn_lightly_with_an_edge(furnished):
     assert at(image, furnished, (1.01, 1.2), 50) == rgb(FURNITURE_EDGE)
     assert at(image, furnished, (4.15, 0.5), 50) == rgb(WALL)
     assert "furniture</text>" in svg(furnished)
+
+
+def test_what_is_unsure_is_dashed_and_hatched(two_rooms):
+    room, other = two_rooms.rooms
+    door = two_rooms.doors[0]
+    sure = replace(two_rooms, rooms=(replace(room, confidence=0.9), other), doors=(replace(door, confidence=0.5),))
+    bare = replace(two_rooms, doors=(door,))
+    assert (draw_plan(sure, 50) == draw_plan(bare, 50)).all()
+    assert "unsure</text>" not in svg(sure)
+    dashed = replace(bare, doors=(replace(door, confidence=0.4),))
+    assert "unsure</text>" in svg(dashed)
+    along = [
+        at(draw_plan(dashed, 50), two_rooms, (4.15, y), 50) == rgb(DOOR_COLOURS["door"]) for y in np.arange(1, 2, 0.02)
+    ]
+    assert int(np.abs(np.diff(np.array(along, int))).sum()) >= 5  # so many changes between dash and gap
+    hatched = replace(bare, rooms=(replace(room, confidence=0.4), other))
+    changed = (draw_plan(hatched, 50)[:200] != draw_plan(bare, 50)[:200]).any(axis=-1).mean()
+    assert 0.02 < changed < 0.3
 
 
 def test_the_size_asked_for_is_kept_to(two_rooms, published_lines):

@@ -37,7 +37,7 @@ def test_evidence_is_said_in_words() -> None:
         "notes": {"cuts": 1, "boundary": "floor_edge", "new_rule": 2},
         "cuts": [{"door": 0, "why": "a lintel"}],
     }
-    cut = replace(plan.doors[0], kind="cut")
+    cut = replace(plan.doors[0], kind="cut", confidence=0.4)
     quality = Quality(0.74, {"cut_share": 0.5, "guesses": 0.75, "left_out": 0.0, "new_ground": 0.1})
     found = evidence_of(replace(plan, doors=(cut,), provenance=told, quality=quality))
     assert found.quality == "Quality 0.74, doubtful: below 0.8. 1 ground does not speak against it."
@@ -48,7 +48,7 @@ def test_evidence_is_said_in_words() -> None:
     ]
     assert found.notes == ["cut a wall (1)", "closed an open front by its floor", "new rule (2)"]
     assert found.doors == [
-        (0, "cut", "Kitchen and Bedroom", "a robot could not pass otherwise; cut here: a lintel"),
+        (0, "cut", "Kitchen and Bedroom", "40%", "a robot could not pass otherwise; cut here: a lintel"),
     ]
 
 

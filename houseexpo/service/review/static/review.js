@@ -77,6 +77,8 @@ function show(found) {
   at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
   at("grounds").replaceChildren(...found.grounds.map(ground));
   if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "No quality recorded." : "Nothing.";
+  at("unsure").replaceChildren(...found.unsure.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+  for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
   for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
   const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.review.pages import INTO_WALL_M, snapped
+from houseexpo.service.review.pages import INTO_WALL_M, snapped, unsure_parts
 from tests.builders.services import two_rooms
 
 PLAN = two_rooms("a")  # the wall between the rooms stands from x = 4.1 to 4.2, its door from y = 1.1 to 1.9
@@ -27,3 +29,12 @@ def test_a_door_in_a_wall_or_over_a_door_stays(jambs: list[tuple[float, float]])
 def test_a_door_that_is_in_no_wall_is_refused(x: float) -> None:
     with pytest.raises(ConfigError, match=r"expected a place in a wall, found one .* m from the nearest wall"):
         snapped([(x, 1.2), (x, 2.0)], PLAN)
+
+
+def test_unsure_parts_are_named_the_least_sure_first() -> None:
+    rooms = (replace(PLAN.rooms[0], confidence=0.45), replace(PLAN.rooms[1], confidence=0.5))
+    unsure = replace(PLAN, rooms=rooms, doors=(replace(PLAN.doors[0], confidence=0.2), *PLAN.doors[1:]))
+    assert unsure_parts(PLAN) == []
+    first, second = unsure_parts(unsure)
+    assert first.startswith(f"20% {PLAN.doors[0].kind} 0, between ")
+    assert second.startswith("45% outline of room 0")

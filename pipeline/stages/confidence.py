@@ -1,0 +1,250 @@
+"""How sure each door, entrance and room of a plan is: three logistic models over named features.
+
+The confidence of a door is the probability that a passage is there; that of a room is the probability that its outline
+is right. A model is a bias and one weight for each feature::
+
+    confidence = 1 / (1 + exp(-(bias + sum of weight * feature)))
+
+``weights.toml`` holds them. ``python -m research.confidence_fit`` writes it: it fits the models on made houses and on
+houses whose rooms and doors a person has drawn, so no weight is set by hand.
+
+F1  Every feature is between 0 and 1, and 0 where nothing is special.
+F2  What closes the place says most: a known doorway, a lintel, a sill, a gap, a mouth, or a wall that had to be cut.
+F3  The shape of a passage: too narrow, too wide, too deep, an end without a wall, a leaf beside it, a second passage
+    between the same two rooms, furniture or no floor in front of it.
+F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
+    no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws.
+F5  The grounds of the whole plan (``stages.grounds``): in a doubtful plan each part is doubtful.
+
+A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
+confidence: its source marks each door.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from importlib import resources
+from typing import Final, Literal, TypeAlias, get_args
+
+import numpy as np
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.areas import OUTSIDE, clipped, overlap, united
+from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.closing import GAPS
+from pipeline.geometry.scan_columns import is_scan
+from pipeline.geometry.spaces import odd, with_loose_ends
+from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
+from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
+
+Part: TypeAlias = Literal["door", "entrance", "room"]
+Features: TypeAlias = dict[str, float]
+
+NARROW_M: Final = (0.7, 0.35)
+"""Narrower than the first is narrow; by the second is wholly so. The same form below."""
+WIDE_M: Final = (1.1, 1.5)
+DEEP_M: Final = (0.35, 0.6)
+FRONT_M: Final = 0.6
+"""So deep is the floor in front of a passage that is looked at."""
+LEAF_BESIDE_M: Final = 0.3
+SMALL_M2: Final = (4.0, 3.0)
+LARGE_M2: Final = (40.0, 120.0)
+EDGE_M: Final = 0.05
+CROWD: Final = (3, 6)
+"""Passages of a room: more than the first are many."""
+GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
+
+
+@dataclass(frozen=True)
+class Model:
+    """A logistic model: ``bias``, and the weight of each feature by its name."""
+
+    bias: float
+    weights: Mapping[str, float]
+
+    def confidence(self, features: Mapping[str, float]) -> float:
+        """Return the probability, 0 to 1, in two digits; features without a weight say nothing."""
+        exponent = self.bias + sum(weight * features.get(name, 0.0) for name, weight in self.weights.items())
+        return round(float(1 / (1 + np.exp(-exponent))), 2)
+
+
+@cache
+def models() -> Mapping[Part, Model]:
+    """Return the models of ``weights.toml``."""
+    text = resources.files("pipeline.stages").joinpath("weights.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    return {part: Model(table[part]["bias"], table[part]["weights"]) for part in get_args(Part)}
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """A building whose rooms and passages are final: what the stages found, and the ``grounds`` against its plan."""
+
+    level: Level
+    evidence: Evidence
+    layout: Layout
+    spaces: Spaces
+    named: tuple[NamedRoom, ...]
+    grounds: Mapping[str, float]
+
+    @cached_property
+    def floor(self) -> BaseGeometry | None:
+        """The source's floor with its rooms, or None if it has no floor."""
+        drawn = [room.polygon for room in self.level.rooms if room.polygon is not None]
+        return united([self.level.floor, *drawn]) if drawn and self.level.floor is not None else self.level.floor
+
+    @cached_property
+    def is_scanned(self) -> bool:
+        """Whether the source is a point cloud or the mesh of a scan."""
+        return self.level.walls.is_cloud or is_scan(self.level.walls)
+
+
+def rate(planned: Planned) -> Planned:
+    """Return a building with the confidence of its passages and rooms; a house with sills is returned as it is."""
+    if planned.level.sills:
+        return planned
+    found = zip(planned.spaces.passages, passage_features(planned), strict=True)
+    passages = tuple(replace(p, confidence=models()[part_of(p)].confidence(features)) for p, features in found)
+    planned = replace(planned, spaces=replace(planned.spaces, passages=passages))
+    pairs = zip(planned.named, room_features(planned), strict=True)
+    rooms = tuple(replace(room, confidence=models()["room"].confidence(features)) for room, features in pairs)
+    return replace(planned, named=rooms)
+
+
+def part_of(passage: Passage) -> Part:
+    """Return which model rates a passage."""
+    return "entrance" if passage.leads_outside else "door"
+
+
+def passage_features(planned: Planned) -> list[Features]:
+    """F2, F3, F5: the features of each passage, in their order."""
+    level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
+    rooms = list(spaces.rooms)
+    room_is_odd, jutting = odd(rooms), with_loose_ends(rooms)
+    leaves = shapely.STRtree(evidence.leaves)
+    pairs = [frozenset(p.bridge.sides) for p in spaces.passages]
+    ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
+    found = []
+    for k, passage in enumerate(spaces.passages):
+        bridge, inner = passage.bridge, [side for side in passage.bridge.sides if side != OUTSIDE]
+        known = passage.closer in {"door", "opening"}
+        fronts = [_front(bridge, side) for side in (-1, 1) if bridge.sides[(side + 1) // 2] != OUTSIDE]
+        found.append(
+            {
+                **_kind(passage, known=known, named=level.named_openings),
+                "leaf": float(len(leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)) > 0),
+                "narrow": _ramp(NARROW_M[0] - bridge.width, NARROW_M[1]),
+                "wide": _ramp(bridge.width - WIDE_M[0], WIDE_M[1]),
+                "deep": _ramp(bridge.depth - DEEP_M[0], DEEP_M[1]),
+                "loose_end": float(not bridge.ends_at_walls(layout.door)),
+                "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
+                "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
+                "floorless": max((_without(front, planned.floor) for front in fronts), default=0.0),
+                "odd_room": float(room_is_odd[inner].any()),
+                "jutting_wall": float(jutting[inner].any()),
+                "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
+                "scanned": float(planned.is_scanned),
+                **_of_plan(planned.grounds),
+            }
+        )
+    return found
+
+
+def room_features(planned: Planned) -> list[Features]:
+    """F4, F5: the features of each named room, in their order; the passages have their confidence."""
+    level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
+    rooms = [each.polygon for each in planned.named]
+    is_odd, jutting = odd(rooms), with_loose_ends(rooms)
+    given = united(c.polygon for c in layout.closers if c.kind in GIVEN)
+    patches = united(c.polygon for c in layout.closers if c.bridge is None and c.kind not in GIVEN)
+    mouths = united(c.polygon for c in layout.closers if c.kind == "mouth")
+    drawn = [room.polygon for room in level.rooms if room.polygon is not None]
+    home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
+    found = []
+    for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
+        ways = [p for p in spaces.passages if its in p.bridge.sides]
+        sure = [p.confidence or 0.0 for p in ways]
+        edge = shapely.buffer(room, EDGE_M).exterior
+        found.append(
+            {
+                "small": _ramp(SMALL_M2[0] - room.area, SMALL_M2[1]),
+                "large": _ramp(room.area - LARGE_M2[0], LARGE_M2[1]),
+                "odd": float(is_odd[k]),
+                "jutting_wall": float(jutting[k]),
+                "given_edge": _along(edge, given),
+                "patched_edge": _along(edge, patches),
+                "mouth": _along(edge, mouths),
+                "wallless_edge": 1.0 - _along(edge, layout.ground),
+                "floorless": _without(room, planned.floor),
+                "drawn": float(bool(drawn)),
+                "unlike_drawn": _unlike(room, drawn),
+                "closed": float(not ways),
+                "only_cuts": float(bool(ways) and all(p.kind == "cut" for p in ways)),
+                "doubtful_doors": 1.0 - float(np.mean(sure)) if sure else 0.0,
+                "furnished": float(_share(room, evidence.furniture) > 0.02),
+                "scanned": float(planned.is_scanned),
+                "alone": float(len(rooms) == 1),
+                **_of_plan(planned.grounds),
+            }
+        )
+    return found
+
+
+def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
+    """F2."""
+    cut = passage.kind == "cut"
+    return {
+        "known": float(known),
+        "named": float(known and named),
+        "lintel": float(passage.closer == "lintel"),
+        "sill": float(passage.closer == "sill"),
+        "gap": float(passage.closer in GAPS and passage.closer != "mouth"),
+        "mouth": float(passage.closer == "mouth"),
+        "cut": float(cut),
+        "bare_cut": float(cut and passage.why in {NO_EVIDENCE, NO_WALL}),
+        "unknown_cut": float(cut and passage.why == UNKNOWN),
+    }
+
+
+def _of_plan(grounds: Mapping[str, float]) -> Features:
+    """F5."""
+    return {f"plan_{name}": float(value) for name, value in grounds.items()}
+
+
+def _front(bridge: Bridge, side: int) -> Polygon:
+    """The floor in front of a passage, on one side."""
+    ahead = replace(bridge, centre=bridge.centre + side * bridge.across * (bridge.depth + FRONT_M) / 2, depth=FRONT_M)
+    return ahead.strip()
+
+
+def _without(place: Polygon, floor: BaseGeometry | None) -> float:
+    """The share of a place without floor; 0 where the source has none at all."""
+    return 0.0 if floor is None else 1.0 - _share(place, floor)
+
+
+def _unlike(room: Polygon, drawn: Sequence[Polygon]) -> float:
+    """F4: 1 less the best intersection over union with a room that the source draws; 0 where it draws none."""
+    if not drawn:
+        return 0.0
+    shared = shapely.area(shapely.intersection(room, np.array(drawn, np.object_)))
+    return float(1.0 - (shared / (room.area + shapely.area(drawn) - shared)).max())
+
+
+def _along(edge: BaseGeometry, what: BaseGeometry) -> float:
+    """The share of an edge that runs along something."""
+    return float(shapely.intersection(edge, what).length / edge.length) if not what.is_empty else 0.0
+
+
+def _share(place: Polygon, what: BaseGeometry) -> float:
+    if what.is_empty or not place.area > 0:
+        return 0.0
+    return float(overlap(place, clipped(what, *place.bounds)).area / place.area)
+
+
+def _ramp(more: float, whole: float) -> float:
+    return float(min(max(more / whole, 0.0), 1.0))

@@ -1,0 +1,311 @@
+"""Fit the models of ``pipeline.stages.confidence`` and write their table, ``weights.toml``.
+
+::
+
+    python -m research.confidence_fit --members 30 --corpus checkouts --records parts.jsonl --write
+
+Made houses (every third one damaged) and the drawn truths of the corpus's first half are what it learns from; real
+houses count as much as all made ones together. The second half is only counted. Where a truth names no entrance, what
+the plan has of them is not judged. A door is true where a passage of the
+truth has its middle within 0.35 m, a room where it overlaps one of the truth's by an IoU of 0.7.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, get_args
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+import shapely
+from rich.console import Console
+from rich.table import Table
+from scipy.optimize import linear_sum_assignment, minimize
+from shapely import Polygon
+
+from pipeline.algorithm import stages
+from pipeline.config import PipelineConfig
+from pipeline.executors.local import Failure, Limits, run
+from pipeline.rejection import Rejection
+from pipeline.sources import find, reader
+from pipeline.stages import confidence
+from pipeline.stages.grounds import weigh
+from pipeline.stages.rooms import name_rooms
+from pipeline.values import Evidence, Layout, Level, Spaces
+from tests.builders.damage import damaged
+from tests.builders.kinds.registry import KINDS, RAW, make_member
+from tests.corpus import manifest, truths
+
+Floats = npt.NDArray[np.float64]
+WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
+LIMITS = Limits(seconds=120.0, memory=8 << 30)
+NEAR_M = 0.35
+SAME_IOU = 0.7
+SAME_FLOOR_M = 0.6
+RIDGE = 3.0
+"""How strongly weights are kept small: of 1 to 100 the best for kinds and files that were left out of the fit."""
+DAMAGED = 3
+PARTS: tuple[confidence.Part, ...] = get_args(confidence.Part)
+BINS = 10
+
+
+class Part(msgspec.Struct, frozen=True):
+    """A door, an entrance or a room of a plan: where it comes from, whether it is true, and its features."""
+
+    part: confidence.Part
+    house: str
+    group: str
+    true: bool
+    features: dict[str, float]
+
+
+class Known(msgspec.Struct, frozen=True):
+    """What a storey has, in the source's plan axes: middles of inner passages and of entrances, and room areas."""
+
+    doors: Floats
+    entrances: Floats
+    rooms: list[Polygon]
+
+
+def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Part]:
+    """Plan a level and tell which of its parts are true; a level that is rejected has none."""
+    evidence = layout = spaces = None
+    found: list[tuple[Level, Evidence, Layout, Spaces]] = []
+    try:
+        for snapshot in stages(level, PipelineConfig(), np.random.default_rng(0)):
+            match snapshot.value:
+                case Evidence():
+                    evidence = snapshot.value
+                case Layout():
+                    layout = snapshot.value
+                case Spaces():
+                    spaces = snapshot.value
+            if snapshot.stage == "plan" and evidence and layout and spaces:
+                found.append((level, evidence, layout, spaces))
+    except Rejection:
+        pass
+    for whole in found:
+        yield from _judged(*whole, known, house, group)
+
+
+def _judged(
+    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, known: Known, house: str, group: str
+) -> Iterator[Part]:
+    grounds = weigh(level, evidence, layout, spaces)
+    planned = confidence.Planned(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
+    features = confidence.passage_features(planned)
+    for part, true in (("door", known.doors), ("entrance", known.entrances)):
+        if part == "entrance" and not len(true):
+            continue
+        which = [k for k, p in enumerate(spaces.passages) if confidence.part_of(p) == part]
+        middles = [spaces.passages[k].bridge.centre for k in which]
+        right = _near(true, truths.in_source(level, np.asarray(middles).reshape(-1, 2)))
+        for k, is_true in zip(which, right, strict=True):
+            yield Part(part, house, group, bool(is_true), features[k])
+    planned = confidence.rate(planned)
+    rooms = [_moved(level, room.polygon) for room in planned.named]
+    for row, is_true in zip(confidence.room_features(planned), _alike(known.rooms, rooms), strict=True):
+        yield Part("room", house, group, bool(is_true), row)
+
+
+def _moved(level: Level, room: Polygon) -> Polygon:
+    return shapely.transform(room, lambda points: truths.in_source(level, points))
+
+
+def _near(true: Floats, found: Floats) -> npt.NDArray[np.bool_]:
+    """Which found points (n, 2) have a true one near, each true one for one at most."""
+    right = np.zeros(len(found), np.bool_)
+    if len(true) and len(found):
+        far = np.linalg.norm(found[:, None] - true[None], axis=2)
+        i, j = linear_sum_assignment(np.minimum(far, 1e3 * NEAR_M * (far > NEAR_M) + far))
+        right[i] = far[i, j] <= NEAR_M
+    return right
+
+
+def _alike(true: Sequence[Polygon], found: Sequence[Polygon]) -> npt.NDArray[np.bool_]:
+    """Which found rooms (n,) are like a true one; a true one may stand for rooms that no wall parts, too."""
+    right = np.zeros(len(found), np.bool_)
+    for k, room in enumerate(found):
+        shared = shapely.area(shapely.intersection(room.buffer(0), np.array(true, np.object_)))
+        right[k] = bool(len(true)) and (shared / (room.area + shapely.area(true) - shared)).max() >= SAME_IOU
+    return right
+
+
+def of_member(task: tuple[str, int], seed: int, folder: Path) -> list[Part]:
+    """Return the parts of a made house; every ``DAMAGED``-th one is damaged first."""
+    kind, number = task
+    member = make_member(kind, number, seed, folder / kind)
+    rng = np.random.default_rng([seed, number, zlib.crc32(kind.encode())])
+    found: list[Part] = []
+    for level in _levels(member.path):
+        changed = damaged(level, rng) if number % DAMAGED == DAMAGED - 1 else level
+        here = [truth for truth in member.truths if abs(truth["floor_z"] - level.frame.floor) <= SAME_FLOOR_M]
+        if here:
+            found += parts_of(changed, _of_cases(here), f"{kind} {number}", kind)
+    return found
+
+
+def _of_cases(truths_: Sequence[Mapping[str, Any]]) -> Known:
+    """What the buildings of one storey have."""
+    shapes: list[Polygon] = []
+    for truth in truths_:
+        rooms = [Polygon(r["polygon"], r["holes"]).buffer(0) for r in truth["rooms"]]
+        shapes += rooms
+        shapes += [
+            shapely.union_all([rooms[i].buffer(0.02) for i in g]).buffer(-0.02) for g in truth.get("zones") or []
+        ]
+    doors = [door for truth in truths_ for door in truth["doors"]]
+    inner = [door["centre"] for door in doors if door["interior"]]
+    outer = [door["centre"] for door in doors if not door["interior"]]
+    return Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), shapes)
+
+
+def of_file(name: str, folder: Path) -> list[Part]:
+    """Return the parts of a file of the corpus whose truth somebody has drawn."""
+    file = next(file for file in manifest.load() if file.name == name)
+    truth = truths.load(name)
+    found: list[Part] = []
+    levels = _levels(file.place(folder))
+    for storey in truth.storeys if truth else ():
+        for level in levels:
+            same = level.frame.level == storey.level
+            if same and np.allclose(truths.extent_of(level), storey.extent, rtol=truths.SAME, atol=truths.SAME):
+                inner = [d.middle for d in storey.doors if d.interior]
+                inner += [np.reshape(s, (2, 2)).mean(axis=0) for s in storey.open]
+                outer = [d.middle for d in storey.doors if not d.interior]
+                rooms = truths.rooms_of(level, storey)
+                known = Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), rooms)
+                found += parts_of(level, known, file.name, f"corpus {file.half}")
+    return found
+
+
+def _levels(path: Path) -> list[Level]:
+    found = []
+    try:
+        for item in find(str(path)):
+            found += [level for level in reader(item.reader).read(item) if isinstance(level, Level)]
+    except Rejection:
+        pass
+    return found
+
+
+def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.Model:
+    """Fit one model by greatest likelihood; a ridge keeps the weights of rare features small."""
+    table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts])
+    true = np.array([part.true for part in parts])
+    weight = weights_of(parts)
+
+    def loss(x: Floats) -> tuple[float, Floats]:
+        z = x[0] + table @ x[1:]
+        value = (weight * np.logaddexp(0, np.where(true, -z, z))).sum() + RIDGE * (x[1:] ** 2).sum() / 2
+        slope = weight * (1 / (1 + np.exp(-z)) - true)
+        return float(value), np.concatenate([[slope.sum()], table.T @ slope + RIDGE * x[1:]])
+
+    x = minimize(loss, np.zeros(len(names) + 1), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
+    kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= 0.05}
+    return confidence.Model(round(float(x[0]), 2), kept)
+
+
+def weights_of(parts: Sequence[Part]) -> Floats:
+    """Return the weight of each part: real houses count as much as all made ones together."""
+    real = np.array([part.group.startswith("corpus") for part in parts])
+    if real.all() or not real.any():
+        return np.ones(len(parts))
+    return np.where(real, (~real).sum() / real.sum(), 1.0) / 2
+
+
+def measures(scores: Floats, true: npt.NDArray[np.bool_]) -> dict[str, float]:
+    """Area under the curve, Brier score, and the expected calibration error over ``BINS`` bins of equal width."""
+    order = np.argsort(scores, kind="stable")
+    ranks = np.empty(len(scores))
+    values, at = np.unique(scores[order], return_inverse=True)
+    mean_rank = np.array([np.flatnonzero(at == k).mean() + 1 for k in range(len(values))])
+    ranks[order] = mean_rank[at]
+    n = int(true.sum())
+    area = (ranks[true].sum() - n * (n + 1) / 2) / max(n * (len(true) - n), 1)
+    which = np.minimum((scores * BINS).astype(int), BINS - 1)
+    error = sum(
+        abs(scores[which == k].mean() - true[which == k].mean()) * (which == k).mean() for k in np.unique(which)
+    )
+    return {"area": float(area), "brier": float(((scores - true) ** 2).mean()), "calibration": float(error)}
+
+
+def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.Model]) -> Table:
+    """Show how good the models are, a row for each part and group."""
+    table = Table(title="Confidence of doors, entrances and rooms")
+    for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error")):
+        table.add_column(heading, justify="right" if k > 1 else "left")
+    for part in PARTS:
+        for group in sorted({each.group for each in parts}):
+            chosen = [each for each in parts if each.part == part and each.group == group]
+            if chosen:
+                true = np.array([each.true for each in chosen])
+                scores = np.array([fitted[part].confidence(each.features) for each in chosen])
+                found = measures(scores, true)
+                figures = [f"{x:.2f}" for x in (true.mean(), scores.mean(), *found.values())]
+                table.add_row(part, group, str(len(chosen)), *figures)
+    return table
+
+
+def source_of(fitted: Mapping[str, confidence.Model]) -> str:
+    """Return the text of ``weights.toml``."""
+    lines = ["# Written by python -m research.confidence_fit; see pipeline/stages/confidence.py.", ""]
+    for part in PARTS:
+        lines += [f"[{part}]", f"bias = {fitted[part].bias}", f"[{part}.weights]"]
+        lines += [f"{name} = {weight}" for name, weight in sorted(fitted[part].weights.items())] + [""]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def collected(kinds: Sequence[str], members: int, seed: int, corpus: Path | None, records: Path | None) -> list[Part]:
+    """Return what the file of records has, where there is one; else plan all houses and keep it there."""
+    if records and records.exists():
+        return [msgspec.json.decode(line, type=Part) for line in records.read_bytes().splitlines()]
+    found: list[Part] = []
+    with tempfile.TemporaryDirectory() as folder:
+        tasks = [(kind, number) for number in range(members) for kind in kinds]
+        made = dict(run(partial(of_member, seed=seed, folder=Path(folder)), tasks, workers=2, limits=LIMITS))
+        found += [part for task in tasks if not isinstance(made[task], Failure) for part in made[task]]
+    if corpus:
+        names = [file.name for file in manifest.load() if file.is_in(corpus) and truths.load(file.name)]
+        real = dict(run(partial(of_file, folder=corpus), names, workers=2, limits=LIMITS))
+        found += [part for name in names if not isinstance(real[name], Failure) for part in real[name]]
+    if records:
+        records.write_bytes(b"".join(msgspec.json.encode(part) + b"\n" for part in found))
+    return found
+
+
+def main() -> None:
+    """Fit on what is for it, show what comes of it on what was left out, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--members", type=int, default=30)
+    parser.add_argument("--kinds", default=",".join({**KINDS, **RAW}))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--records", type=Path)
+    parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    corpus = given.corpus.absolute() if given.corpus else None
+    parts = collected(given.kinds.split(","), given.members, given.seed, corpus, given.records)
+    seen = [part for part in parts if part.group != "corpus 2"]
+    console = Console(width=120)
+    fitted = {}
+    for part in PARTS:
+        its = [each for each in seen if each.part == part]
+        names = sorted({name for each in its for name, value in each.features.items() if value})
+        fitted[part] = fit(its, names)
+    console.print(table_of(parts, fitted))
+    text = source_of(fitted)
+    if given.write:
+        WEIGHTS.write_text(text, encoding="utf-8")
+    else:
+        console.print(text, highlight=False, markup=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""How sure each door and room is: the features of known houses, and what the models make of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+from shapely import Polygon, box
+
+from houseexpo.floorplan import FloorPlan, load_plan
+from houseexpo.plan import DoorKind, Frame
+from pipeline.algorithm import plan_house
+from pipeline.config import PipelineConfig
+from pipeline.geometry.areas import OUTSIDE
+from pipeline.geometry.bridges import Bridge
+from pipeline.sources import find, reader
+from pipeline.stages.confidence import Model, Planned, models, passage_features, rate, room_features
+from pipeline.stages.connectivity import NO_EVIDENCE
+from pipeline.values import Closer, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
+from research.confidence_fit import Part, fit, measures, weights_of
+from tests.builders.kinds.registry import make_member
+
+NOTHING = Polygon()
+ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4))
+WALLS = box(-0.2, -0.2, 8.4, 4.2).difference(shapely.union_all([*ROOMS, box(4, 1, 4.2, 1.9)]))
+LEVEL = Level(
+    "house",
+    Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64)),
+    2.7,
+    Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0),
+)
+
+
+def passage(kind: DoorKind = "door", closer: str = "lintel", width: float = 0.9, why: str = "") -> Passage:
+    """The passage from the left room to the right one, or from the left one to the outside."""
+    sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
+    return Passage(Bridge(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides), kind, why, closer)
+
+
+def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> Planned:
+    """Two rooms side by side with these passages."""
+    evidence = evidence or Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING)
+    layout = Layout(WALLS, box(-0.2, -0.2, 8.4, 4.2).difference(shapely.union_all(ROOMS)), (), ROOMS)
+    return Planned(level, evidence, layout, Spaces(WALLS, ROOMS, passages), tuple(map(NamedRoom, ROOMS)), {})
+
+
+def features(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> dict[str, float]:
+    """The features of the first passage that are more than nothing."""
+    first = passage_features(planned(*passages, level=level, evidence=evidence))[0]
+    assert all(0 <= value <= 1 for value in first.values())
+    return {name: round(value, 2) for name, value in first.items() if value}
+
+
+def test_of_a_plain_door_is_said_only_what_closes_it() -> None:
+    assert features(passage()) == {"lintel": 1.0}
+    assert features(passage(closer="door")) == {"known": 1.0}
+    assert features(passage(closer="door"), level=replace(LEVEL, named_openings=True)) == {"known": 1.0, "named": 1.0}
+    assert features(passage("opening", "gap")) == {"gap": 1.0}
+    assert features(passage("opening", "mouth")) == {"mouth": 1.0}
+    assert features(passage("cut", "", why=NO_EVIDENCE)) == {"cut": 1.0, "bare_cut": 1.0}
+
+
+def test_odd_shapes_of_passages_count() -> None:
+    assert features(passage(width=0.525)) == {"lintel": 1.0, "narrow": 0.5, "loose_end": 1.0}
+    assert features(passage(width=1.85)) == {"lintel": 1.0, "wide": 0.5}
+    assert features(passage(), passage()) == {"lintel": 1.0, "twin": 1.0}
+    blocked = Evidence(WALLS, WALLS, NOTHING, NOTHING, box(4.2, 0, 4.5, 4))
+    assert features(passage(), evidence=blocked) == {"lintel": 1.0, "blocked": 0.5}
+    leaf = Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING, leaves=(box(4.2, 1, 5.1, 1.05),))
+    assert features(passage(), evidence=leaf) == {"lintel": 1.0, "leaf": 1.0}
+
+
+def test_a_passage_onto_no_floor_counts() -> None:
+    half = replace(LEVEL, floor=box(0, 0, 4.1, 4))
+    assert features(passage(), level=half) == {"lintel": 1.0, "floorless": 1.0}
+    named = replace(half, rooms=(SourceRoom((), (), polygon=ROOMS[1]),))
+    assert features(passage(), level=named) == {"lintel": 1.0}
+
+
+def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
+    whole = planned(passage())
+    whole = replace(whole, spaces=replace(whole.spaces, passages=(replace(passage(), confidence=0.9),)))
+    left, right = room_features(whole)
+    assert {name: round(value, 2) for name, value in left.items() if value} == {"doubtful_doors": 0.1}
+    assert left == right
+    drawn = replace(whole, level=replace(LEVEL, rooms=(SourceRoom((), (), polygon=box(0, 0, 4, 2)),)))
+    assert [room_features(drawn)[k]["unlike_drawn"] for k in (0, 1)] == [0.5, 1.0]
+    open_side = Closer(box(8.2, 0, 8.4, 4), "wall_ends")
+    given = replace(whole, layout=replace(whole.layout, closers=(open_side,)))
+    assert room_features(given)[0]["given_edge"] == 0.0
+    assert room_features(given)[1]["given_edge"] == pytest.approx(0.25, abs=0.01)
+    only_cut = planned(passage("cut", "", why=NO_EVIDENCE))
+    assert room_features(only_cut)[0]["only_cuts"] == 1.0
+
+
+def test_a_model_is_a_logistic_function_of_its_features() -> None:
+    model = Model(1.0, {"narrow": -2.0})
+    assert [model.confidence({"narrow": x}) for x in (0.0, 0.5, 1.0)] == [0.73, 0.5, 0.27]
+    assert model.confidence({"unheard of": 1.0}) == 0.73
+
+
+def test_a_known_door_is_surer_than_a_lintels_and_that_surer_than_a_bare_cut() -> None:
+    door = models()["door"]
+    sure = [door.confidence(features(p)) for p in (passage(closer="door"), passage(), passage("cut", why=NO_EVIDENCE))]
+    assert sure[0] >= sure[1] > sure[2]
+
+
+def test_a_house_with_sills_is_not_rated() -> None:
+    whole = planned(passage(), level=replace(LEVEL, sills=True))
+    assert rate(whole) is whole
+
+
+def plan_of(path: Path) -> FloorPlan:
+    """The plan of the first level of a file."""
+    (item,) = find(str(path))
+    level = next(iter(reader(item.reader).read(item)))
+    assert isinstance(level, Level)
+    return plan_house(level, PipelineConfig(), np.random.default_rng(0))
+
+
+def test_the_parts_of_a_plain_house_are_sure_and_say_so_in_the_file(tmp_path: Path) -> None:
+    plan = plan_of(make_member("artist_named", 0, 0, tmp_path).path)
+    assert plan.doors
+    assert plan.rooms
+    assert all(part.confidence is not None and 0 <= part.confidence <= 1 for part in (*plan.rooms, *plan.doors))
+    inner = [door for door in plan.doors if door.kind == "door"]
+    assert not any(door.is_unsure for door in inner)
+    plan.save(tmp_path / "plan.json")
+    again = load_plan(tmp_path / "plan.json")
+    assert [door.confidence for door in again.doors] == [door.confidence for door in plan.doors]
+    assert [room.confidence for room in again.rooms] == [room.confidence for room in plan.rooms]
+
+
+def parts(rng: np.random.Generator, count: int, group: str) -> list[Part]:
+    """Doors that are true with the odds that their features give: 3 - 4 x narrow."""
+    narrow = rng.uniform(0, 1, count)
+    true = rng.uniform(0, 1, count) < 1 / (1 + np.exp(4 * narrow - 3))
+    return [Part("door", "", group, bool(t), {"narrow": float(x)}) for x, t in zip(narrow, true, strict=True)]
+
+
+def test_the_fit_finds_the_odds_that_made_the_doors() -> None:
+    rng = np.random.default_rng(1)
+    model = fit(parts(rng, 8000, "solids"), ["narrow", "wide"])
+    assert (model.bias, model.weights["narrow"]) == (pytest.approx(3.0, abs=0.2), pytest.approx(-4.0, abs=0.3))
+    assert "wide" not in model.weights  # no door is wide
+    others = parts(rng, 8000, "solids")
+    scores = np.array([model.confidence(part.features) for part in others])
+    found = measures(scores, np.array([part.true for part in others]))
+    assert found["calibration"] < 0.03
+    assert 0.7 < found["area"] < 0.95
+    assert measures(1 - scores, np.array([part.true for part in others]))["area"] == pytest.approx(1 - found["area"])
+
+
+def test_real_houses_weigh_as_much_as_all_made_ones() -> None:
+    rng = np.random.default_rng(2)
+    weight = weights_of([*parts(rng, 300, "solids"), *parts(rng, 20, "corpus 1")])
+    assert weight[:300].sum() == pytest.approx(weight[300:].sum())
