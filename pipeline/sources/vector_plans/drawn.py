@@ -80,12 +80,16 @@ class Storey:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """What a file holds: storeys, lowest first, what of it was left out, and what its reader had to guess."""
+    """What a file holds: storeys, lowest first, what of it was left out, and what its reader had to guess.
+
+    ``y_up``: in the file y is up, and what is y in the storeys is -z there.
+    """
 
     source: str
     storeys: tuple[Storey, ...]
     left_out: LeftOut
     guesses: tuple[str, ...] = ()
+    y_up: bool = False
 
 
 def room(
@@ -221,10 +225,16 @@ def levels_of(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[
         yield replace(
             made,
             id=level_id(item.id, number, len(drawn)),
-            frame=replace(made.frame, level=number),
+            frame=replace(_turned(made.frame) if drawing.y_up else made.frame, level=number),
             guesses=drawing.guesses,
             provenance={**provenance, **storey.about},
         )
+
+
+def _turned(frame: Frame) -> Frame:
+    """The frame of a level whose file has y up: plan (x, y) is (x, -z) there."""
+    (a, b, x), (c, d, y) = frame.matrix
+    return replace(frame, matrix=((a, b, x), (-c, -d, -y)), up="y")
 
 
 def _level(storey: Storey, name: str) -> Level:
