@@ -39,7 +39,7 @@ class Corpus:
         table = self.folder / "table+houses" / "table.ply"
         table.parent.mkdir(exist_ok=True)
         trimesh.creation.box((1.2, 0.8, 0.7)).export(table)
-        notes = self.folder / "notes+houses" / "notes.wbt"
+        notes = self.folder / "notes+houses" / "notes.unknown"
         notes.parent.mkdir(exist_ok=True)
         notes.write_text("#VRML_SIM\n")
         return [file("room", room), file("table", table, interior=False), file("notes", notes), file("gone")]
@@ -73,7 +73,7 @@ def test_a_run_says_what_came_of_each_file(corpus: Corpus, capsys: pytest.Captur
     page = (corpus.folder / ".built" / "corpus.html").read_text()
     assert page.count("data:image/jpeg;base64,") == 3
     assert "house.ply" in page
-    assert "rejected wrongly" in page  # notes.wbt is said to hold an interior
+    assert "rejected wrongly" in page  # notes.unknown is said to hold an interior
 
 
 def test_names_of_the_second_half_are_not_shown(corpus: Corpus, capsys: pytest.CaptureFixture[str]) -> None:

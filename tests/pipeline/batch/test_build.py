@@ -144,12 +144,12 @@ def test_a_data_set_is_no_source(street: Path, tmp_path: Path) -> None:
 
 
 def test_a_file_that_no_reader_knows_costs_no_other(tmp_path: Path) -> None:
-    house, strange = one_room(tmp_path / "house.obj"), tmp_path / "world.wbt"
+    house, strange = one_room(tmp_path / "house.obj"), tmp_path / "world.unknown"
     strange.write_text("#VRML_SIM R2023b utf8")
     found = run_build([house, strange], tmp_path / "out")
     assert len(found.ids) == 1
     assert found.passed_over == (str(strange),)
-    with pytest.raises(ConfigError, match=r"world\.wbt.*found none of them"):
+    with pytest.raises(ConfigError, match=r"world\.unknown.*found none of them"):
         run_build([strange], tmp_path / "none")
     with pytest.raises(ConfigError, match="does not exist"):
         run_build([house, tmp_path / "gone.glb"], tmp_path / "gone")
