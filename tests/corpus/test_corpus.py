@@ -41,7 +41,7 @@ class Corpus:
         trimesh.creation.box((1.2, 0.8, 0.7)).export(table)
         notes = self.folder / "notes+houses" / "notes.unknown"
         notes.parent.mkdir(exist_ok=True)
-        notes.write_text("#VRML_SIM\n")
+        notes.write_text("no house\n")
         return [file("room", room), file("table", table, interior=False), file("notes", notes), file("gone")]
 
     def run(self, files: list[File], *options: str) -> int:

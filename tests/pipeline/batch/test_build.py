@@ -145,7 +145,7 @@ def test_a_data_set_is_no_source(street: Path, tmp_path: Path) -> None:
 
 def test_a_file_that_no_reader_knows_costs_no_other(tmp_path: Path) -> None:
     house, strange = one_room(tmp_path / "house.obj"), tmp_path / "world.unknown"
-    strange.write_text("#VRML_SIM R2023b utf8")
+    strange.write_text("no house")
     found = run_build([house, strange], tmp_path / "out")
     assert len(found.ids) == 1
     assert found.passed_over == (str(strange),)
