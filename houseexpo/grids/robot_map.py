@@ -53,6 +53,7 @@ BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
 YAML_BYTES: Final = 1 << 20
+_DEEPEST: Final = 20
 HEAD_BYTES: Final = 1 << 12
 
 Occupancy = npt.NDArray[np.int8]
@@ -302,8 +303,13 @@ def _document(file: Path) -> Mapping[str, Any]:
         raise MapError(f"{file.name} has {file.stat().st_size:,} bytes, which no map.yaml has", fault="too_large")
     try:
         text = file.read_text("utf-8")
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, Loader=yaml.SafeLoader)):
-            raise MapError(f"{file.name} repeats a part by an alias (*name), which map_server never writes")
+        depth = 0
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            if isinstance(event, yaml.AliasEvent):
+                raise MapError(f"{file.name} repeats a part by an alias (*name), which map_server never writes")
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if depth > _DEEPEST:  # each level makes the parser slower
+                raise MapError(f"{file.name} is nested more than {_DEEPEST} deep, which no map.yaml is")
         document = yaml.safe_load(text)
     except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
         raise MapError(f"{file.name} is no YAML: {' '.join(str(error).split())[:200]}", "save the map again") from None

@@ -199,7 +199,7 @@ FAULTS = {
     "image: &a map.pgm\nresolution: *a\n": "by an alias",
     "image: {{{\n": "is no YAML",
     "image: map.pgm\nresolution: 0.05\nfree_thresh: 0.0\n": "expected free space, found no free cell; check the thresh",
-    "[" * 5000: "is no YAML",
+    "[" * 5000: "is nested more than 20 deep",
 }
 
 

@@ -207,6 +207,7 @@ def test_real_rooms_are_those_of_the_case(case):
 
 
 @needs_data
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
 def test_real_doors_are_all_found_and_nothing_else(case):
     truth, level = storey_of(case)
