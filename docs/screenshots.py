@@ -40,13 +40,17 @@ def shoot(data_set: Path, images: Path = IMAGES) -> None:
             page.goto(f"{home}/statistics", wait_until="networkidle")
             page.screenshot(path=images / "serve_statistics.png")
             page.goto(f"{home}/review", wait_until="networkidle")
+            page.get_by_label("Reviewer").fill("Ada")
+            page.locator("h3 code").evaluate(
+                "(node) => { node.textContent = node.textContent.split('/').slice(-3).join('/'); }"
+            )
             page.screenshot(path=images / "serve_review.png")
         with page_of(chromium, "dark") as page:
             page.goto(f"{home}/drive", wait_until="networkidle")
             page.locator("dd.seen", has_text=re.compile(r"[1-9]\d*%")).first.wait_for(timeout=_WAIT_MS)
             page.get_by_label("Driver").first.select_option("frontier")
             page.get_by_label("Explorers").first.fill("30")
-            page.get_by_role("button", name="Set down").click()
+            page.get_by_role("button", name="Start", exact=True).click()
             page.wait_for_timeout(_EXPLORES_MS)
             page.screenshot(path=images / "serve_drive.png")
         chromium.close()
