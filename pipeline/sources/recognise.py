@@ -52,6 +52,9 @@ _BY_SUFFIX = {
 _ANY = msgspec.Raw(b"null")
 
 
+_HABITAT_SCENE = ".scene_instance.json"
+
+
 class _Part(msgspec.Struct):
     """One wall, or one room, of a JSON document: which keys it has."""
 
@@ -84,6 +87,8 @@ def recognise(path: Path) -> str | None:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
+    if path.name.endswith(_HABITAT_SCENE):
+        return "habitat"
     if suffix not in _MESHES and is_drawn(path, head):
         return "vector_plans"
     if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)):
@@ -231,6 +236,7 @@ _TAKES: dict[str, tuple[str, ...]] = {
     "procthor": (),
     "front3d": (),
     "gazebo": ("model_path", "root"),
+    "habitat": (),
     "sweethome": (),
     "roomplan": (),
     "points": ("up", "units"),

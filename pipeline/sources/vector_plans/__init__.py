@@ -19,7 +19,19 @@ from pipeline.sources.files import base_id, check_file, single_input, slug
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 
-FAMILIES = ("rmf", "mjcf", "usd", "webots", "dxf", "geojson", "scene_text", "annotations", "svg", "tables")
+FAMILIES = (
+    "rmf",
+    "mjcf",
+    "usd",
+    "webots",
+    "scene_state",
+    "dxf",
+    "geojson",
+    "scene_text",
+    "annotations",
+    "svg",
+    "tables",
+)
 MANY = "tables"
 """The family whose files hold many plans: its module also has ``keys(path)``, and ``draw(path, key)``."""
 _HEAD_BYTES = 1 << 16

@@ -1,0 +1,81 @@
+"""Habitat scenes: the stage is found by its name or its configuration, inside the data set, and read as a mesh."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, reader
+from tests.builders.kinds.registry import make_member
+from tests.builders.round_trip import plans_of
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A made house as .glb, with y up as the format has it."""
+    folder = tmp_path_factory.mktemp("habitat")
+    member = make_member("artist_named", 0, 0, folder)
+    if member.path.suffix == ".glb":
+        return member.path.read_bytes()
+    scene = trimesh.load_scene(member.path)
+    return bytes(scene.export(file_type="glb"))
+
+
+def data_set(folder: Path, template: str, *, objects: int = 0) -> Path:
+    """A scene in the folder ``scenes`` that names this stage."""
+    scene = folder / "scenes" / "a.scene_instance.json"
+    scene.parent.mkdir(parents=True, exist_ok=True)
+    sofa = {"template_name": "sofa", "translation": [0, 0, 0], "rotation": [1, 0, 0, 0], "motion_type": "STATIC"}
+    document = {"stage_instance": {"template_name": template}, "object_instances": [sofa] * objects}
+    scene.write_text(json.dumps(document))
+    return scene
+
+
+def rejected(scene: Path) -> Rejection:
+    (item,) = find(str(scene))
+    with pytest.raises(Rejection) as caught:
+        list(reader(item.reader).read(item))
+    return caught.value
+
+
+def test_the_stage_of_a_scene_gives_the_plan_of_its_mesh(tmp_path: Path, house: bytes) -> None:
+    stages = tmp_path / "stages"
+    stages.mkdir()
+    (stages / "a.glb").write_bytes(house)
+    of_mesh = plans_of(stages / "a.glb")
+    plans = plans_of(data_set(tmp_path, "stages/a", objects=3))
+    assert [len(plan.rooms) for plan in plans] == [len(plan.rooms) for plan in of_mesh]
+    assert (plans[0].verts == of_mesh[0].verts).all()
+    assert plans[0].provenance is not None
+    assert plans[0].provenance["source"] == "habitat"
+    assert plans[0].provenance["stage"] == "a.glb"
+    assert "3 objects" in plans[0].provenance["left_out"]
+
+
+def test_a_configuration_names_the_mesh_and_its_axis(tmp_path: Path, house: bytes) -> None:
+    configs = tmp_path / "configs" / "stages"
+    configs.mkdir(parents=True)
+    (tmp_path / "stages").mkdir()
+    (tmp_path / "stages" / "flat.glb").write_bytes(house)
+    said = {"render_asset": "../../stages/flat.glb", "up": [0, 1, 0], "front": [0, 0, -1]}
+    (configs / "flat_stage.stage_config.json").write_text(json.dumps(said))
+    (plan, *_) = plans_of(data_set(tmp_path, "flat_stage"))
+    assert plan.frame is not None
+    assert plan.frame.up == "y"
+
+
+@pytest.mark.parametrize("template", ["stages/none", "", "../../../../etc/passwd", "a\0b"])
+def test_a_stage_that_is_not_there_is_named(tmp_path: Path, template: str) -> None:
+    fault = rejected(data_set(tmp_path, template))
+    assert fault.reason is Reason.MISSING_FILE
+    assert "is not in its folder" in fault.detail
+
+
+def test_a_damaged_scene_is_refused(tmp_path: Path) -> None:
+    scene = data_set(tmp_path, "a")
+    scene.write_text('{"stage_instance": 3}')
+    assert rejected(scene).reason is Reason.UNREADABLE
