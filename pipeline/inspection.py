@@ -134,7 +134,7 @@ def _inspected(
 
 
 def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]:
-    """The steps of the whole level, and of the largest of its buildings."""
+    """Return the steps of the whole level, and of the largest of its buildings."""
     plans = [snapshot for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
     largest = max(plans, key=lambda snapshot: snapshot.value.area).id if plans else level_id  # type: ignore[union-attr]
     return of_building(snapshots, level_id, largest)

@@ -46,7 +46,7 @@ CLOSERS = {
 
 
 def stage_pictures(snapshots: Sequence[Snapshot], frame: Frame) -> list[tuple[str, Picture]]:
-    """Name and picture (rows, cols, 3) of each stage, in order; y points up, as in the level frame.
+    """Return name and picture (rows, cols, 3) of each stage, in order; y points up, as in the level frame.
 
     ``frame`` is the level's: the picture of the evidence has the source's metres on its edges.
     """
@@ -85,7 +85,7 @@ def sheet_of(pictures: Sequence[tuple[str, Picture]]) -> bytes:
 
 
 def _bounds(snapshots: Sequence[Snapshot]) -> Box:
-    """Bounds of all that the first stages saw; a metre where that is nothing."""
+    """Return the bounds of everything in the first stages; one metre if there is nothing."""
     seen: list[BaseGeometry] = []
     for value in (snapshot.value for snapshot in snapshots):
         if isinstance(value, Evidence):
@@ -153,7 +153,7 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
 
 
 def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.float64]]:
-    """The paths (n, 2) between pairs that cuts joined; a pair of a part that was left out in the end has none."""
+    """Return the paths (n, 2) between pairs that cuts joined; pairs of parts that were left out have none."""
     if not pairs:
         return []
     floor = floor_of(spaces)
@@ -162,7 +162,7 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.f
 
 
 def _gone(spaces: Spaces, before: Spaces | None) -> list[Polygon]:
-    """Rooms of the stage before that no longer stand."""
+    """Return the rooms of the stage before that are gone."""
     if before is None:
         return []
     tree = shapely.STRtree(spaces.rooms)

@@ -161,7 +161,7 @@ def _outcomes(job: Job, settings: Settings) -> Iterator[Outcome]:
 
 
 def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
-    """What came of a level: an outcome for each of its buildings."""
+    """Return what came of a level: an outcome for each of its buildings."""
     override = word_on(level.id, job.overrides)
     if override.drop:
         return [Refused.of(level.id, _dropped(override))]
@@ -177,7 +177,7 @@ def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
 
 
 def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outcome:
-    """What came of a building."""
+    """Return what came of a building."""
     found, picture = (found.plan, found.stages) if isinstance(found, Drawn) else (found, b"")
     if isinstance(found, RejectedLevel):
         return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))

@@ -241,7 +241,7 @@ def _files(root: Path, kind: str) -> list[str]:
 
 
 def _is_kept(name: str) -> bool:
-    """Whether the store keeps a file under the hash of its bytes: a plan, or the picture of its stages."""
+    """Return whether the store keeps a file under the hash of its bytes: a plan, or the picture of its stages."""
     return name.partition("/")[0] in PARTS
 
 

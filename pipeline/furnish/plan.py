@@ -28,7 +28,7 @@ _Furniture = Mapping[int, list[Standing]]
 
 
 def is_chosen(share: float, rng: np.random.Generator) -> bool:
-    """Whether a plan is among the share, 0 to 1, that is furnished."""
+    """Return whether a plan is among the share, 0 to 1, that is furnished."""
     return bool(rng.random() < share)
 
 

@@ -101,7 +101,7 @@ class Furnishing:
                     return
 
     def _allowed(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Whether each place is free and has its front free (R1 to R3, R5)."""
+        """Return whether each place is free and has its front free (R1 to R3, R5)."""
         zones = enlarge_boxes(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
         taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)
         others = [each for each in self.standing if each.piece.label != piece.by]
@@ -116,7 +116,7 @@ class Furnishing:
         return np.asarray(good)
 
     def _flush_or_clear(self, box: npt.NDArray[np.int64]) -> bool:
-        """Whether each side of a box lies at a wall, or 5 cm or more from any (R1)."""
+        """Return whether each side of a box lies at a wall, or 5 cm or more from any (R1)."""
         x1, y1, x2, y2 = box.tolist()
         for side, beyond in (
             (((x1, y1), (x1, y2)), (x1 - GAP_CM, y1, x1, y2)),
@@ -136,7 +136,7 @@ class Furnishing:
         return (not self._joined or self._together(left)) and is_plain(left.room)
 
     def _together(self, left: _Left) -> bool:
-        """Whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
+        """Return whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
         return any(shapely.covers(part, self._entries).all() for part in _places(left.way))
 
     def _before_doors(self, doors: Sequence[Door]) -> Iterator[Polygon]:
@@ -157,7 +157,7 @@ def in_cm(shape: Polygon) -> Polygon:
 
 
 def is_plain(shape: Polygon) -> bool:
-    """Whether a shape is one polygon whose rings touch neither themselves nor each other."""
+    """Return whether a shape is one polygon whose rings touch neither themselves nor each other."""
     if shape.geom_type != "Polygon" or shape.is_empty or not shape.is_valid:
         return False
     points = np.concatenate([shapely.get_coordinates(ring)[:-1] for ring in (shape.exterior, *shape.interiors)])
@@ -250,7 +250,7 @@ def enlarge_boxes(boxes: Boxes, by: int) -> Boxes:
 
 
 def apart(boxes: Boxes, others: Boxes) -> npt.NDArray[np.bool_]:
-    """Whether each box (n, 4) shares no area with any of the others (m, 4)."""
+    """Return whether each box (n, 4) shares no area with any of the others (m, 4)."""
     if not len(others):
         return np.ones(len(boxes), dtype=bool)
     a, b = boxes[:, None], others[None]

@@ -25,7 +25,7 @@ _POLYGON, _MULTIPOLYGON = 3, 6
 
 
 def polygons_of(shape: BaseGeometry) -> list[Polygon]:
-    """The polygons of any geometry, largest first; lines and points are left out."""
+    """Return the polygons of any geometry, largest first; lines and points are left out."""
     if isinstance(shape, Polygon):
         return [] if shape.is_empty else [shape]
     parts = shapely.get_parts(shape)
@@ -36,7 +36,7 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
 
 
 def areas(shape: BaseGeometry) -> BaseGeometry:
-    """Only the areas of a geometry."""
+    """Return only the areas of a geometry."""
     if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):
         return shape
     return MultiPolygon(polygons_of(shape))
@@ -54,7 +54,7 @@ def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
 
 
 def clipped(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
-    """What of an area lies in a rectangle; lines may be left on its edge."""
+    """Return what of an area lies in a rectangle; lines may be left on its edge."""
     try:
         return shapely.clip_by_rect(shape, x1, y1, x2, y2)
     except shapely.errors.GEOSException:  # quick, and defeated by rings that touch the edge in a point
@@ -62,27 +62,27 @@ def clipped(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> 
 
 
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
-    """What of ``a`` is not in ``b``."""
+    """Return what of ``a`` is not in ``b``."""
     return areas(_robust(shapely.difference, a, b))
 
 
 def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
-    """What ``a`` and ``b`` share."""
+    """Return what ``a`` and ``b`` share."""
     return areas(_robust(shapely.intersection, a, b))
 
 
 def overlaps(a: Shapes, b: Shapes) -> Shapes:
-    """What each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
+    """Return what each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
     return _each(shapely.intersection, a, b)
 
 
 def differences(a: Shapes, b: Shapes) -> Shapes:
-    """What of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
+    """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
     return _each(shapely.difference, a, b)
 
 
 def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
-    """All of them in one."""
+    """Return all of them in one."""
     return areas(_robust(shapely.union_all, list(shapes)))
 
 
@@ -124,7 +124,7 @@ SPECK_M2 = 0.05
 
 
 def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
-    """The walls, and every piece of free space that they close all round, largest first.
+    """Return the walls, and every piece of free space that they close all round, largest first.
 
     Specks (cracks between pieces of one wall) count as wall, and are filled.
     """
@@ -144,12 +144,12 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
 
 
 def filled(walls: BaseGeometry) -> BaseGeometry:
-    """The walls and all that they close."""
+    """Return the walls and all that they close."""
     return united(Polygon(part.exterior) for part in polygons_of(walls))
 
 
 def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
-    """The shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
+    """Return the shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
     eroded = mitred(shape, -width_m / 2)
     if eroded.is_empty:
         return eroded
@@ -224,12 +224,12 @@ class Outlines:
         return np.flatnonzero(np.diff(self.ring, append=-1))
 
     def only(self, kept: npt.NDArray[np.bool_]) -> Outlines:
-        """The same rings with these of the corners (n,)."""
+        """Return the same rings with these of the corners (n,)."""
         return Outlines(self.points[kept], self.ring[kept], self.area[kept])
 
 
 def outlines(areas: Sequence[Polygon], detail_m: float) -> Outlines:
-    """The rings of some areas, without details smaller than ``detail_m``.
+    """Return the rings of some areas, without details smaller than ``detail_m``.
 
     Simplifying (Douglas-Peucker) keeps the point that lies farthest from the line between two others. Of the points of
     one edge parallel to that line any may be it, also one in the middle of the edge: such points are dropped here.
@@ -242,7 +242,7 @@ def outlines(areas: Sequence[Polygon], detail_m: float) -> Outlines:
 
 
 def _corners(found: Outlines, detail_m: float) -> Outlines:
-    """The points that lie off the line between their neighbours; of two in a row that do not, the first goes."""
+    """Return the points that lie off the line between their neighbours; of two in a row that do not, the first goes."""
     before = found.points[found.before]
     along, to = found.points[found.after] - before, found.points - before
     length = np.hypot(*along.T)

@@ -65,7 +65,7 @@ class Bridge:
         return shapely.polygons(self.corners(deeper_m=deeper_m, wider_m=wider_m))
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
-        """Whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
+        """Return whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
         shapely.prepare(door_plane)
         for end, on in zip(self.segment, (-self.along, self.along), strict=True):
             beside = self.across * (self.depth / 2 + BESIDE_M)
@@ -76,17 +76,17 @@ class Bridge:
         return False
 
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
-        """Whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
+        """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
         beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
         return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
 
     def narrowed(self, start: float, end: float) -> Bridge:
-        """The part between two distances (metres) along the wall from the centre."""
+        """Return the part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
 
 def strips_of(bridges: Sequence[Bridge], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
-    """The ``strip`` of each bridge (n,)."""
+    """Return the ``strip`` of each bridge (n,)."""
     corners = [bridge.corners(deeper_m=deeper_m, wider_m=wider_m) for bridge in bridges]
     return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
 
@@ -263,7 +263,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
 
 
 def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
-    """The strip from one stretch to the other, or None if they see one space or do not face each other."""
+    """Return the strip from one stretch to the other, or None if they see one space or do not face each other."""
     if first.faces == second.faces:
         return None
     d1, d2 = first.b - first.a, second.b - second.a

@@ -118,7 +118,7 @@ def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
 def needed(
     door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
 ) -> list[Closer]:
-    """Those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
+    """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
     ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
     away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
@@ -149,18 +149,18 @@ def needed(
 
 
 def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
-    """The door plane with these pieces in it."""
+    """Return the door plane with these pieces in it."""
     return united([door, *(c.polygon for c in closers)])
 
 
 def _outside(plane: BaseGeometry) -> BaseGeometry:
-    """The air around a house, a metre of it."""
+    """Return the air around a house, a metre of it."""
     house = filled(plane)
     return subtract(shapely.box(*shapely.bounds(house)).buffer(1.0), house)
 
 
 def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
-    """Which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    """Return which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
     tree = shapely.STRtree(others)
     pairs = tree.query(grown, predicate="intersects")
     shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
@@ -194,7 +194,7 @@ def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
 
 
 def _most(faces: npt.NDArray[np.int64]) -> int:
-    """The space seen most often; walls count only where nothing else is seen, and then as the outside."""
+    """Return the space seen most often; walls count only where nothing else is seen, and then as the outside."""
     seen = [face for face in faces.tolist() if face != WALL]
     return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)
 
@@ -253,7 +253,7 @@ class WallEnd:
         return np.asarray((self.a + self.b) / 2)
 
     def faces(self, other: WallEnd) -> bool:
-        """Whether two ends look at each other in one line, as those of one wall do."""
+        """Return whether two ends look at each other in one line, as those of one wall do."""
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
         beside = abs((other.centre - self.centre) @ aside)
@@ -268,7 +268,7 @@ def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
 
 
 def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEnd]:
-    """All that looks like an end, ring by ring."""
+    """Yield all that looks like an end, ring by ring."""
     points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
     length = np.hypot(*edge.T)
@@ -285,7 +285,7 @@ def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEn
 
 
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
-    """The rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
+    """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
     inner = (end.a + aside, end.b - aside) if (end.b - end.a) @ aside > 0 else (end.a - aside, end.b + aside)
     far = []
@@ -350,7 +350,7 @@ def _width(gap: Polygon, end: WallEnd) -> float:
 
 
 def _lane(end: WallEnd, reach_m: float) -> Polygon:
-    """The strip before a wall's end where nothing stands in its line."""
+    """Return the strip before a wall's end where nothing stands in its line."""
     return Polygon([end.a, end.b, end.b + reach_m * end.out, end.a + reach_m * end.out])
 
 
@@ -429,7 +429,7 @@ class _Mouth:
     share: float
 
     def in_row(self, other: _Mouth) -> bool:
-        """Whether two mouths lie in one wall."""
+        """Return whether two mouths lie in one wall."""
         off = other.middle - self.middle
         aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
         return bool(aside < ROW_M and abs(self.along @ other.along) > OPPOSITE)
@@ -495,7 +495,7 @@ def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygo
 
 
 def _behind(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
-    """Which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
+    """Return which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
     aside = np.array([-mouth.along[1], mouth.along[0]]) * way
     face = mouth.middle + aside * (mouth.depth / 2 + 1e-2)
     at = shapely.points(face)
@@ -621,7 +621,7 @@ def enclosed_area(walls: BaseGeometry) -> float:
 
 
 def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
-    """The band between two wall ends, if nothing but the ends themselves stands between them."""
+    """Return the band between two wall ends, if nothing but the ends themselves stands between them."""
     a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
     length = float(np.hypot(*(b - a)))
     if not 0.05 < length <= FARTHEST_M:
@@ -634,5 +634,5 @@ def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon |
 
 
 def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
-    """Whether the rooms fill half of what the walls span: then the house counts as closed."""
+    """Return whether the rooms fill half of what the walls span: then the house counts as closed."""
     return bool(sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area)

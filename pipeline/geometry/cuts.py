@@ -122,7 +122,7 @@ def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
 
 
 def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float) -> Floats:
-    """How far it is through the wall from points (n, 2) on its face, or 0 if there is no other side in reach."""
+    """Return how far it is through the wall from points (n, 2) on its face, or 0 if there is no other side in reach."""
     rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
     points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
     depth = np.full(len(feet), np.inf)
@@ -147,7 +147,7 @@ def _are_clean(cuts: list[Bridge], floor: BaseGeometry, walls: BaseGeometry, rul
 
 
 def _shares(strips: list[Bridge], shape: BaseGeometry) -> Floats:
-    """The share (n,) of each strip that lies in a shape."""
+    """Return the share (n,) of each strip that lies in a shape."""
     boxes = np.array([strip.strip() for strip in strips], np.object_)
     return np.asarray(shapely.area(shapely.intersection(boxes, shape)) / shapely.area(boxes))
 

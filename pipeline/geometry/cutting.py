@@ -98,7 +98,7 @@ class Cutter:
         return self._z
 
     def cut(self, height: float, *, upright_only: bool = False) -> Segments:
-        """The section at ``height``, metres above the level's floor.
+        """Return the section at ``height``, metres above the level's floor.
 
         ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall (R3).
         """
@@ -116,7 +116,7 @@ class Cutter:
         return Segments(np.ascontiguousarray(segments[kept]), self._body[faces][kept], height, self.caps)
 
     def _of_walls(self, segments: npt.NDArray[np.float64], face: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """R3: which segments (n, 2, 2) of these faces are of walls."""
+        """R3: return which segments (n, 2, 2) of these faces are of walls."""
         upright, body = self._upright[face], self._body[face]
         length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
         count = int(self._body.max()) + 1
@@ -188,7 +188,7 @@ def merged(*meshes: Mesh | None) -> Mesh:
 
 
 def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """How often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
+    """Return how often the oriented segments wind around each point, counter-clockwise positive (ray to +x)."""
     if not len(points):
         return np.zeros(0, np.int64)
     x, y = shapely.get_x(points)[:, None], shapely.get_y(points)[:, None]

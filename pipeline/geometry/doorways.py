@@ -52,7 +52,7 @@ class Doorway:
 
 
 def rectangle(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
-    """The plan of a box, or of one as wide and deep in its place."""
+    """Return the plan of a box, or of one as wide and deep in its place."""
     a = box.along * (box.width if width is None else width) / 2
     d = box.across * (box.thickness if depth is None else depth) / 2
     c = box.centre
@@ -70,7 +70,7 @@ def seated(polygon: Polygon, walls: BaseGeometry) -> Polygon:
 
 
 def box_of(polygon: Polygon) -> Box:
-    """The smallest rectangle around a plan polygon, as a box without height."""
+    """Return the smallest rectangle around a plan polygon, as a box without height."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))[:4]
     edge = corners[1] - corners[0], corners[2] - corners[1]
     length = [float(np.hypot(*e)) for e in edge]
@@ -80,7 +80,7 @@ def box_of(polygon: Polygon) -> Box:
 
 
 def doorway(box: Box, walls: BaseGeometry) -> Box | None:
-    """The doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
+    """Return the doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
 
     Either walls meet both of its ends within ``PLAY_M``, or it stands in a wall that runs on through it.
     """
@@ -135,7 +135,7 @@ def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls
 
 
 def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """How far from the box's centre the wall begins at one end, or None if none does within reach."""
+    """Return how far from the box's centre the wall begins at one end, or None if none does within reach."""
     half = box.width / 2
     on = sign * box.along
     aside_m = 0.3 * min(box.thickness, PLATE_M)
@@ -156,7 +156,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
 
 
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
-    """Where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
+    """Return where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
     point = box.centre + at * box.along
     line = shapely.linestrings([point - THICKEST_M * box.across, point + THICKEST_M * box.across])
     best: tuple[float, float] | None = None

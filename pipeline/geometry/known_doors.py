@@ -57,7 +57,7 @@ class Leaf:
 
 
 def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
-    """All that is shaped as a door; heights count from the level's floor."""
+    """Return all that is shaped as a door; heights count from the level's floor."""
     boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - CEILING_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
@@ -75,7 +75,7 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
 
 
 def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
-    """The parts in groups of those that touch."""
+    """Return the parts in groups of those that touch."""
     boxes = [parts[k] for k in keys]
     shapes = np.array([rectangle(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
     graph = nx.Graph()
@@ -107,18 +107,18 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
 
 
 def _distance(box: Box, post: Box) -> float:
-    """How far a post stands from a plate in plan, metres."""
+    """Return how far a post stands from a plate in plan, metres."""
     return float(rectangle(box).distance(shapely.points(post.centre)))
 
 
 def _is_square(box: Box, post: Box) -> bool:
-    """Whether a post stands parallel to a box or at right angles to it."""
+    """Return whether a post stands parallel to a box or at right angles to it."""
     along = abs(box.along @ post.along)
     return bool(along > PARALLEL or along < SQUARE)
 
 
 def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
-    """Whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
+    """Return whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
     if box.width < WIDTH_M[0] or box.thickness > DEEPEST_M:
         return False
     corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
@@ -152,7 +152,7 @@ def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
-    """R1: whether a box holds a leaf: a frame and its filling drawn as one block."""
+    """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
     if not (WIDTH_M[0] <= box.width <= WIDTH_M[1] and box.thickness <= DEEPEST_M):
         return False
     return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
@@ -172,7 +172,7 @@ def _volume(bodies: Bodies, body: int) -> float:
 
 
 def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
-    """R3: whether a row of plates goes on from this one, or it is one itself."""
+    """R3: return whether a row of plates goes on from this one, or it is one itself."""
     if leaf.box.width > WIDTH_M[1]:
         return _plates(leaf) > 2
     beside = sum(other is not leaf and _in_row(leaf.box, other.box) for other in leaves)
@@ -180,7 +180,7 @@ def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
 
 
 def _plates(leaf: Leaf) -> int:
-    """How many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
+    """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
     wide = [part for part in leaf.parts if part.width >= WIDTH_M[0]]
     at = sorted(float((part.centre - leaf.box.centre) @ leaf.box.along) for part in wide)
     return 1 + int((np.diff(at) > WIDTH_M[0] / 2).sum()) if at else 0
@@ -213,7 +213,7 @@ CUBICLE_PARALLEL = np.cos(np.deg2rad(4.0))
 
 
 def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
-    """All that is shaped and held as the door of a cubicle; heights count from the level's floor."""
+    """Return all that is shaped and held as the door of a cubicle; heights count from the level's floor."""
     return [
         Leaf(box, (k,), (box,), box.thickness)
         for k, box in _cubicle_doors(bodies)
@@ -245,7 +245,7 @@ def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
 
 
 def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[Box]:
-    """The thin upright boxes among bodies that lie in line with a plate."""
+    """Yield the thin upright boxes among bodies that lie in line with a plate."""
     for k in np.flatnonzero(near):
         each = bodies.box(int(k))
         aside = abs((each.centre - box.centre) @ box.across)
@@ -309,7 +309,7 @@ def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """How thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
+    """Return how thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
     across = sign * box.across
     found: list[float] = []
     for share in LOOKS:
@@ -398,12 +398,12 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
 
 
 def _is_framed(leaf: Leaf, wall_m: float) -> bool:
-    """R2: whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
+    """R2: return whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
     return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + FRAME_M, wall_m - CLOSE_M)
 
 
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
-    """How thick the wall is over a leaf, metres, or 0 if none is over half of it."""
+    """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
     near = clipped(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
     if overlap(rectangle(box, depth=LEAST_DEPTH_M), near).area < ABOVE * box.width * LEAST_DEPTH_M:
@@ -413,7 +413,7 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
 
 
 def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
-    """Whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
+    """Return whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
     reach = box.width / 2 + HINGE_M
     x, y = box.centre
     near = clipped(hanging, x - reach, y - reach, x + reach, y + reach)
@@ -456,7 +456,7 @@ def known_doorways(
 
 
 def _each_once(doorways: list[Doorway]) -> list[Doorway]:
-    """The opening of a door, its leaf and its recess are one doorway: what comes first stands for the others."""
+    """Return one doorway for the opening of a door, its leaf and its recess: the first stands for the others."""
     kept: list[Doorway] = []
     for doorway_ in doorways:
         area = doorway_.polygon.area
@@ -466,7 +466,7 @@ def _each_once(doorways: list[Doorway]) -> list[Doorway]:
 
 
 def _boxes(mesh: Mesh) -> list[Box]:
-    """The box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
+    """Return the box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
     whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
     if WIDTH_M[0] <= whole.width <= 2 * WIDTH_M[1] and whole.thickness <= DEEPEST_M:
         return [whole]

@@ -138,16 +138,16 @@ class Bodies:
         return order[start[body] : start[body + 1]]
 
     def box(self, body: int) -> Box:
-        """The smallest upright box around a body."""
+        """Return the smallest upright box around a body."""
         points = self.mesh.vertices[np.unique(self.mesh.faces[self.faces(body)])]
         return box_around(points)
 
     def without(self, bodies: list[int]) -> Mesh:
-        """The mesh without these bodies."""
+        """Return the mesh without these bodies."""
         return self._chosen(~np.isin(self.of_face, bodies)) if bodies else self.mesh
 
     def only(self, bodies: list[int]) -> Mesh:
-        """The mesh of these bodies alone."""
+        """Return the mesh of these bodies alone."""
         return self._chosen(np.isin(self.of_face, bodies))
 
     def _chosen(self, faces: npt.NDArray[np.bool_]) -> Mesh:
@@ -155,7 +155,7 @@ class Bodies:
 
 
 def box_around(points: Floats) -> Box:
-    """The smallest upright box around points (n, 3)."""
+    """Return the smallest upright box around points (n, 3)."""
     middle = points[:, :2].mean(axis=0)
     (x, y), (w, h), degrees = cv2.minAreaRect((points[:, :2] - middle).astype(np.float32))
     angle = np.deg2rad(degrees + (0.0 if w >= h else 90.0))
@@ -179,7 +179,7 @@ GRID_M = 1e-3
 
 
 def footprint(mesh: Mesh) -> BaseGeometry:
-    """The area that a body covers, square metres of plan; of one with very many faces its convex hull."""
+    """Return the area that a body covers, square metres of plan; of one with very many faces its convex hull."""
     if not len(mesh.faces):
         return EMPTY
     corners = mesh.vertices[mesh.faces][:, :, :2]

@@ -57,7 +57,7 @@ class Raster:
         return np.array([self.along, [-self.along[1], self.along[0]]])
 
     def cells(self, points: Floats) -> npt.NDArray[np.int64]:
-        """The flat index of the cell of each point (n, 2) of the level frame."""
+        """Return the flat index of the cell of each point (n, 2) of the level frame."""
         at = np.floor((points @ self.axes.T - self.origin) / self.cell_m).astype(np.int64)
         return np.asarray(at[:, 1] * self.shape[1] + at[:, 0])
 
@@ -96,7 +96,7 @@ class Columns:
 
 
 def is_scan(mesh: Mesh) -> bool:
-    """Whether a mesh follows a scanned surface: most of its upright area lies in faces of short edges."""
+    """Return whether a mesh follows a scanned surface: most of its upright area lies in faces of short edges."""
     if len(mesh.faces) < FEW:
         return False
     corners = mesh.vertices[mesh.faces]
@@ -108,7 +108,7 @@ def is_scan(mesh: Mesh) -> bool:
 
 
 def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
-    """The columns of a mesh between two heights above the floor."""
+    """Return the columns of a mesh between two heights above the floor."""
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
@@ -129,7 +129,7 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
 
 
 def _cuts(corners: Floats, heights: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """R2: the segments (n, 2, 2) of all faces at all planes, and the plane of each."""
+    """R2: return the segments (n, 2, 2) of all faces at all planes, and the plane of each."""
     order = np.argsort(corners[:, :, 2], axis=1)
     a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
     first, last = np.searchsorted(heights, a[:, 2]), np.searchsorted(heights, c[:, 2])
@@ -161,7 +161,7 @@ def raster_over(plan: Floats, along: Floats, cell_m: float) -> Raster:
 
 
 def _main_direction(ends: Floats) -> Floats:
-    """The direction that most of the segments' length follows, modulo a right angle."""
+    """Return the direction that most of the segments' length follows, modulo a right angle."""
     d = ends[:, 1] - ends[:, 0]
     length = np.hypot(*d.T)
     turns = 4.0 * np.arctan2(d[:, 1], d[:, 0])
@@ -201,7 +201,7 @@ def _points(ends: Floats, plane: npt.NDArray[np.int64], cell_m: float) -> tuple[
 
 
 def _ground(corners: Floats, raster: Raster) -> Bools:
-    """The cells under faces, points of them a quarter of an edge apart at most, and what lies close to these."""
+    """Return the cells under faces, points of them a quarter of an edge apart at most, and what lies close to these."""
     weights = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
     points = (weights @ corners[:, :, :2]).reshape(-1, 2)
     at = raster.cells(points)
@@ -232,7 +232,7 @@ MAX_PIXELS = 16_000_000
 
 
 def drawn_in(points: Floats) -> Floats:
-    """The points (n, 3) that stand, drawn in; fewer than there were."""
+    """Return the points (n, 3) that stand, drawn in; fewer than there were."""
     if not len(points):
         return points
     band = np.floor((points[:, 2] - points[:, 2].min()) / BAND_M).astype(np.int64)
@@ -286,7 +286,7 @@ TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
 
 def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float) -> Columns:
-    """The columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
+    """Return the columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
     inside = (points[:, 2] >= low_m) & (points[:, 2] < high_m)
     standing = drawn_in(points[inside])
     raster = _raster(standing[:, :2], cell_m)

@@ -61,14 +61,14 @@ def opened(mask: Bools, kernel: Pixels) -> Bools:
 
 
 def mostly(mask: Bools, marked: Bools, share: float) -> Bools:
-    """The connected parts of a mask of which so much is marked."""
+    """Return the connected parts of a mask of which so much is marked."""
     count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
     kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
     return np.asarray(kept[label] & mask)
 
 
 def touching(mask: Bools, marked: Bools) -> Bools:
-    """The connected parts of a mask that share a cell with another."""
+    """Return the connected parts of a mask that share a cell with another."""
     count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
     kept = np.bincount(label[mask & marked], minlength=count) > 0
     return np.asarray(kept[label] & mask)
@@ -128,12 +128,12 @@ def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *
 
 
 def _holes(found: Bools, reaching: Bools) -> Bools:
-    """What was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
+    """Return what was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
     return touching(found & ~reaching, ~grown(reaching, ALONGSIDE))
 
 
 def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
-    """R1: each straight run goes on to what stands before its end, and to its corner with another."""
+    """R1: return straight runs continued to what stands before their ends, and to their corners with others."""
     below = grown(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
     runs = _runs(reaching, raster)
@@ -166,7 +166,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
 
 
 def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
-    """The straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
+    """Return the straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
     wavy = grown(reaching, 2)
     long = raster.size(STRAIGHT_M)
     straight = wavy & grown(opened(wavy, line(0.0, long)) | opened(wavy, line(np.pi / 2, long)), 1)
@@ -179,7 +179,7 @@ def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
 
 
 def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
-    """What lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
+    """Return what lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
     hole = line(angle, cells)
     gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
     if within is not None:
@@ -188,13 +188,13 @@ def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Boo
 
 
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
-    """What was found beyond what reaches the top, as wide as what was seen."""
+    """Return what was found beyond what reaches the top, as wide as what was seen."""
     thin = found & ~reaching & ~opened(found, square(SHEET))
     return found | grown(thin, SPREAD)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
-    """All that lies in one of the directions that cross this one."""
+    """Return all that lies in one of the directions that cross this one."""
     return np.asarray(
         np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
     )
@@ -212,7 +212,7 @@ def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
 
 
 def _close_by(walls: Bools, raster: Raster) -> Bools:
-    """Where a wall lies beside, above or below in the raster, as close as the wall behind a cupboard."""
+    """Return where a wall lies beside, above or below in the raster, as close as the wall behind a cupboard."""
     near, far = (raster.size(m) for m in CLOSE_BY_M)
     reach = np.zeros((2 * far + 1, 1), np.uint8)
     reach[: far - near] = reach[far + near + 1 :] = 1
@@ -241,7 +241,7 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
 
 
 def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Where the only gap in what stands begins and ends."""
+    """Return where the only gap in what stands begins and ends."""
     free = np.flatnonzero(~standing)
     if not len(free) or free[-1] - free[0] + 1 != len(free):
         return None
@@ -338,7 +338,7 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 
 
 def _outside(inside: Bools, raster: Raster) -> Bools:
-    """R4: the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
+    """R4: return the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
     half = raster.size(LEAK_M / 2)
     air = (~grown(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
@@ -388,14 +388,14 @@ def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
 
 
 def _sides(box: Floats) -> tuple[Floats, Floats]:
-    """The middle lines (2, 2) of what lies before each long side."""
+    """Return the middle lines (2, 2) of what lies before each long side."""
     across = box[3] - box[0]
     off = BEFORE * across / max(float(np.hypot(*across)), 1e-9) if across.any() else np.array([0.0, BEFORE])
     return box[:2] - off, box[2:] + off
 
 
 def _share(mask: Bools, line: Floats) -> float:
-    """The share of a line that lies in a mask."""
+    """Return the share of a line that lies in a mask."""
     points = np.round(np.linspace(line[0], line[1], 20)).astype(int)
     rows, columns = np.clip(points[:, 1], 0, mask.shape[0] - 1), np.clip(points[:, 0], 0, mask.shape[1] - 1)
     return float(mask[rows, columns].mean())
@@ -448,7 +448,7 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
 
 
 def _ring(points: Floats, raster: Raster) -> Floats:
-    """The corners of a contour (n, 2), its edges along the raster where they nearly are."""
+    """Return the corners of a contour (n, 2), its edges along the raster where they nearly are."""
     loose = ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
     return (
@@ -477,7 +477,7 @@ def _sharpened(corners: Floats, longest: float) -> Floats:
 
 
 def _squared(corners: Floats, slack: float) -> Floats:
-    """Each edge that is nearly level or upright becomes so, at the mean of its ends."""
+    """Return a ring in which each nearly level or upright edge is exactly so, at the mean of its ends."""
     ends = np.roll(corners, -1, axis=0)
     d = np.abs(ends - corners)
     level = (d[:, 1] <= AXIS * d[:, 0]) & (d[:, 1] <= 2 * slack)

@@ -70,7 +70,7 @@ class Spaces:
     notes: Mapping[str, int | str] = field(default_factory=dict)
 
     def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:
-        """Only these rooms, in this order, and the passages whose rooms are all kept or outside."""
+        """Return only these rooms, in this order, and the passages whose rooms are all kept or outside."""
         new = {old: k for k, old in enumerate(keep)} | {OUTSIDE: OUTSIDE}
         passages = []
         for p in self.passages:
@@ -108,7 +108,7 @@ REACH_M = 0.15
 
 
 def fitted(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
-    """The bridges with their faces where the rooms' are now; on the outside, where they were."""
+    """Return the bridges with their faces where the rooms' are now; on the outside, where they were."""
     limits = [[-bridge.depth / 2, bridge.depth / 2] for bridge in bridges]
     ends = [(i, k) for i, bridge in enumerate(bridges) for k in (0, 1) if bridge.sides[k] != OUTSIDE]
     facing = np.array([rooms[bridges[i].sides[k]] for i, k in ends], dtype=np.object_)
@@ -146,7 +146,7 @@ def opening_polygons(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> lis
 
 
 def _holding(bridge: Bridge, pieces: list[Polygon]) -> Polygon:
-    """The piece that holds a bridge's centre, else the largest."""
+    """Return the piece that holds a bridge's centre, else the largest."""
     centre = shapely.points(bridge.centre)
     return next((piece for piece in pieces if len(pieces) > 1 and piece.distance(centre) < 1e-6), pieces[0])
 
@@ -168,7 +168,7 @@ MIN_M2 = 0.7
 
 
 def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named: BaseGeometry) -> list[Polygon]:
-    """What of a room has a floor: itself, a smaller piece, several where a void parts it, or none.
+    """Return what of a room has a floor: itself, a smaller piece, several where a void parts it, or none.
 
     ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
     own rooms cover; plan areas in the level frame.
@@ -196,7 +196,7 @@ Bools = npt.NDArray[np.bool_]
 
 
 def odd(rooms: list[Polygon]) -> Bools:
-    """Which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
+    """Return which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
     area, length = shapely.area(rooms), shapely.length(rooms)
     sized = (area >= SMALLEST_M2) & (area <= LARGEST_M2)
     ragged = 4 * math.pi * area / length**2 < RAGGED
@@ -228,7 +228,7 @@ SEAM_M = 1e-3
 
 
 def floor_of(spaces: Spaces) -> BaseGeometry:
-    """All rooms and the open passages between them, as one area."""
+    """Return all rooms and the open passages between them, as one area."""
     strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=LAP_M)
     floor = united([*spaces.rooms, *strips])
     return close_cracks(floor, SEAM_M) if spaces.joins else floor

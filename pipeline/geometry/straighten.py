@@ -48,7 +48,7 @@ class _Edges:
 
 
 def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:
-    """The same rooms with straight faces; none moves by more than about ``offset_m`` metres."""
+    """Return the same rooms with straight faces; none moves by more than about ``offset_m`` metres."""
     cleaned = [shapely.orient_polygons(_simple(room, offset_m / 4)) for room in rooms]
     rings = [shapely.get_coordinates(ring)[:-1] for room in cleaned for ring in (room.exterior, *room.interiors)]
     if not rings:
@@ -135,7 +135,7 @@ def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leade
 
 
 def _redrawn(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m: float) -> list[Floats]:
-    """All rings from the crossings of their lines."""
+    """Return all rings from the crossings of their lines."""
     length = edges.length
     rings = [np.flatnonzero(edges.ring == k).tolist() for k in range(n_rings)]
     kept = [_without_steps(ring, line, normal, length, offset_m) for ring in rings]
@@ -179,7 +179,7 @@ def _parallel(normal: Floats, a: int, b: int) -> bool:
 
 
 def _accepted(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
-    """R4: the redrawn room if it is sound and close to what it was."""
+    """R4: return the redrawn room if it is sound and close to what it was."""
     if any(len(ring) < 3 for ring in rings[:1]):
         return room
     redrawn = Polygon(rings[0], [ring for ring in rings[1:] if len(ring) >= 3])

@@ -107,13 +107,13 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
 
 
 def _is_dense(segments: Floats) -> bool:
-    """Whether the section follows a mesh of small faces: half of all its length lies in short segments."""
+    """Return whether the section follows a mesh of small faces: half of all its length lies in short segments."""
     length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
     return bool(length[length < DENSE_M].sum() > length.sum() / 2)
 
 
 def _drawn(segments: Floats) -> npt.NDArray[np.object_]:
-    """R5: the segments as lines with as few corners as ``DETAIL_M`` allows."""
+    """R5: return the segments as lines with as few corners as ``DETAIL_M`` allows."""
     order = np.lexsort((segments[:, :, 1], segments[:, :, 0]), axis=1)
     once = np.unique(np.take_along_axis(segments, order[:, :, None], axis=1), axis=0)  # two sheets may coincide
     merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(once)))
@@ -121,7 +121,7 @@ def _drawn(segments: Floats) -> npt.NDArray[np.object_]:
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
-    """R4: the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
+    """R4: return the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
     slim = 2 * shapely.area(faces) / shapely.length(faces) < SLIM * sheet_m  # of a long strip: its thickness
     return np.concatenate([faces, _strips(faces[slim], sheet_m)]) if slim.any() else faces
 
@@ -137,7 +137,7 @@ def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.obj
 
 
 def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
-    """The long middle lines of rectangles."""
+    """Return the long middle lines of rectangles."""
     corners = shapely.get_coordinates(boxes).reshape(-1, BOX_CORNERS, 2)
     middles = (corners[:, :-1] + corners[:, 1:]) / 2
     length = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
@@ -200,7 +200,7 @@ def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
 
 
 def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bool_]:
-    """R2: which points lie in a closed body: all round, above and below."""
+    """R2: return which points lie in a closed body: all round, above and below."""
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
     return around
@@ -238,7 +238,7 @@ class Rings:
         return cls(rings, area, 2 * np.abs(area) / around)
 
     def polygons(self, which: npt.NDArray[np.bool_]) -> Shapes:
-        """The areas in these of the rings."""
+        """Return the areas in these of the rings."""
         chosen = [self.rings[k] for k in np.flatnonzero(which)]
         if not chosen:
             return np.zeros(0, np.object_)
@@ -284,7 +284,7 @@ def closed_rings(
 
 
 def _among(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-    """Which of the keys stand in a sorted array."""
+    """Return which of the keys stand in a sorted array."""
     return np.asarray(ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys)
 
 
@@ -310,7 +310,7 @@ def _cycles(segments: list[int], after: list[int]) -> list[list[int]]:
 
 
 def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
-    """The area of all rings together, with cracks up to ``crack_m`` wide closed and corners kept."""
+    """Return the area of all rings together, with cracks up to ``crack_m`` wide closed and corners kept."""
     section = manifold3d.CrossSection(rings, manifold3d.FillRule.Positive)
     mitre = manifold3d.JoinType.Miter
     closed = section.offset(crack_m / 2, mitre, 3.0).offset(-crack_m / 2, mitre, 3.0)
@@ -323,7 +323,7 @@ def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
 
 
 def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
-    """Each hole in the smallest shell around it."""
+    """Return the shells, each with its holes: a hole belongs to the smallest shell around it."""
     outlines = [Polygon(shell) for shell in shells]
     inside: list[list[Floats]] = [[] for _ in shells]
     for hole in holes:
@@ -347,7 +347,7 @@ ALL_ROUND = 0.95
 
 
 def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]) -> BaseGeometry:
-    """Those of the narrow ``faces`` of a section that are spaces.
+    """Return those of the narrow ``faces`` of a section that are spaces.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
     """
@@ -402,7 +402,7 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:
-    """The slits between walls that are longer than any is wide."""
+    """Return the slits between walls that are longer than any is wide."""
     return united(p for p in _slits(walls, walls) if box_of(p).width > WIDEST_SLIT_M)
 
 
@@ -412,7 +412,7 @@ def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
 
 
 def _closed(slit: Polygon, walls: BaseGeometry) -> float:
-    """The share of a slit's edge that lies along walls."""
+    """Return the share of a slit's edge that lies along walls."""
     x1, y1, x2, y2 = slit.bounds
     near = clipped(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
     return float(shapely.intersection(slit.exterior, shapely.buffer(near, EPS_M)).length / slit.exterior.length)
@@ -437,7 +437,7 @@ class Sections:
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
 
     def foot(self, height: float) -> BaseGeometry:
-        """All that stands at a height near the floor, massive bodies included."""
+        """Return all that stands at a height near the floor, massive bodies included."""
         found = section(self.cutter.cut(height), sheet_m=self.sheet_m, solid_m=self.solid_m)
         return united([joined_sheets(found.walls, self.sheet_m), found.solids])
 
@@ -496,7 +496,7 @@ class Ending:
 
 
 def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]) -> list[Ending]:
-    """The pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
+    """Return the pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
 
     ``heights`` are those of what stands and of the sections above it.
     """
@@ -531,7 +531,7 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
 
 
 def without_headroom(mesh: Mesh) -> BaseGeometry:
-    """Where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    """Return where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
     corners = mesh.vertices[mesh.faces]
     top = corners[:, :, 2].max(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -541,7 +541,7 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
 
 
 def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = OVER_FLOOR_M) -> bool:
-    """Whether a piece that stands up to a height ends over that at a sloped roof."""
+    """Return whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
     meets = cutter.caps.slopes_over(inside, KNEE_M, stood_m)
     return bool(meets.sum() > len(meets) / 2)

@@ -125,7 +125,7 @@ def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
 
 
 def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
-    """R4: the rooms but those whose edge is open for more than OPEN_EDGE of its length."""
+    """R4: return the rooms but those whose edge is open for more than OPEN_EDGE of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), EDGE_REACH_M)
     kept = []
@@ -140,7 +140,7 @@ def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceR
 
 
 def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
-    """R6: the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
+    """R6: return the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
     if shapely.intersection(area, standing_).area > WALLS_COVERED * standing_.area:
@@ -157,7 +157,7 @@ def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[H
 
 
 def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:
-    """R5: what is left between the rooms and the walls, and the holes, those of passages going on through it."""
+    """R5: return what is left between the rooms and the walls, and the holes, those of passages going on through it."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     if not shapes or not walls:
         return [], list(holes)

@@ -262,7 +262,7 @@ def _floor(room: Chamber) -> _Floor | None:
 
 
 def _shadow(mesh: Mesh) -> shapely.Geometry:
-    """The plan area of a mesh."""
+    """Return the plan area of a mesh."""
     triangles = shapely.polygons(_in_plan(mesh.vertices)[mesh.faces])
     return shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
 
@@ -273,7 +273,7 @@ def _in_plan(points: np.ndarray) -> np.ndarray:
 
 
 def _levels(floors: Sequence[_Floor]) -> list[list[_Floor]]:
-    """R3: the floors by level, lowest first, the largest of each level first."""
+    """R3: return the floors by level, lowest first, the largest of each level first."""
     levels: list[list[_Floor]] = []
     for floor in sorted(floors, key=lambda each: each.height_m):
         if levels and floor.height_m - levels[-1][0].height_m < STOREYS_APART_M:
@@ -308,7 +308,7 @@ def _level(floors: list[_Floor], rooms: Sequence[Chamber], above: float, provena
 
 
 def _top(rooms: Sequence[Chamber], height: float, above: float) -> float:
-    """How high the walls stand: the median over the sheets that stand on this floor."""
+    """Return how high the walls stand: the median over the sheets that stand on this floor."""
     sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
     tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
     top = float(np.median([each for each in tops if each > CLEAR_M] or [FRONT3D_WALL_M]))

@@ -134,7 +134,7 @@ def _role(body: Body) -> Role | None:
 
 
 def _stretched(parts: _Parts, floor_z: float, factor: float) -> _Parts:
-    """R4: all bodies so many times as high over the floor."""
+    """R4: return all bodies so many times as high over the floor."""
 
     def raised(mesh: Mesh) -> Mesh:
         return Mesh((mesh.vertices - (0.0, 0.0, floor_z)) * (1.0, 1.0, factor) + (0.0, 0.0, floor_z), mesh.faces)

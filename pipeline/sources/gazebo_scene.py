@@ -421,7 +421,7 @@ class Scene:
 
 
 def _model_file(found: Path | None) -> Path | None:
-    """R2: the ``.sdf`` of a model's folder that ``model.config`` names last, else ``model.sdf``."""
+    """R2: return the ``.sdf`` of a model's folder that ``model.config`` names last, else ``model.sdf``."""
     if found is None or found.is_file():
         return found
     config = found / "model.config"

@@ -94,7 +94,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 def _stage_of(path: Path, template: str) -> tuple[Path, str]:
-    """R1, R2: the mesh of a stage, and its axis, or "" if nothing says it."""
+    """R1, R2: return the mesh of a stage, and its axis, or "" if nothing says it."""
     for folder in path.resolve().parents[: MOST_FOLDERS + 1]:
         for start in (folder, folder / "stages", folder / "configs", folder / "configs" / "stages"):
             config = _inside(folder, start, f"{template}{_CONFIG}")
@@ -112,7 +112,7 @@ def _stage_of(path: Path, template: str) -> tuple[Path, str]:
 
 
 def _inside(folder: Path, start: Path, name: str) -> Path | None:
-    """The file of this name, or None if there is none in the folder."""
+    """Return the file of this name, or None if there is none in the folder."""
     try:
         file = (start / name).resolve()
         return file if name and file.is_relative_to(folder) and file.is_file() else None

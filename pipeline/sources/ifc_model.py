@@ -184,18 +184,18 @@ def elements_of(model: Any) -> Elements:
 
 
 def words_of(element: Any) -> tuple[str, ...]:
-    """The element's own words: its long name, its name, its type's, without repetition."""
+    """Return the element's own words: its long name, its name, its type's, without repetition."""
     words = (getattr(element, name, None) for name in ("LongName", "Name", "ObjectType"))
     return tuple(dict.fromkeys(word.strip() for word in words if isinstance(word, str) and word.strip()))
 
 
 def hosts_of(opening: Any) -> list[Any]:
-    """What an opening is a hole in."""
+    """Return what an opening is a hole in."""
     return [each.RelatingBuildingElement for each in opening.VoidsElements if each.RelatingBuildingElement]
 
 
 def filled_by(opening: Any) -> list[Any]:
-    """What stands in an opening."""
+    """Return what stands in an opening."""
     return [each.RelatedBuildingElement for each in opening.HasFillings if each.RelatedBuildingElement]
 
 
@@ -205,12 +205,12 @@ def parent_of(element: Any, kind: str) -> Any:
 
 
 def is_held_in_a_circle(element: Any) -> bool:
-    """Whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
+    """Return whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
     return next((True for each in _holders(element) if each is None), False)
 
 
 def _holders(element: Any) -> Iterator[Any]:
-    """The element, what holds it, what holds that; None at the end where they go round in a circle."""
+    """Yield the element, what holds it, what holds that; None at the end where they go round in a circle."""
     seen: set[int] = set()
     while element is not None:
         if element.id() in seen:
@@ -243,7 +243,7 @@ def _of_type(model: Any, name: str) -> list[Any]:
 
 
 def _wholes(element: Any) -> Iterator[Any]:
-    """What an element is a part of, from near to far; a file may go round in circles."""
+    """Yield what an element is a part of, from near to far; a file may go round in circles."""
     seen = {element.id()}
     while element is not None:
         relations = getattr(element, "Decomposes", None) or ()
@@ -255,7 +255,7 @@ def _wholes(element: Any) -> Iterator[Any]:
 
 
 def _members(element: Any, seen: frozenset[int] = frozenset()) -> Iterator[Any]:
-    """The parts of an element at all depths."""
+    """Yield the parts of an element at all depths."""
     for relation in getattr(element, "IsDecomposedBy", None) or ():
         for part in relation.RelatedObjects or ():
             if part.id() not in seen:
@@ -274,7 +274,7 @@ def _walls(model: Any) -> list[Any]:
 
 
 def _is_in_roof(element: Any) -> bool:
-    """Whether a window lies in a roof or a slab."""
+    """Return whether a window lies in a roof or a slab."""
     openings = [each.RelatingOpeningElement for each in getattr(element, "FillsVoids", None) or ()]
     wholes = [*_wholes(element), *(host for opening in openings for host in hosts_of(opening))]
     return element.is_a("IfcWindow") and any(whole.is_a(name) for whole in wholes for name in COVERS)
@@ -325,7 +325,7 @@ class Soundness:
         self._known: dict[int, bool] = {}
 
     def of(self, product: Any) -> bool:
-        """Whether a product, and the openings that are taken out of it, can be triangulated."""
+        """Return whether a product, and the openings that are taken out of it, can be triangulated."""
         openings = [each.RelatedOpeningElement for each in getattr(product, "HasOpenings", None) or ()]
         return all(self._is_whole(each) and not is_held_in_a_circle(each) for each in (product, *openings))
 
@@ -559,13 +559,13 @@ def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iter
 
 
 def _is_window(opening: Any) -> bool:
-    """Whether a window fills an opening, and no door."""
+    """Return whether a window fills an opening, and no door."""
     doors, windows = ([each for each in filled_by(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
     return bool(windows and not doors)
 
 
 def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:
-    """The wall that an opening is a hole in, where it has a body."""
+    """Return the wall that an opening is a hole in, where it has a body."""
     return next((meshes[each.id()] for each in hosts_of(opening) if each.id() in meshes), None)
 
 

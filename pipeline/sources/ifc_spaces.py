@@ -99,7 +99,7 @@ def footprint(mesh: Mesh) -> Polygon:
 
 
 def floor_of(mesh: Mesh) -> Polygon:
-    """Where a body stands on its floor: its flat lowest faces, its shadow where it has none; the largest piece.
+    """Return where a body stands on its floor: its flat lowest faces, its shadow where it has none; the largest piece.
 
     A room whose walls lean outwards is smaller on its floor than its shadow.
     """
@@ -127,7 +127,7 @@ def _largest(shape: BaseGeometry) -> Polygon:
 
 
 def are_one(one: Polygon, other: Polygon, iou: float) -> bool:
-    """Whether the intersection of two areas over their union is more than ``iou``."""
+    """Return whether the intersection of two areas over their union is more than ``iou``."""
     shared = one.intersection(other).area
     return bool(shared > iou * (one.area + other.area - shared))
 
@@ -200,7 +200,7 @@ class Axis:
     y: float
 
     def turned(self) -> Axis:
-        """The direction a quarter turn to the left."""
+        """Return the direction a quarter turn to the left."""
         return Axis(-self.y, self.x)
 
     def span(self, points: npt.NDArray[np.float64]) -> tuple[float, float]:
@@ -209,13 +209,13 @@ class Axis:
         return float(places.min()), float(places.max())
 
     def box(self, along: tuple[float, float], across: tuple[float, float]) -> Polygon:
-        """The rectangle of these spans along the axis and across it."""
+        """Return the rectangle of these spans along the axis and across it."""
         u, v = np.array((self.x, self.y)), np.array((-self.y, self.x))
         return Polygon([u * a + v * c for a, c in zip((*along, *along[::-1]), np.repeat(across, 2), strict=True)])
 
 
 def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
-    """The direction of the wall at a hole; ``standing`` is the plan shape of the walls about it."""
+    """Return the direction of the wall at a hole; ``standing`` is the plan shape of the walls about it."""
     points = hole.mesh.vertices[:, :2]
     one = _side(hole)
     sides = (one, one.turned())
@@ -277,7 +277,7 @@ class StandingWalls:
         self._shadows: dict[int, BaseGeometry] = {}
 
     def near(self, mesh: Mesh) -> BaseGeometry:
-        """What stands about a body, as one plan shape."""
+        """Return what stands about a body, as one plan shape."""
         low, high = mesh.vertices.min(axis=0) - WALL_BEYOND_M, mesh.vertices.max(axis=0) + WALL_BEYOND_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
         found = [int(k) for k in np.flatnonzero(touching)]

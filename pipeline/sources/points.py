@@ -199,7 +199,7 @@ def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
 
 
 def _middle(counts: np.ndarray, layer: float) -> float:
-    """The middle of what a layer and its neighbours hold: floors are noisy, and lie between two layers."""
+    """Return the middle of what a layer and its neighbours hold: floors are noisy, and lie between two layers."""
     near = np.arange(max(0, round(layer) - 2), min(len(counts), round(layer) + 3))
     return float(np.average(near, weights=counts[near])) if counts[near].any() else layer
 

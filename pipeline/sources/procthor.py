@@ -217,7 +217,7 @@ def _chained(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterat
 
 
 def _is_house(file: Path, line: tuple[int, int]) -> bool:
-    """Whether a line is a whole JSON document: a house that is written over several lines has none."""
+    """Return whether a line is a whole JSON document: a house that is written over several lines has none."""
     with open_unpacked(file) as stream:
         stream.seek(line[0])
         text = stream.read(line[1]).strip()

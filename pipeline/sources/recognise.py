@@ -268,7 +268,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 
 def is_claimed(file: Path, root: Path) -> bool:
-    """Whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R3)."""
+    """Return whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R3)."""
     return root.is_dir() and (_in_model(file, root) or recognise(file) is not None)
 
 
@@ -279,6 +279,6 @@ def _inputs(file: Path, kind: str | None, name: str, options: dict[str, str]) ->
 
 
 def _in_model(file: Path, root: Path) -> bool:
-    """Whether a file lies in the folder of a Gazebo model."""
+    """Return whether a file lies in the folder of a Gazebo model."""
     folders = [folder for folder in file.parents if folder == root or root in folder.parents]
     return any((folder / _MODEL).is_file() for folder in folders)

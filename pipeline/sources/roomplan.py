@@ -100,7 +100,7 @@ def _scan(path: Path) -> Scan:
 
 
 def _heights(scan: Scan) -> list[float]:
-    """R4: the floors' heights, lowest first."""
+    """R4: return the floors' heights, lowest first."""
     feet = sorted(wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0)
     groups: list[list[float]] = []
     for foot in feet or sorted(wall.low_m for wall in scan.walls):
@@ -112,7 +112,7 @@ def _heights(scan: Scan) -> list[float]:
 
 
 def _part(scan: Scan, low: float, high: float) -> Scan:
-    """What begins between two heights."""
+    """Return what begins between two heights."""
 
     def here(things: Sequence[Thing]) -> tuple[Thing, ...]:
         return tuple(thing for thing in things if low <= thing.low_m < high)
@@ -163,7 +163,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
 
 
 def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
-    """What surfaces close all round, except the inside of walls between two of them."""
+    """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
     areas = [mitred(area, SHEET_M / 2) for area in enclosed(strips)[1]]
     return [area for area in areas if not opened(area, NARROWEST_ROOM_M).is_empty]

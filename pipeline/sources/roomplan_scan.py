@@ -126,7 +126,7 @@ def box_thing(word: str, points: np.ndarray) -> Thing | None:
 
 
 def _farthest(points: np.ndarray) -> np.ndarray:
-    """The two ends of points that lie on a line."""
+    """Return the two ends of points that lie on a line."""
     first = points[int(np.argmax(np.hypot(*(points - points[0]).T)))]
     return np.stack([first, points[int(np.argmax(np.hypot(*(points - first).T)))]])
 
@@ -328,7 +328,7 @@ def _kind(path: str) -> tuple[str, str]:
 
 
 def _floors(mesh: Any, points: np.ndarray) -> list[Floor]:
-    """The plan area of a floor's faces."""
+    """Return the plan area of a floor's faces."""
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
     corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
     if counts.sum() != len(corners) or (len(corners) and not (corners.min() >= 0 and corners.max() < len(points))):

@@ -22,7 +22,7 @@ TOUCH_M = 0.05
 
 
 def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
-    """Each building as a level with its spaces; a level of one building as it is."""
+    """Return each building as a level with its spaces. A level with one building is returned as it is."""
     outlines = list(spaces.outlines)
     near = nx.Graph()
     near.add_nodes_from(range(len(outlines)))
@@ -54,13 +54,13 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
 
 
 def _entered(spaces: Spaces) -> set[int]:
-    """R1: which of the outlines have an entrance of their own."""
+    """Return which outlines have an entrance of their own (R1)."""
     doors = [shapely.Point(p.bridge.centre) for p in spaces.passages if p.leads_outside]
     return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < TOUCH_M for door in doors)}
 
 
 def building_id(level_id: str, number: int) -> str:
-    """The id of a building of a level: ``house_L1`` becomes ``house_B2_L1``."""
+    """Return the id of a building of a level: ``house_L1`` becomes ``house_B2_L1``."""
     base, storey = re.fullmatch(r"(.*?)(_L\d+)?", level_id).groups()  # type: ignore[union-attr]
     return f"{base}_B{number}{storey or ''}"
 

@@ -122,7 +122,7 @@ def part_of(passage: Passage) -> Part:
 
 
 def passage_features(planned: Planned) -> list[Features]:
-    """F2, F3, F5: the features of each passage, in their order."""
+    """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = list(spaces.rooms)
     room_is_odd, jutting = odd(rooms), with_loose_ends(rooms)
@@ -156,7 +156,7 @@ def passage_features(planned: Planned) -> list[Features]:
 
 
 def room_features(planned: Planned) -> list[Features]:
-    """F4, F5: the features of each named room, in their order; the passages have their confidence."""
+    """Return the features of each named room, in their order; the passages must be rated (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
     is_odd, jutting = odd(rooms), with_loose_ends(rooms)
@@ -196,7 +196,7 @@ def room_features(planned: Planned) -> list[Features]:
 
 
 def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
-    """F2."""
+    """Return what closes the place of a passage (F2)."""
     cut = passage.kind == "cut"
     return {
         "known": float(known),
@@ -212,23 +212,23 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
 
 
 def _of_plan(grounds: Mapping[str, float]) -> Features:
-    """F5."""
+    """Return the grounds of the plan as features (F5)."""
     return {f"plan_{name}": float(value) for name, value in grounds.items()}
 
 
 def _front(bridge: Bridge, side: int) -> Polygon:
-    """The floor in front of a passage, on one side."""
+    """Return the floor in front of a passage, on one side."""
     ahead = replace(bridge, centre=bridge.centre + side * bridge.across * (bridge.depth + FRONT_M) / 2, depth=FRONT_M)
     return ahead.strip()
 
 
 def _without(place: Polygon, floor: BaseGeometry | None) -> float:
-    """The share of a place without floor; 0 where the source has none at all."""
+    """Return the share of a place without floor; 0 if the source has no floor at all."""
     return 0.0 if floor is None else 1.0 - _share(place, floor)
 
 
 def _unlike(room: Polygon, drawn: Sequence[Polygon]) -> float:
-    """F4: 1 less the best intersection over union with a room that the source draws; 0 where it draws none."""
+    """Return 1 minus the best intersection over union with a room that the source draws; 0 if it draws none (F4)."""
     if not drawn:
         return 0.0
     shared = shapely.area(shapely.intersection(room, np.array(drawn, np.object_)))
@@ -236,7 +236,7 @@ def _unlike(room: Polygon, drawn: Sequence[Polygon]) -> float:
 
 
 def _along(edge: BaseGeometry, what: BaseGeometry) -> float:
-    """The share of an edge that runs along something."""
+    """Return the share of an edge that runs along something."""
     return float(shapely.intersection(edge, what).length / edge.length) if not what.is_empty else 0.0
 
 

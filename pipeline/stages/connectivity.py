@@ -92,7 +92,7 @@ def connect(
 
 
 def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
-    """R8: whether nothing is seen of a door but at the entrances."""
+    """Return whether the evidence shows no door except at the entrances (R8)."""
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
@@ -101,7 +101,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
 
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:
-    """Return where the disc can stand; raise Rejection if that is nowhere, perhaps since a pocket was filled."""
+    """Return where the disc can stand; raise Rejection if that is nowhere, which a filled pocket may cause."""
     pieces = standing_pieces(floor, radius_m)
     if not pieces:
         raise Rejection(
@@ -114,7 +114,7 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
 
 
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
-    """R7: leave the last piece out, with the rooms that only it reaches."""
+    """Leave out the last piece, and the rooms that only this piece reaches (R7)."""
     part = shapely.buffer(pieces[-1], radius_m + 0.01)
     others = shapely.buffer(united(pieces[:-1]), radius_m + 0.01)
     kept, rooms = [], list(spaces.rooms)
@@ -129,7 +129,7 @@ def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spa
 
 
 def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, least_m2: float) -> Spaces:
-    """R4: fill pockets of rooms that have a larger piece elsewhere."""
+    """Fill the pockets of rooms that have a larger piece elsewhere (R4)."""
     rooms = list(spaces.rooms)
     where = shapely.STRtree(rooms)
     home = [int(where.nearest(p.representative_point())) for p in pieces]
@@ -149,7 +149,7 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
 def _at_evidence(
     evidence: Evidence, spaces: Spaces, pieces: list[Polygon], floor: BaseGeometry, config: ConnectivityConfig
 ) -> _Cut | None:
-    """R6."""
+    """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
     rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=BESIDE_M)
     doorways = (each.polygon for each in evidence.doorways)
     for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
@@ -166,7 +166,7 @@ def _next_cut(
     walls: BaseGeometry,
     config: ConnectivityConfig,
 ) -> _Cut | None:
-    """The cut to make now, or None if there is no clean one."""
+    """Return the next cut to make, or None if no clean cut is possible (R3, R5)."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
@@ -178,7 +178,7 @@ def _next_cut(
 
 
 def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """R2: the lines (n, 2, 2) between points in different pieces, by increasing distance."""
+    """Return the lines (n, 2, 2) between points in different pieces, the shortest first (R2)."""
     i, j = np.triu_indices(len(points), 1)
     apart = piece[i] != piece[j]
     i, j = i[apart], j[apart]
@@ -187,7 +187,7 @@ def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) 
 
 
 def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
-    """Whether the disc gets from one piece to another through the cut, which changes nothing farther away."""
+    """Return whether the disc can pass from one piece to another through the cut. Only floor near the cut counts."""
     strip = cut.strip(deeper_m=0.01)
     x1, y1, x2, y2 = strip.bounds
     reach = AROUND * radius_m

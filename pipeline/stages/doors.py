@@ -30,7 +30,7 @@ LEAF_BESIDE_M = 0.3
 
 
 def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig) -> Spaces:
-    """The rooms of a layout and the passages between them."""
+    """Return the rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
     passages: list[Passage] = []
@@ -54,7 +54,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
 
 
 def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
-    """For each bridge the width of the row that it stands in, posts between included."""
+    """Return for each bridge the width of the row in which it stands, including the posts between the bridges."""
     rows = nx.Graph()
     for i, j in combinations(range(len(bridges)), 2):
         apart = distance_in_row(bridges[i], bridges[j])
@@ -69,7 +69,7 @@ def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
 
 
 def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
-    """R2, or None if the source names its openings and has none here."""
+    """Return the kind of a passage (R2), or None if the source names its openings and has none here."""
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
     if closer.kind in GAPS:
@@ -79,7 +79,7 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
 
 
 def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
-    """The two rooms of a wide bridge, each with its half of the strip.
+    """Return the two rooms beside a wide bridge, each with its half of the strip (R3).
 
     A closer laps over its strip, so that the rooms begin behind that; the halves go on into them.
     """

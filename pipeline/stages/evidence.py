@@ -61,7 +61,7 @@ ALIKE = 0.7
 
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
-    """Judge all that stands in a level; a level without walls gives empty evidence."""
+    """Decide what each thing in a level is. A level without walls gives empty evidence."""
     if level.sills or not (len(level.walls.faces) or level.walls.is_cloud):
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
     if level.walls.is_cloud or is_scan(level.walls):
@@ -114,7 +114,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
 
 
 def _slight(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
-    """What hangs from the ceiling by less than ``SLIGHT_M``: there in the last of the sections alone."""
+    """Return what hangs from the ceiling by less than ``SLIGHT_M``. It occurs only in the highest section."""
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
         return EMPTY
     return opened(subtract(above[-1], united(above[:-1])), SLIVER_M)
@@ -126,7 +126,7 @@ def _furniture(level: Level) -> BaseGeometry:
 
 @dataclass(frozen=True)
 class _Heights:
-    """Where a level is cut, metres above its floor (R8)."""
+    """The heights at which a level is cut, metres above its floor (R8)."""
 
     sill: float
     breast: float
@@ -149,14 +149,14 @@ class _Heights:
 
 
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
-    """R4: two sheets drawn together, as far as wall lies over what is between them."""
+    """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
     slits = opened(overlap(long_slits(full), above), SLIVER_M)
     long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
     return united([full, *long]) if long else full
 
 
 def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
-    """R2: those of the pieces that touch wall."""
+    """Return the pieces that touch a wall (R2)."""
     parts = polygons_of(windows)
     if not parts:
         return EMPTY

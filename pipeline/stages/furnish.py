@@ -28,7 +28,7 @@ UNNAMED = "object"
 
 
 def furnish(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
-    """The spaces without what furniture covers, and the furniture."""
+    """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named(level), *_unnamed(level, evidence)]
     floor = united(spaces.rooms)
     inside = [o for o in obstacles if overlap(o.polygon, floor).area > SMALLEST_M2]

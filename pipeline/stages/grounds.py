@@ -48,7 +48,7 @@ NEAR_M: Final = 0.1
 
 
 def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> dict[str, float]:
-    """Return the grounds by name, each 0 to 1; ``spaces`` are the last, of which the plan is made."""
+    """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made."""
     rooms, inner = united(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
     left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
@@ -83,7 +83,7 @@ def _cut_off(spaces: Spaces) -> float:
 
 
 def _floored(level: Level) -> BaseGeometry | None:
-    """R4: the source's floor and its rooms, which may reach over a stair's void, or None if it has no floor."""
+    """Return the source's floor with its rooms, which may cover the void of a stair; None if it has no floor (R4)."""
     if level.floor is None:
         return None
     return united([level.floor, *(room.polygon for room in level.rooms if room.polygon is not None)])
@@ -110,7 +110,7 @@ def _floors(
 
 
 def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
-    """R5: a wall is at most ``THICKEST_M`` thick."""
+    """Return the share of the walls that stand beside no room (R5). A wall is at most ``THICKEST_M`` thick."""
     if walls.is_empty:
         return 0.0
     return _share(subtract(walls, mitred(united(rooms), THICKEST_M)).area, walls.area)
@@ -148,6 +148,6 @@ def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
 
 
 def _best(space: BaseGeometry, rooms: tuple[Polygon, ...]) -> float:
-    """Intersection over union with the room that fits best."""
+    """Return the intersection over union with the room that fits best."""
     found = [rooms[k] for k in shapely.STRtree(rooms).query(space, predicate="intersects")]
     return max((space.intersection(r).area / space.union(r).area for r in found), default=0.0)

@@ -41,7 +41,7 @@ BESIDE_EDGE_M = 0.02
 def habitable(
     rooms: list[Polygon], strips: list[Closer], planes: Planes, evidence: Evidence, level: Level
 ) -> list[Polygon]:
-    """R9: those of the spaces that are rooms."""
+    """Return the spaces that are rooms (R9)."""
     inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
@@ -67,7 +67,7 @@ def habitable(
 def _gardens(
     rooms: list[Polygon], area: npt.NDArray[np.float64], planes: Planes, evidence: Evidence, level: Level
 ) -> set[int]:
-    """Which of the spaces, of these areas, is larger than all others together, fenced, and has nothing over it."""
+    """Return which space is larger than all others together, is fenced, and has nothing above it."""
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
@@ -77,7 +77,7 @@ def _gardens(
 
 
 def _cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
-    """What of the plan around a space lies under faces over head height."""
+    """Return the part of the plan around a space that lies under faces above head height."""
     corners = mesh.vertices[mesh.faces]
     corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
     x1, y1, x2, y2 = room.bounds
@@ -91,12 +91,12 @@ def _is_shaft(room: Polygon) -> bool:
 
 
 def _along(room: Polygon, band: BaseGeometry) -> float:
-    """The share of a room's edge that lies in a band along walls or fences."""
+    """Return the share of a room's edge that lies in a band along walls or fences."""
     return 0.0 if band.is_empty else float(shapely.intersection(room.exterior, band).length / room.length)
 
 
 def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
-    """R10: the rooms without the voids in their floors, where the source shows most of these."""
+    """Return the rooms without the voids in their floors, if the source draws most of the floors (R10)."""
     if level.below is None or level.floor is None:
         return rooms
     covered = sum(overlap(room, level.floor).area for room in rooms)
@@ -107,7 +107,7 @@ def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
 
 
 def _shares(rooms: list[Polygon], area: BaseGeometry | None) -> npt.NDArray[np.float64]:
-    """What share of each of the rooms (n,) lies in an area."""
+    """Return the share of each room (n,) that lies in an area."""
     if area is None or area.is_empty:
         return np.zeros(len(rooms))
     shared = overlaps(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))

@@ -111,7 +111,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
 
 
 def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
-    """All that may close the door plane, before it is known what it parts (R1)."""
+    """Return everything that may close the door plane, before it is known what it separates (R1)."""
     low = subtract(planes.low, planes.high)
     pieces = [Closer(p, "lintel") for p in lapped(polygons_of(planes.high))]
     pieces += [Closer(p, "sill") for p in lapped(polygons_of(low))]
@@ -127,24 +127,24 @@ def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Close
 
 
 def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
-    """Whether a door, a lintel or a narrower gap stands in a wide gap."""
+    """Return whether a door, a lintel or a narrower gap stands in a wide gap."""
     return bool(overlap(gap, closed).area > SPECK * gap.area)
 
 
 def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
-    """R1: whether a door or a lintel beside a gap closes it already (the gap lies between a frame and a curtain)."""
+    """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
         overlap(gap, mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
     )
 
 
 def _lies_in_room(gap: Polygon, level: Level) -> bool:
-    """R1: whether one room of the source goes on through a gap."""
+    """Return whether one room of the source continues through a gap (R1)."""
     return any(overlap(gap, room.polygon).area > IN_ROOM * gap.area for room in level.rooms if room.polygon is not None)
 
 
 def _is_floored(level: Level, planes: Planes) -> bool:
-    """Whether the source draws a floor under most of what the walls span."""
+    """Return whether the source draws a floor under most of the area that the walls span."""
     if level.floor is None or planes.door.is_empty:
         return False
     return bool(level.floor.area > FLOORED * shapely.convex_hull(planes.door).area)
@@ -167,7 +167,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
 
 
 def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
-    """R7: whether each stroke is small beside the whole, and all of them lie apart, as letters do."""
+    """Return whether each stroke is small compared with the whole, and all lie apart, as letters do (R7)."""
     hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
     each = shapely.area(hulls)
     return bool(each.max() < LETTER * spanned and united(hulls).area > APART * each.sum())
@@ -176,7 +176,7 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
 def _settled(
     door: BaseGeometry, slight: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
 ) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
-    """Drop strips until each that is left parts two spaces, then what else is not needed to keep them apart.
+    """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
 
     Returns what is left, and the closed plane with its spaces.
     """
@@ -219,7 +219,7 @@ def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, con
 
 
 def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) -> set[int]:
-    """The strips around the first space that hardly touches a wall."""
+    """Return the strips around the first space that hardly touches a wall (R6)."""
     for index, room in enumerate(rooms):
         around = {
             k
@@ -233,7 +233,7 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
 
 
 def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
-    """R6: the strips between the first space that nobody can stand in and the room that it opens to most.
+    """Return the strips between the first space too narrow to stand in and the room to which it opens most (R6).
 
     What opens to rooms along less than ``EAVES`` of its length lies under the eaves, and is opened to the outside.
     """
@@ -253,7 +253,7 @@ def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
 
 
 def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2: float) -> set[int]:
-    """The widest gap of the first room that is smaller than ``least_m2`` and has nothing but gaps to leave by."""
+    """Return the widest gap of the first room below ``least_m2`` that one can leave only through gaps."""
     for index, room in enumerate(rooms):
         ways = [k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides]
         if room.area >= least_m2 or not ways or any(closers[k].kind not in {"gap", "gate"} for k in ways):
@@ -265,7 +265,7 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
 
 
 def _is_closet(room: Polygon, bridge: Bridge) -> bool:
-    """R6: whether one steps through a gap into a small room that is wider than the gap, as a closet is."""
+    """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R6)."""
     breadth = np.ptp(shapely.get_coordinates(room.exterior) @ bridge.along)
     return bool(room.area >= CLOSET_M2 and bridge.width < JAMBS * breadth)
 
@@ -273,7 +273,7 @@ def _is_closet(room: Polygon, bridge: Bridge) -> bool:
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
 ) -> list[Closer]:
-    """R2: what stands between h_d and head height closes floor that nothing else does."""
+    """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R2)."""
     if level.sills or planes.rails.is_empty:
         return []
     known = united(rooms)

@@ -22,7 +22,7 @@ SLIVER_M = 0.04
 
 
 def cut_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes:
-    """The two planes of a level; raise Rejection if nothing stands at the door plane."""
+    """Return the two planes of a level; raise Rejection if nothing stands in the door plane."""
     planes = _with_sills(level, config) if level.sills else _from_evidence(evidence)
     if planes.door.is_empty:
         objects = f" and {level.n_objects} objects" if level.n_objects else ""

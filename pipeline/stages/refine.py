@@ -51,7 +51,7 @@ def _meeting(room: Polygon, other: Polygon) -> Polygon:
 
 
 def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:
-    """Straightened rooms may lap over each other where they meet; then the larger one keeps the strip."""
+    """Return rooms that do not overlap. Where straightened rooms overlap, the larger one keeps the strip."""
     result = list(straight)
     for k, other in shapely.STRtree(straight).query(straight, predicate="overlaps").T.tolist():
         if other > k:

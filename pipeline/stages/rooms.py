@@ -25,7 +25,7 @@ MIN_M2 = 0.5
 
 
 def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
-    """The rooms of the plan with labels and words, in the order of ``spaces.rooms``, divided ones side by side."""
+    """Return the rooms with labels and words, in the order of ``spaces.rooms``; parts of a divided room follow."""
     drawn = [r for r in level.rooms if r.polygon is not None]
     boxed = [r for r in level.rooms if r.polygon is None and r.box is not None]
     rooms = [part for room in spaces.rooms for part in _divided(room, drawn)]
@@ -46,7 +46,7 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 
 
 def _divided(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
-    """R1."""
+    """Return a space as its source divides it, or the space itself if the source does not (R1)."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
     inside = [p for p in inside if overlap(p, room).area > max(MIN_M2, MIN_SHARE * p.area)]
     if len(inside) < 2:

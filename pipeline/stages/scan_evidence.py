@@ -22,7 +22,7 @@ CELL_M = 0.025
 
 
 def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
-    """Judge all that stands in a scanned level."""
+    """Decide what each thing in a scanned level is."""
     mesh, top = level.walls, max(level.ceiling_m, config.head_m)
     if mesh.is_cloud:
         columns = columns_of_points(mesh.vertices, LOWEST_M, top, CELL_M)

@@ -37,7 +37,7 @@ def vectorise(
     provenance: Mapping[str, Any],
     obstacles: tuple[Obstacle, ...] = (),
 ) -> FloorPlan:
-    """The plan of docs/format.md; of free space that falls into parts on the grid, the largest one."""
+    """Return the plan of docs/format.md; if the free space falls into parts on the grid, only the largest part."""
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
     shift = MARGIN_M - np.array(outline.bounds[:2])
@@ -63,14 +63,14 @@ def vectorise(
 
 
 def _cuts(passages: list[Passage]) -> dict[str, list[dict[str, int | str]]]:
-    """Of each cut, by its door's id, what speaks for its place."""
+    """Return for each cut, by the id of its door, the evidence for its place."""
     cuts: list[dict[str, int | str]] = [{"door": k, "why": p.why} for k, p in enumerate(passages) if p.kind == "cut"]
     return {"cuts": cuts} if cuts else {}
 
 
 @dataclass(frozen=True, eq=False)
 class _Tiles:
-    """Rooms and doors on the grid: ``outline`` is their union, or for entrances what they lie beside."""
+    """Rooms and doors on the grid. ``outline`` is their union; entrances lie beside it."""
 
     outline: Polygon
     named: tuple[NamedRoom, ...]
@@ -80,7 +80,7 @@ class _Tiles:
 
 
 def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
-    """Rooms and doors on the grid; where they come in several parts, those of the largest."""
+    """Return rooms and doors on the grid; if they form several parts, those of the largest part."""
     inner = [p for p in spaces.passages if not p.leads_outside]
     openings = opening_polygons([p.bridge for p in inner], spaces.rooms)
     room_shapes, door_shapes = _tiled([r.polygon for r in named], openings)
@@ -96,12 +96,12 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
 
 
 def _inside(outline: Polygon, shapes: list[Polygon]) -> list[int]:
-    """The indices of those of the shapes that are part of the outline."""
+    """Return the indices of the shapes that are part of the outline."""
     return np.flatnonzero(shapely.intersects(outline, shapely.point_on_surface(shapes))).tolist()
 
 
 def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Points) -> Iterator[PlanObject]:
-    """Furniture with the room that it stands in: the one beside its middle."""
+    """Yield the furniture, each piece with the room in which it stands: the nearest one to its middle."""
     tree = shapely.STRtree(rooms)
     found = 0
     for obstacle in obstacles:
@@ -116,7 +116,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
 
 
 def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
-    """Rooms and doors on the grid, with shared vertices."""
+    """Return rooms and doors on the grid, with shared vertices."""
     shapes = [*doors, *rooms]
     faces = faces_between(shapely.boundary(shapes))
     inside = shapely.point_on_surface(faces)
@@ -129,7 +129,7 @@ def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], l
 
 
 def _whole(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
-    """The faces of one shape in one piece; a shape that the grid swallowed comes back as it rounds."""
+    """Return the faces of one shape in one piece; a shape that vanishes on the grid is returned rounded."""
     found = polygons_of(united(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
     return found[0] if found else shape
 
@@ -147,7 +147,7 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
 
 
 def _beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
-    """The rooms at the two faces of each passage; the outside comes last, as None."""
+    """Return the rooms at the two faces of each passage; the outside comes last, as None."""
     bridges = [passage.bridge for passage in tiles.passages]
     looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in bridges for sign in (-1.0, 1.0)]
     nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(np.array(looks).reshape(-1, 2)))
@@ -176,7 +176,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
 def _boxes(
     level: Level, named: tuple[NamedRoom, ...], shapes: list[Polygon], shift: Points
 ) -> dict[str, tuple[Box, ...]]:
-    """Boxes by label: the source's own where it has them, else those of the rooms."""
+    """Return boxes by label: the source's own if it has any, else those of the rooms."""
     boxes: dict[str, list[Box]] = {}
     own = [(label, room.box) for room in level.rooms if room.box is not None for label in room.labels]
     found = own or [(label, s.bounds) for name, s in zip(named, shapes, strict=True) for label in name.labels]
@@ -187,7 +187,7 @@ def _boxes(
 
 
 def _frame(frame: Frame, shift: Points) -> Frame:
-    """Plan metres to source: first back by the shift, then the level's own matrix."""
+    """Return the frame from plan metres to the source: first back by the shift, then by the level's matrix."""
     (a, b, tx), (c, d, ty) = frame.matrix
     x, y = -float(shift[0]), -float(shift[1])
     matrix = ((a, b, round(a * x + b * y + tx, 6)), (c, d, round(c * x + d * y + ty, 6)))

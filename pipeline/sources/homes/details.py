@@ -99,7 +99,7 @@ def _bulges(space: shapely.Polygon, opened: shapely.Geometry) -> tuple[int, int]
 
 
 def _spiked(space: shapely.Polygon) -> bool:
-    """Whether a ring turns back on itself, so that a wall would have no thickness there."""
+    """Return whether a ring turns back on itself, so that a wall would have no thickness there."""
     ring = shapely.get_coordinates(space.exterior)[:-1]
     step = np.roll(ring, -1, axis=0) - ring
     before = np.roll(step, 1, axis=0)

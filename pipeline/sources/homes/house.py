@@ -83,14 +83,14 @@ def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> H
 
 
 def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
-    """Whether a robot gets everywhere, in each space and through all doors."""
+    """Return whether a robot gets everywhere, in each space and through all doors."""
     free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
     places = shapely.buffer([*spaces, free], -_ROBOT_M)
     return all(isinstance(place, shapely.Polygon) and not place.is_empty for place in places)
 
 
 def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:
-    """The first name of a space has its box, the others parts of it."""
+    """Return boxes: the first name of a space has its whole box, the others parts of it."""
     boxes = []
     for space, labels in zip(spaces, wish.names, strict=True):
         x1, y1, x2, y2 = space.buffer(wish.wall_m / 2).bounds if space.area else space.bounds

@@ -135,7 +135,7 @@ def _instead(clear_m: float, widths: tuple[float, ...]) -> float:
 
 
 def _aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
-    """Whether both rectangles of a border end where it starts (``first``) or ends."""
+    """Return whether both rectangles of a border end where it starts (``first``) or ends."""
     side = (1 if upright else 0) + (0 if first else 2)
     return abs(rects[pair[0]][side] - rects[pair[1]][side]) < NEAR_M
 
@@ -266,7 +266,7 @@ def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
 
 
 def _spans(rect: Rect, low: float, high: float, upright: bool) -> bool:
-    """Whether a border takes up a whole side of a rectangle."""
+    """Return whether a border takes up a whole side of a rectangle."""
     side = (rect[1], rect[3]) if upright else (rect[0], rect[2])
     return abs(side[0] - low) < NEAR_M and abs(side[1] - high) < NEAR_M
 

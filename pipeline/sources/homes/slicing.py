@@ -73,7 +73,7 @@ def borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, float, floa
 
 
 def is_connected(count: int, ways: Iterable[tuple[int, int]]) -> bool:
-    """Whether these ways lead from any of ``count`` rectangles to any other."""
+    """Return whether these ways lead from any of ``count`` rectangles to any other."""
     group = list(range(count))
     for i, j in ways:
         one, other = group[i], group[j]
@@ -153,7 +153,7 @@ def _pull(rects: list[Rect], pulls: np.ndarray, asked: Asked, rng: np.random.Gen
 
 
 def _encloses(rects: list[Rect]) -> bool:
-    """Whether there is a courtyard, from which no way leads out: outlines as published cannot show one."""
+    """Return whether there is a courtyard, from which no way leads out: outlines as published cannot show one."""
     whole = shapely.union_all(shapely.box(*np.array(rects).T), grid_size=1e-6)
     return bool(shapely.get_num_interior_rings(shapely.get_parts(whole)).any())
 

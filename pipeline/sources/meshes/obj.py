@@ -235,7 +235,7 @@ def _check_corners(corners: npt.NDArray[np.int64], n_vertices: int, name: str) -
 
 
 def _is_closed(mesh: Mesh) -> bool:
-    """Whether every edge, by position, has as many faces one way as the other."""
+    """Return whether every edge, by position, has as many faces one way as the other."""
     _, welded = np.unique(mesh.vertices.round(6), axis=0, return_inverse=True)
     faces = welded.reshape(-1)[mesh.faces]
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

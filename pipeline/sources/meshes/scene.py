@@ -25,7 +25,7 @@ class Part:
     material: str = ""
 
     def matches(self, patterns: Sequence[str]) -> bool:
-        """Whether one of the part's names is like one of the patterns, large and small letters told apart."""
+        """Return whether one of the part's names is like one of the patterns, large and small letters told apart."""
         names = (*self.groups, self.mesh, self.material)
         return any(fnmatchcase(name, pattern) for pattern in patterns for name in names)
 

@@ -124,7 +124,7 @@ def _guesses(level: Level) -> tuple[str, ...]:
 
 
 def _placed(frame: Frame, found: RobotMap) -> Frame:
-    """R4: the frame of a level that was drawn in metres from the lower-left corner of the grid."""
+    """R4: return the frame of a level that was drawn in metres from the lower-left corner of the grid."""
     grid = np.array([*found.affine, (0.0, 0.0, 1.0)]) @ np.array([*frame.matrix, (0.0, 0.0, 1.0)])
     (a, b, c), (d, e, f) = grid[:2].tolist()
     return replace(frame, matrix=((a, b, c), (d, e, f)))
@@ -171,7 +171,7 @@ class _Slot:
 
 
 def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[int, Polygon]:
-    """R1, R2: the rooms by their numbers, none nearer to another than a wall."""
+    """R1, R2: return the rooms by their numbers, none nearer to another than a wall."""
     doorways = shapely.union_all([slot.shape for slot in slots])
     raw = {}
     for number, (rows, cols) in sorted(boxes_of(parts.label)):
@@ -192,7 +192,7 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[
 
 
 def _largest(area: BaseGeometry) -> Polygon:
-    """The largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
+    """Return the largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
     return max(polygons_of(opened(area, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
 
 
@@ -207,7 +207,7 @@ def _smooth(whole: BaseGeometry) -> BaseGeometry:
 
 
 def _joined(slots: list[_Slot], rooms: dict[int, Polygon]) -> tuple[list[Polygon], list[Hole]]:
-    """The rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1)."""
+    """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1)."""
     rooms, holes = dict(rooms), []
     for slot in slots:
         sides = [rooms[number] for number in slot.rooms if number in rooms]
@@ -263,7 +263,7 @@ def _traced(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float
 
 
 def _unseen(parts: Segmentation, found: RobotMap) -> float:
-    """R5: which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
+    """R5: return which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
     rooms = parts.label_of_cells(found.occupancy.shape) > 0
     ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~found.free
     reach = 2 * round(UNSEEN_M / found.resolution_m) + 1

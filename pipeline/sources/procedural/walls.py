@@ -223,7 +223,7 @@ def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: n
 
 
 def joins_all(cells: list[Cell], doors: list[Opening]) -> bool:
-    """Whether every cell that should have a door can be reached from every other."""
+    """Return whether every cell that should have a door can be reached from every other."""
     graph = nx.Graph()
     graph.add_nodes_from(i for i, cell in enumerate(cells) if cell.use not in {"shaft", "garage"})
     graph.add_edges_from(door.cells for door in doors)

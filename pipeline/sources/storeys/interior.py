@@ -174,7 +174,7 @@ def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[F
 
 
 def _without_fences(wall: Cells, standing: Cells) -> Cells:
-    """R1: the connected parts of which some stands, all of them where none does."""
+    """R1: return the connected parts of which some stands, all of them where none does."""
     _, part = cv2.connectedComponents(wall)
     kept = np.unique(part[(standing > 0) & (wall > 0)])
     return np.isin(part, kept).astype(np.uint8) if len(kept) else wall
@@ -189,7 +189,7 @@ def _outside(wall: Cells) -> Cells:
 
 
 def _hull(mask: Cells) -> Cells:
-    """Each connected part's convex hull."""
+    """Return each connected part's convex hull."""
     out = np.zeros_like(mask)
     for contour in cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[-2]:
         cv2.fillConvexPoly(out, cv2.convexHull(contour), 1)

@@ -271,7 +271,7 @@ def open_below(
 
 
 def _outline(mask: Cells, grid: PlanGrid) -> shapely.Geometry:
-    """The area of a mask's cells, from the runs of its rows."""
+    """Return the area of a mask's cells, from the runs of its rows."""
     edges = np.diff(np.pad(mask.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, start = np.nonzero(edges == 1)
     end = np.nonzero(edges == -1)[1]
@@ -451,7 +451,7 @@ def _ceiling(
 
 
 def _through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
-    """R3: which share of the walls that reach a layer runs on through it, face by face."""
+    """R3: return which share of the walls that reach a layer runs on through it, face by face."""
     below = layer.bottom - MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
     length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])

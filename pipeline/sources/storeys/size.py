@@ -197,7 +197,7 @@ def _upright(shape: Shape, axis: str, convention: Convention) -> float:
 
 
 def _is_likely(shape: Shape) -> bool:
-    """R8: whether an opening is as high as a door where the storey is 2.7 m high."""
+    """R8: return whether an opening is as high as a door where the storey is 2.7 m high."""
     tried = USUAL_STOREY_M / shape.storey
     return shape.fits_width(tried) and has_usual_head(shape.heads, tried)
 
@@ -229,7 +229,7 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
 
 
 def _of_a_model(shape: Shape, convention: Convention, door: float | None) -> float | None:
-    """R3: what a unit stands for where the format's own is absurd, or None if it is not."""
+    """R3: return what a unit stands for where the format's own is absurd, or None if it is not."""
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None
@@ -306,7 +306,7 @@ def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
-    """Where the faces begin and end along an axis, but for this share of their area on each side."""
+    """Return where the faces begin and end along an axis, but for this share of their area on each side."""
     low, high, area = surfaces.low[faces, axis], surfaces.high[faces, axis], surfaces.area[faces]
     return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
 
@@ -359,7 +359,7 @@ def _storey(
 
 
 def _growth(profile: WallProfile) -> Floats:
-    """How much longer the walls are two steps above each height than two steps below it."""
+    """Return how much longer the walls are two steps above each height than two steps below it."""
     grown = np.zeros_like(profile.length)
     grown[2:-2] = profile.length[4:] - profile.length[:-4]
     return grown

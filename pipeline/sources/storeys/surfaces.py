@@ -272,7 +272,7 @@ def _box(surfaces: Surfaces, faces: np.ndarray, plan: list[int]) -> Floats:
 
 
 def _shared(one: Floats, other: Floats, *, together: bool = False) -> float:
-    """Which share of the smaller of two boxes lies in both, or of all that they cover ``together``."""
+    """Return which share of the smaller of two boxes lies in both, or of all that they cover ``together``."""
     both = float(np.prod(np.maximum(np.minimum(one[1], other[1]) - np.maximum(one[0], other[0]), 0.0)))
     areas = [max(float(np.prod(box[1] - box[0])), TINY) for box in (one, other)]
     return both / (sum(areas) - both if together else min(areas))

@@ -43,7 +43,7 @@ class Family(Protocol):
     """What each module of ``pipeline.sources.vector_plans`` offers as functions of these names."""
 
     def claims(self, path: Path, head: bytes) -> bool:
-        """Whether a file is of this family, by its name and its first bytes."""
+        """Return whether a file is of this family, by its name and its first bytes."""
         ...
 
     def draw(self, path: Path) -> Drawing:
@@ -52,7 +52,7 @@ class Family(Protocol):
 
 
 def is_drawn(path: Path, head: bytes) -> bool:
-    """Whether one of the families knows a file."""
+    """Return whether one of the families knows a file."""
     return _family(path, head) is not None
 
 

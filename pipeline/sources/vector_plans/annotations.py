@@ -111,7 +111,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
 
 
 def _closed(sides: Sequence[np.ndarray]) -> Polygon:
-    """The polygon that some edges (2, 3) close; ValueError if they close none."""
+    """Return the polygon that some edges (2, 3) close; ValueError if they close none."""
     lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=SAME_M)
     areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > LOOP_M2]
     if not areas:

@@ -182,7 +182,7 @@ def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
 
 
 def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
-    """How far the wall reaches to the right (negative) and to the left of a line."""
+    """Return how far the wall reaches to the right (negative) and to the left of a line."""
     a, b = jambs
     along = np.array([across[1], -across[0]])
     middle = (a + b) / 2
@@ -232,7 +232,7 @@ def levels_of(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[
 
 
 def _turned(frame: Frame) -> Frame:
-    """The frame of a level whose file has y up: plan (x, y) is (x, -z) there."""
+    """Return the frame of a level whose file has y up: plan (x, y) is (x, -z) there."""
     (a, b, x), (c, d, y) = frame.matrix
     return replace(frame, matrix=((a, b, x), (-c, -d, -y)), up="y")
 

@@ -203,7 +203,7 @@ def _measured(level: Mapping[str, Any]) -> float | None:
 
 
 def _ratio(reference: Any, level: Mapping[str, Any]) -> float | None:
-    """How much longer a unit of this level is than one of the reference's, by the fiducials of both."""
+    """Return how much longer a unit of this level is than one of the reference's, by the fiducials of both."""
     ours, theirs = _fiducials(level), _fiducials(reference if isinstance(reference, Mapping) else {})
     names = sorted(set(ours) & set(theirs))[:MOST_FIDUCIALS]
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]

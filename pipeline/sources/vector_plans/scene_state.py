@@ -92,7 +92,7 @@ def draw(path: Path) -> Drawing:
 
 
 def _names(arch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """R3: what the regions call the rooms."""
+    """R3: yield what the regions call the rooms."""
     for key in ("regions", "rooms"):
         regions = arch.get(key)
         for each in regions if isinstance(regions, list) else ():

@@ -164,7 +164,7 @@ def _points(text: str) -> list[npt.NDArray[np.float64]]:
 
 
 def _path(text: str) -> list[npt.NDArray[np.float64]]:
-    """The rings of a path of absolute lines (M, L, H, V, Z), as our export writes it."""
+    """Return the rings of a path of absolute lines (M, L, H, V, Z), as our export writes it."""
     rings: list[list[tuple[float, float]]] = []
     for command, rest in re.findall(r"([MLHVZmlhvz])([^MLHVZmlhvz]*)", text):
         numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
@@ -181,7 +181,7 @@ def _path(text: str) -> list[npt.NDArray[np.float64]]:
 
 
 def _transform(text: str) -> npt.NDArray[np.float64]:
-    """The matrix of matrix(...), translate(...), scale(...) and rotate(...)."""
+    """Return the matrix of matrix(...), translate(...), scale(...) and rotate(...)."""
     found = np.eye(3)
     for name, rest in re.findall(r"(matrix|translate|scale|rotate)\(([^)]*)\)", text):
         v = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]

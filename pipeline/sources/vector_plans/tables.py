@@ -100,7 +100,7 @@ def _plans(path: Path) -> Mapping[str, Any]:
 
 @lru_cache(maxsize=1)
 def _read(path: str, _modified: int, _size: int) -> Mapping[str, Any]:
-    """The plans of a file, which is read once for all of them."""
+    """Return the plans of a file, which is read once for all of them."""
     return _table(Path(path)) if path.lower().endswith(".csv") else _pickled(Path(path))
 
 

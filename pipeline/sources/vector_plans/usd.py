@@ -152,7 +152,7 @@ def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _label(prim: Any) -> tuple[str, tuple[str, ...]]:
-    """The semantic label of a prim or the nearest one above it, and our own export's words of a room."""
+    """Return the semantic label of a prim or the nearest one above it, and our own export's words of a room."""
     each = prim
     while each and not each.IsPseudoRoot():
         for attribute in each.GetAuthoredAttributes():

@@ -65,7 +65,7 @@ class _Node:
     fields: dict[str, Any] = field(default_factory=dict)
 
     def numbers(self, key: str, default: tuple[float, ...]) -> Floats:
-        """The finite numbers of a field; the default where it has others, or another count of them."""
+        """Return the finite numbers of a field; the default where it has others, or another count of them."""
         try:
             found = [float(each) for each in self.fields.get(key, ())]
         except (TypeError, ValueError):
@@ -74,7 +74,7 @@ class _Node:
         return np.array(found if right else default, np.float64)
 
     def nodes(self, key: str) -> list[_Node]:
-        """The nodes of a field."""
+        """Return the nodes of a field."""
         return [each for each in self.fields.get(key, ()) if isinstance(each, _Node)]
 
     @cached_property
@@ -129,7 +129,7 @@ class _Parser:
         self._count = 0
 
     def world(self) -> list[_Node]:
-        """The nodes of the file, one after the other."""
+        """Return the nodes of the file, one after the other."""
         found = []
         while self._next is not None:
             if self._word in {"EXTERNPROTO", "IMPORTABLE"}:
@@ -146,7 +146,7 @@ class _Parser:
         return self._next[3] if self._next is not None else None
 
     def _at(self, mark: str) -> bool:
-        """Whether a brace or bracket comes next."""
+        """Return whether a brace or bracket comes next."""
         return self._next is not None and self._next[2] == mark
 
     def _take(self) -> re.Match[str]:
@@ -196,7 +196,7 @@ class _Parser:
         return node
 
     def _values(self, depth: int) -> list[Any]:
-        """The values of a field: numbers, texts and nodes; a list may stand in brackets."""
+        """Return the values of a field: numbers, texts and nodes; a list may stand in brackets."""
         if self._at("["):
             self._take()
             found: list[Any] = []
@@ -383,7 +383,7 @@ class _World:
 
 
 def _pose(node: _Node) -> Floats:
-    """The place (4, 4) that a node gives its children."""
+    """Return the place (4, 4) that a node gives its children."""
     pose = np.eye(4)
     x, y, z, angle = node.numbers("rotation", (0.0, 0.0, 1.0, 0.0))
     length = math.hypot(x, y, z)
@@ -399,7 +399,7 @@ def _moved(at: Floats, points: Floats) -> Floats:
 
 
 def _faces_of(shape: _Node, at: Floats) -> tuple[Floats, Ints]:
-    """The points and triangles of an IndexedFaceSet; a face ends at -1."""
+    """Return the points and triangles of an IndexedFaceSet; a face ends at -1."""
     coordinates = next(iter(shape.nodes("coord")), _Node("Coordinate"))
     points = np.array([float(each) for each in coordinates.fields.get("point", ())]).reshape(-1, 3)
     index = [int(each) for each in shape.fields.get("coordIndex", ())]
