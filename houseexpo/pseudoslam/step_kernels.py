@@ -1,4 +1,4 @@
-"""The kernel of a step: its parameters from a configuration, which kernel it is, compiling it in time, and calling it.
+"""Make the parameters of a step from a configuration, choose the kernel, compile it ahead of time, and call it.
 
 When the first environment is made, another process compiles the kernel (``compile_to_disk``) while this one compiles
 those of an episode's start: numba compiles one function at a time and caches it on disk for other processes. With two

@@ -1,4 +1,4 @@
-"""Furniture for a finished plan: what a room of its label holds, placed by rules, doors and ways kept free."""
+"""Furnish a finished plan: rules choose furniture by room label and place it, so that doors and ways stay free."""
 
 from pipeline.furnish.plan import furnished, is_chosen
 

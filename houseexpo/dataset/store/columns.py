@@ -1,4 +1,7 @@
-"""Columns of a data set: those of its index, and those that are computed for published plans and cached."""
+"""Read columns of a data set, and check the conditions of ``select`` on them.
+
+Published plans do not record all columns; the missing values are computed once and cached.
+"""
 
 from __future__ import annotations
 

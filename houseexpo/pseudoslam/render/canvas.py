@@ -1,4 +1,4 @@
-"""A canvas over a grid of cells, for drawing smooth shapes in grid coordinates on cells of whole pixels."""
+"""Scale a grid of cells to an image, and draw antialiased shapes on it, whose coordinates are those of the grid."""
 
 from __future__ import annotations
 
