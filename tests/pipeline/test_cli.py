@@ -70,6 +70,7 @@ def test_python_m_pipeline_is_the_same(houses: Path, tmp_path: Path) -> None:
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
 
 
+@pytest.mark.slow
 def test_a_manifest_says_it_all_and_the_command_line_wins(houses: Path, tmp_path: Path) -> None:
     manifest = tmp_path / "manifest.toml"
     manifest.write_text('[build]\nsources = ["houses"]\nlimit = 1\n')

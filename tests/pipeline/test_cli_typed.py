@@ -121,6 +121,7 @@ def test_what_no_house_has_is_implausible(rooms: int, area_m2: float, said: str)
     assert implausible(rooms, area_m2) == said
 
 
+@pytest.mark.slow
 def test_an_implausible_plan_is_warned_of(tmp_path: Path) -> None:
     one_room(tmp_path / "hall.ply", 110.0, 109.0)
     said = call("build", tmp_path / "hall.ply", "--out", tmp_path / "out", "--workers", "1")

@@ -95,6 +95,7 @@ def test_a_sound_data_set_lists_nothing(tmp_path: Path) -> None:
     assert call("stats", tmp_path, "--list-bad", "--workers", "1") == ("", "")
 
 
+@pytest.mark.slow
 def test_a_broken_plan_is_counted_and_named_and_the_others_count(folder: Path, tmp_path: Path) -> None:
     (folder / "cut_off.json").write_text('{"verts": [[0.1')
     (folder / "twin.json").write_bytes((folder / "h0.json").read_bytes())

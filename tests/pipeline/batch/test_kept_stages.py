@@ -49,6 +49,7 @@ def done(out: Path) -> int:
     return len((out / ".build" / "journal.jsonl").read_bytes().splitlines())
 
 
+@pytest.mark.slow
 def test_the_picture_is_what_inspect_draws_and_the_plan_as_without_it(tmp_path: Path) -> None:
     house = one_room(tmp_path / "house.ply")
     run_build([house], tmp_path / "plain", plan=None, seconds=300.0)

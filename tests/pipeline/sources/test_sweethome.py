@@ -203,6 +203,7 @@ def test_an_older_home_that_is_damaged_asks_to_be_saved_anew(tmp_path):
     assert "5.3" in found.advice
 
 
+@pytest.mark.slow
 def test_hostile_zips(tmp_path):
     bomb = write(tmp_path / "bomb.sh3d", b"<home>" + b" " * (sweethome.LARGEST_BYTES + 10))
     assert outcome(bomb).reason is Reason.TOO_LARGE
