@@ -8,7 +8,7 @@ import os
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,42 @@ CACHE_VARIABLE = "HOUSEEXPO_CACHE"
 def as_json(values: Any) -> bytes:
     """Return indented JSON that is easy to read and to compare; keys keep their order."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
+
+
+def plain_yaml(data: bytes | str, deepest: int) -> Any:
+    """Return the content of a YAML document without aliases, nested no deeper than ``deepest``.
+
+    The events are read before anything is built of them: aliases make a small file grow, and each level of brackets
+    makes the parser slower.
+
+    Raises
+    ------
+    ValueError
+        What is wrong, as the end of a sentence that begins with the file's name.
+    """
+    import yaml
+
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        fault = next(_yaml_faults(yaml.parse(data, Loader=loader), deepest), "")
+        document = None if fault else yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        fault = f"is no YAML: {' '.join(str(error).split())[:200]}"
+    if fault:
+        raise ValueError(fault)
+    return document
+
+
+def _yaml_faults(events: Iterable[Any], deepest: int) -> Iterator[str]:
+    import yaml
+
+    depth = 0
+    for event in events:
+        if isinstance(event, yaml.AliasEvent):
+            yield "repeats a part by an alias (*name)"
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > deepest:
+            yield f"is nested more than {deepest} deep"
 
 
 def as_zip(files: Mapping[str, bytes]) -> bytes:

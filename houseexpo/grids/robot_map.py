@@ -34,6 +34,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
+from houseexpo.files import plain_yaml
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -297,22 +298,12 @@ def _from_yaml(file: Path) -> RobotMap:
 
 
 def _document(file: Path) -> Mapping[str, Any]:
-    import yaml
-
     if file.stat().st_size > YAML_BYTES:
         raise MapError(f"{file.name} has {file.stat().st_size:,} bytes, which no map.yaml has", fault="too_large")
     try:
-        text = file.read_text("utf-8")
-        depth = 0
-        for event in yaml.parse(text, Loader=yaml.SafeLoader):
-            if isinstance(event, yaml.AliasEvent):
-                raise MapError(f"{file.name} repeats a part by an alias (*name), which map_server never writes")
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > _DEEPEST:  # each level makes the parser slower
-                raise MapError(f"{file.name} is nested more than {_DEEPEST} deep, which no map.yaml is")
-        document = yaml.safe_load(text)
-    except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
-        raise MapError(f"{file.name} is no YAML: {' '.join(str(error).split())[:200]}", "save the map again") from None
+        document = plain_yaml(file.read_bytes(), _DEEPEST)
+    except ValueError as error:
+        raise MapError(f"{file.name} {error}", "save the map again") from None
     if not isinstance(document, Mapping):
         raise MapError(f"{file.name}: expected a mapping with image and resolution", "save the map again")
     return document

@@ -40,6 +40,7 @@ from pipeline.sources.tolerances import (
     SAME_DOOR_M,
     SAME_M,
     SPECK_M2,
+    STOREYS_APART_M,
     THICKEST_WALL_M,
     TINY,
     WALLS_COVERED,
@@ -178,6 +179,17 @@ def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
     shape = shapely.convex_hull(shapely.union_all([hole.shape, *parts]))
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
+
+
+def storey_heights(heights: Iterable[float]) -> list[float]:
+    """Return the heights of storeys, lowest first: floors closer than STOREYS_APART_M are one, at their median."""
+    groups: list[list[float]] = []
+    for height in sorted(heights):
+        if groups and height - groups[-1][0] < STOREYS_APART_M:
+            groups[-1].append(height)
+        else:
+            groups.append([height])
+    return [float(np.median(group)) for group in groups]
 
 
 def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:

@@ -101,6 +101,18 @@ def as_text(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
+def file_inside(folder: Path, name: str, start: Path | None = None) -> Path | None:
+    """Return the file that a source names, or None if it is not in the folder or below it.
+
+    ``name`` counts from ``start``, by default the folder itself; links are followed before the folder is compared.
+    """
+    try:
+        file = ((start or folder) / name).resolve()
+        return file if name and file.is_relative_to(folder.resolve()) and file.is_file() else None
+    except (OSError, ValueError):  # no name that a file can have
+        return None
+
+
 def check_file(path: Path) -> None:
     """Raise Rejection if there is no file, or nothing in it."""
     if not path.is_file():

@@ -21,7 +21,7 @@ import msgspec
 from houseexpo.files import sha256_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.files import KEY, check_file, decode_document, single_input
+from pipeline.sources.files import KEY, check_file, decode_document, file_inside, single_input
 from pipeline.values import Input, Level
 
 MOST_FOLDERS: Final = 3
@@ -71,15 +71,9 @@ def read(item: Input) -> Iterator[Level]:
     options = {"file": mesh.name, **({"up": up} if up else {})}
     stage = Input(item.id, "mesh_file", str(mesh), options=tuple(sorted(options.items())))
     objects = len(scene.object_instances) + len(scene.articulated_object_instances)
-    told = {
-        "source": "habitat",
-        "file": name,
-        "stage": mesh.name,
-        "stage_sha256": sha256_of(mesh),
-        "sha256": sha256_of(path),
-    }
+    told = {"source": "habitat", "file": name, "stage": mesh.name, "sha256": sha256_of(path)}
     for level in mesh_file.read(stage):
-        provenance = {**level.provenance, **told}
+        provenance = {**level.provenance, "stage_sha256": level.provenance["sha256"], **told}
         if objects:
             note = f"{objects} objects of the scene, whose models are not opened"
             provenance[KEY] = "; ".join(filter(None, [str(provenance.get(KEY, "")), note]))
@@ -97,27 +91,18 @@ def _stage_of(path: Path, template: str) -> tuple[Path, str]:
     """R1, R2: return the mesh of a stage, and its axis, or "" if nothing says it."""
     for folder in path.resolve().parents[: MOST_FOLDERS + 1]:
         for start in (folder, folder / "stages", folder / "configs", folder / "configs" / "stages"):
-            config = _inside(folder, start, f"{template}{_CONFIG}")
+            config = file_inside(folder, f"{template}{_CONFIG}", start)
             if config is not None:
                 said = decode_document(_STAGE, _bytes_of(config), config.name, "copy it again from the data set")
-                mesh = _inside(folder, config.parent, said.render_asset)
+                mesh = file_inside(folder, said.render_asset, config.parent)
                 if mesh is not None:
                     return mesh, _axis(said.up)
             for name in (template, *(template + suffix for suffix in _MESHES)):
-                mesh = _inside(folder, start, name)
+                mesh = file_inside(folder, name, start)
                 if mesh is not None and mesh.suffix.lower() in _MESHES:
                     return mesh, ""
     detail = f"{path.name}: its stage {template[:80]!r} is not in its folder or the {MOST_FOLDERS} above it"
     raise Rejection("source", Reason.MISSING_FILE, detail, _ADVICE)
-
-
-def _inside(folder: Path, start: Path, name: str) -> Path | None:
-    """Return the file of this name, or None if there is none in the folder."""
-    try:
-        file = (start / name).resolve()
-        return file if name and file.is_relative_to(folder) and file.is_file() else None
-    except (OSError, ValueError):  # no name that a file can have
-        return None
 
 
 def _axis(up: Any) -> str:

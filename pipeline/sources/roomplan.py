@@ -34,6 +34,7 @@ from pipeline.sources.drawn_storeys import (
     openings,
     prism,
     standing,
+    storey_heights,
     walls_around,
 )
 from pipeline.sources.files import check_file, level_id, single_input
@@ -101,14 +102,8 @@ def _scan(path: Path) -> Scan:
 
 def _heights(scan: Scan) -> list[float]:
     """R4: return the floors' heights, lowest first."""
-    feet = sorted(wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0)
-    groups: list[list[float]] = []
-    for foot in feet or sorted(wall.low_m for wall in scan.walls):
-        if groups and foot - groups[-1][0] < STOREYS_APART_M:
-            groups[-1].append(foot)
-        else:
-            groups.append([foot])
-    return [float(np.median(group)) for group in groups]
+    feet = [wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0]
+    return storey_heights(feet or [wall.low_m for wall in scan.walls])
 
 
 def _part(scan: Scan, low: float, high: float) -> Scan:

@@ -13,16 +13,19 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+import trimesh
 from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan.categories import canonical
 from pipeline.geometry.areas import polygons_of
-from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, one_each, prism
+from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, one_each, prism, storey_heights
+from pipeline.sources.files import file_inside
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     KNEE_M,
@@ -30,7 +33,6 @@ from pipeline.sources.tolerances import (
     NARROWEST_DOOR_M,
     SAME_M,
     SLIVER_M2,
-    STOREYS_APART_M,
     TINY,
     WALL_HEIGHT_M,
     WIDEST_DOOR_M,
@@ -38,6 +40,8 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawn import Storey, hole_at, through
 from pipeline.values import SourceObject, SourceRoom
 
+LARGEST_MESH: Final = 1 << 27
+_MESHES: Final = frozenset({".obj", ".stl"})
 _KINDS: Final = (
     ("lintel", "wall"),
     ("wall", "wall"),
@@ -95,20 +99,32 @@ def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDA
     return Body(names, shape, float(used.min()), float(used.max()))
 
 
+def mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Return the points (n, 3) and faces (m, 3) of an .obj or .stl in a scene's folder; nothing else is opened.
+
+    Raises
+    ------
+    ValueError
+        The file is not in the folder, of another format, too large, or damaged.
+    """
+    file = file_inside(folder, name)
+    if file is None or file.suffix.lower() not in _MESHES:
+        raise ValueError(f"its mesh {name[:80]!r} is not in the folder, or no .obj or .stl")
+    if file.stat().st_size > LARGEST_MESH:
+        raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
+    try:
+        mesh: Any = trimesh.load_mesh(file, process=False, skip_materials=True)
+        return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    except Exception as error:  # noqa: BLE001 - the loader raises whatever broken bytes lead it to
+        raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
+
+
 def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
     """Return the storeys of a scene, lowest first."""
     sorted_ = [(kind_of((each.label, *each.names) if each.label else each.names), each) for each in bodies]
     sorted_ = [("floor" if canonical(each.label) and kind == "furniture" else kind, each) for kind, each in sorted_]
-    tops = sorted(each.high_m for kind, each in sorted_ if kind == "floor") or sorted(
-        each.low_m for kind, each in sorted_ if kind == "wall"
-    )
-    levels: list[list[float]] = []
-    for top in tops:
-        if levels and top - levels[-1][0] < STOREYS_APART_M:
-            levels[-1].append(top)
-        else:
-            levels.append([top])
-    heights = [float(np.median(level)) for level in levels]
+    tops = [each.high_m for kind, each in sorted_ if kind == "floor"]
+    heights = storey_heights(tops or [each.low_m for kind, each in sorted_ if kind == "wall"])
     found = []
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf

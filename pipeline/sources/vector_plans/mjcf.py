@@ -13,24 +13,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import shapely
-import trimesh
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import Element, LeftOut, parse_xml
+from pipeline.sources.files import Element, LeftOut, file_inside, parse_xml
 from pipeline.sources.tolerances import TINY
-from pipeline.sources.vector_plans.bodies import Body, body, box_of, storeys_of
+from pipeline.sources.vector_plans.bodies import Body, body, box_of, mesh_beside, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
 MOST_GEOMS = 200_000
-LARGEST_MESH = 1 << 27
-_MESHES = frozenset({".obj", ".stl"})
 Matrix = npt.NDArray[np.float64]
 
 
@@ -82,7 +78,7 @@ class _Scene:
             yield root
             inner = []
             for name in (each.get("file", "") for each in root.iter("include")):
-                file = self._beside(name)
+                file = file_inside(self.folder, name)
                 if file is None:
                     self.left_out.add(f"{name[:80]} is not in the folder of {self.path.name}")
                 elif file in self._read:
@@ -90,14 +86,6 @@ class _Scene:
                 else:
                     inner.append(self._document(file))
             waiting += reversed(inner)
-
-    def _beside(self, name: str) -> Path | None:
-        """Return the file of this name in the folder or below it, or None if there is none."""
-        try:
-            file = (self.folder / name).resolve()
-            return file if self.folder in file.parents and file.is_file() else None
-        except (OSError, ValueError):  # no name that a file can have
-            return None
 
     def _class(self, element: Element, inherited: Mapping[str, dict[str, str]], depth: int = 0) -> None:
         own = {kind: dict(values) for kind, values in inherited.items()}
@@ -202,23 +190,9 @@ class _Scene:
                 return points, ConvexHull(points).simplices.astype(np.int64)
             except QhullError:
                 raise ValueError("its mesh is flat") from None
-        return self._from_file(element, scale)
-
-    def _from_file(
-        self, element: Element, scale: npt.NDArray[np.float64]
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-        file = self._beside(
-            f"{self.mesh_folder}/{element.get('file', '')}" if self.mesh_folder else element.get("file", "")
-        )
-        if file is None or file.suffix.lower() not in _MESHES:
-            raise ValueError(f"its mesh {element.get('file', '')[:80]!r} is not in the folder, or no .obj or .stl")
-        if file.stat().st_size > LARGEST_MESH:
-            raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
-        try:
-            mesh: Any = trimesh.load_mesh(file, process=False, skip_materials=True)
-            return np.asarray(mesh.vertices, np.float64) * scale, np.asarray(mesh.faces, np.int64)
-        except Exception as error:  # noqa: BLE001 - the loader raises whatever broken bytes lead it to
-            raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
+        name = element.get("file", "")
+        points, faces = mesh_beside(self.folder, f"{self.mesh_folder}/{name}" if self.mesh_folder else name)
+        return points * scale, faces
 
 
 def _numbers(text: str, count: int) -> list[float]:

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
-import yaml
 from shapely import Polygon
 
+from houseexpo.files import plain_yaml
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of
 from pipeline.sources.files import LeftOut
@@ -140,27 +140,13 @@ def _document(path: Path) -> Mapping[str, Any]:
     if path.stat().st_size > LARGEST_BYTES:
         detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BYTES >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
-    data = path.read_bytes()
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        _check_events(yaml.parse(data, Loader=loader), path)
-        document = yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
-    except (yaml.YAMLError, UnicodeError, ValueError, RecursionError) as error:
-        raise _broken(path, f"is no YAML: {' '.join(str(error).split())[:200]}") from None
+        document = plain_yaml(path.read_bytes(), DEEPEST)
+    except ValueError as error:
+        raise _broken(path, str(error)) from None
     if not isinstance(document, Mapping):
         raise _broken(path, "expected a mapping with levels")
     return document
-
-
-def _check_events(events: Iterable[Any], path: Path) -> None:
-    """Refuse what would grow when it is read, or is too deep for those who walk it."""
-    depth = 0
-    for event in events:
-        if isinstance(event, yaml.AliasEvent):
-            raise _broken(path, "repeats a part by an alias (*name), which traffic_editor never writes")
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
-            raise _broken(path, f"is nested more than {DEEPEST} deep")
 
 
 def _broken(path: Path, what: str) -> Rejection:

@@ -24,9 +24,9 @@ import numpy as np
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each
+from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, storey_heights
 from pipeline.sources.files import LeftOut
-from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, STOREYS_APART_M, THICKEST_LINE_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strip
 from pipeline.values import SourceRoom
 
@@ -129,13 +129,7 @@ def _wall(element: Mapping[str, Any], points: np.ndarray, arch: Mapping[str, Any
 
 def _storeys(walls: Sequence[_Line], rooms: Sequence[tuple[float, SourceRoom]], scale: float) -> Iterator[Storey]:
     """R4."""
-    levels: list[list[float]] = []
-    for height in sorted([height for height, _ in rooms] or [wall.foot_m for wall in walls]):
-        if levels and height - levels[-1][0] < STOREYS_APART_M:
-            levels[-1].append(height)
-        else:
-            levels.append([height])
-    heights = np.array([float(np.median(level)) for level in levels])
+    heights = np.array(storey_heights([height for height, _ in rooms] or [wall.foot_m for wall in walls]))
     for number, height in enumerate(heights.tolist()):
         here = [wall for wall in walls if int(np.argmin(np.abs(heights - wall.foot_m))) == number]
         named = tuple(each for foot, each in rooms if int(np.argmin(np.abs(heights - foot))) == number)

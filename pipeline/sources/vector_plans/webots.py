@@ -31,14 +31,13 @@ from scipy.spatial.transform import Rotation
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
+from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, mesh_beside, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 LARGEST_WORLD: Final = 1 << 26
-LARGEST_MESH: Final = 1 << 27
 MOST_NODES: Final = 100_000
 DEEPEST: Final = 100
 Z_UP_SINCE: Final = (2021, "c")
@@ -47,9 +46,10 @@ WALL_M: Final = (0.2, 1.0, 2.4)
 WINDOW_M: Final = (0.2, 0.8, 2.4)
 FRAME_M: Final = 2.0
 """Height of a door's frame that is not said."""
+HIDDEN: Final = "hidden"
+"""Stands before a field in which Webots saved the state of a node inside a PROTO; its name is none that is read."""
 SIDES: Final = 16
 """Sides of a cylinder."""
-_MESHES: Final = frozenset({".obj", ".stl"})
 _TOKEN: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|#[^\n]*|([{}\[\]])|([^\s,{}\[\]"#]+)')
 _PLACES: Final = frozenset({"Group", "Transform", "Pose", "Solid", "Robot", "Slot", "Billboard", "SolidReference"})
 _NOT_SHAPES: Final = frozenset(
@@ -122,7 +122,7 @@ class _Parser:
     """Reads the nodes of a world; an error names the line."""
 
     def __init__(self, text: str, name: str) -> None:
-        self._text, self._file, self._line_of = text, name, 0
+        self._text, self._file = text, name
         self._tokens = (m for m in _TOKEN.finditer(text) if m[0][0] != "#")
         self._next: re.Match[str] | None = next(self._tokens, None)
         self._defined: dict[str, _Node] = {}
@@ -132,13 +132,10 @@ class _Parser:
         """Return the nodes of the file, one after the other."""
         found = []
         while self._next is not None:
-            if self._word in {"EXTERNPROTO", "IMPORTABLE"}:
+            if self._word in {"EXTERNPROTO", "IMPORTABLE"} or self._next[1] is not None:  # a text is their address
                 self._take()
-                continue
-            if self._next[1] is not None:  # the address of an EXTERNPROTO
-                self._take()
-                continue
-            found.append(self._node(0))
+            else:
+                found.append(self._node(0))
         return found
 
     @property
@@ -185,6 +182,8 @@ class _Parser:
         self._take()
         node = _Node(kind, name)
         while not self._at("}"):
+            if self._word == HIDDEN:
+                self._take()
             key = self._word
             if key is None:
                 raise self._fault()
@@ -324,7 +323,7 @@ class _World:
             elif shape.kind == "ElevationGrid":
                 yield from self._body(names, *self._grid(shape, at))
             elif shape.kind == "Mesh":
-                points, faces = self._mesh(" ".join(map(str, shape.fields.get("url", [])[:1])))
+                points, faces = mesh_beside(self.folder, " ".join(map(str, shape.fields.get("url", [])[:1])))
                 yield from self._body(names, _moved(at, points), faces)
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
             self.left_out.add(f"{shape.kind} {' '.join(names)[:60]}: {error}")
@@ -351,22 +350,6 @@ class _World:
         middle = np.eye(4)
         middle[0, 3], middle[1 if self.z_up else 2, 3] = wide / 2, deep / 2
         return self._plane(at @ middle, wide, deep)
-
-    def _mesh(self, url: str) -> tuple[Floats, Ints]:
-        try:
-            file = (self.folder / url).resolve()
-            inside = self.folder in file.parents and file.is_file()
-        except (OSError, ValueError):  # no name that a file can have
-            inside = False
-        if not inside or file.suffix.lower() not in _MESHES:
-            raise ValueError(f"its mesh {url[:80]!r} is not in the folder, or no .obj or .stl")
-        if file.stat().st_size > LARGEST_MESH:
-            raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
-        try:
-            mesh: Any = trimesh.load_mesh(file, process=False, skip_materials=True)
-            return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
-        except Exception as error:  # noqa: BLE001 - the loader raises whatever broken bytes lead it to
-            raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
 
     def _body(self, names: tuple[str, ...], points: Floats, faces: Ints) -> Iterator[Body]:
         if not np.isfinite(points).all():

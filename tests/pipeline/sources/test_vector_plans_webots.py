@@ -101,6 +101,13 @@ def test_floors_with_the_names_of_rooms_name_them(tmp_path: Path) -> None:
     assert sorted(room.label for room in plan.rooms) == ["Bedroom", "Kitchen"]
 
 
+def test_hidden_fields_in_which_webots_saves_states_are_read_over(tmp_path: Path) -> None:
+    """Webots writes them into nodes of PROTOs that have moved, a Door among them."""
+    saved = "Door {\n  hidden translation_5 0.001 9.87e-11 2.2e-15\n  hidden rotation_1 0 1 0 0.5\n  translation"
+    text = world().replace("Door {\n  translation", saved)
+    assert sorted(door.kind for door in plan_of(tmp_path, text).doors) == ["door", "entrance"]
+
+
 def test_walls_that_are_plain_solids_count_by_their_names(tmp_path: Path) -> None:
     def box(name: str, at: str, size: str) -> str:
         return f'Solid {{ translation {at} name "{name}" children [ Shape {{ geometry Box {{ size {size} }} }} ] }}\n'
