@@ -50,10 +50,7 @@ class Published(Struct):
 
 
 class Room(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A room: an area of the free space, bounded by walls and closed doors; ``area`` in m2.
-
-    ``confidence`` is the probability that its outline is right.
-    """
+    """A room: an area bounded by walls and closed doors, in m2; ``confidence`` is the probability that it is right."""
 
     id: int
     label: str
@@ -65,10 +62,7 @@ class Room(Struct, forbid_unknown_fields=True, omit_defaults=True):
 
 
 class Door(Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """An opening: its two ends, the area between the faces of its wall, and the rooms on both sides.
-
-    ``confidence`` is the probability that there is a passage.
-    """
+    """An opening: its ends, its area in the wall, the rooms beside it; ``confidence``: how probable a passage is."""
 
     id: int
     kind: parts.DoorKind

@@ -150,6 +150,11 @@ class Evidence(NamedTuple):
     notes: list[str]
     doors: list[Reason]
 
+    @property
+    def rated(self) -> bool:
+        """Whether a door says how sure it is."""
+        return any(door.sure for door in self.doors)
+
     def __bool__(self) -> bool:
         """Whether there is any evidence."""
         return any(self)
@@ -190,12 +195,16 @@ def _cuts(cuts: Any) -> dict[Any, str]:
 
 
 def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> Reason:
-    labels = {room.id: room.label for room in plan.rooms}
-    sides = [_spaced(labels.get(room, "room")) if room is not None else "outside" for room in door.rooms]
     place = cuts.get(door.id, "") if door.kind == "cut" else ""
     why = DOORS[door.kind] + (f"; cut here: {place}" if place else "")
     sure = "" if door.confidence is None else f"{door.confidence:.0%}"
-    return Reason(door.id, door.kind, " and ".join(sides), sure, why)
+    return Reason(door.id, door.kind, sides_of(plan, door), sure, why)
+
+
+def sides_of(plan: FloorPlan, door: Door) -> str:
+    """Return the names of the rooms on both sides of a door."""
+    labels = {room.id: room.label for room in plan.rooms}
+    return " and ".join("outside" if room is None else _spaced(labels.get(room, "room")) for room in door.rooms)
 
 
 def _spaced(name: str) -> str:

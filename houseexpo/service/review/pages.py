@@ -31,6 +31,7 @@ from houseexpo.plan.explanations import GROUNDS
 from houseexpo.plan.parts import SURE
 from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
+from houseexpo.service.plan_page import sides_of
 from houseexpo.service.review.building import Building
 from houseexpo.service.review.changes import DecidedOtherwiseError, several
 from houseexpo.service.review.decisions import Decisions, Judged
@@ -238,13 +239,17 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
 
 def unsure_parts(plan: FloorPlan) -> list[str]:
     """Return the rooms and doors that are more likely wrong than right, in words, the least sure ones first."""
-    names = {room.id: room.label.replace("_", " ") for room in plan.rooms}
-    found = [(room.confidence, f"outline of room {room.id}, {names[room.id]}") for room in plan.rooms if room.is_unsure]
-    for door in plan.doors:
-        if door.is_unsure:
-            sides = " and ".join("outside" if room is None else names.get(room, "room") for room in door.rooms)
-            found.append((door.confidence, f"{door.kind} {door.id}, between {sides}"))
-    return [f"{confidence:.0%} {text}" for confidence, text in sorted(found)]
+    rooms = [
+        (room.confidence, f"outline of room {room.id}, {room.label.replace('_', ' ')}")
+        for room in plan.rooms
+        if room.is_unsure
+    ]
+    doors = [
+        (door.confidence, f"{door.kind} {door.id}, between {sides_of(plan, door)}")
+        for door in plan.doors
+        if door.is_unsure
+    ]
+    return [f"{confidence:.0%} {text}" for confidence, text in sorted(rooms + doors)]
 
 
 def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
