@@ -25,7 +25,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache
 from importlib import resources
 from typing import Final, Literal, TypeAlias, get_args
 
@@ -37,7 +37,6 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, clipped, overlap, united
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import GAPS
-from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.spaces import odd, with_loose_ends
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
@@ -92,28 +91,16 @@ class Planned:
     named: tuple[NamedRoom, ...]
     grounds: Mapping[str, float]
 
-    @cached_property
-    def floor(self) -> BaseGeometry | None:
-        """The source's floor with its rooms, or None if it has no floor."""
-        drawn = [room.polygon for room in self.level.rooms if room.polygon is not None]
-        return united([self.level.floor, *drawn]) if drawn and self.level.floor is not None else self.level.floor
-
-    @cached_property
-    def is_scanned(self) -> bool:
-        """Whether the source is a point cloud or the mesh of a scan."""
-        return self.level.walls.is_cloud or is_scan(self.level.walls)
-
 
 def rate(planned: Planned) -> Planned:
     """Return a building with the confidence of its passages and rooms; a house with sills is returned as it is."""
     if planned.level.sills:
         return planned
-    found = zip(planned.spaces.passages, passage_features(planned), strict=True)
-    passages = tuple(replace(p, confidence=models()[part_of(p)].confidence(features)) for p, features in found)
-    planned = replace(planned, spaces=replace(planned.spaces, passages=passages))
-    pairs = zip(planned.named, room_features(planned), strict=True)
-    rooms = tuple(replace(room, confidence=models()["room"].confidence(features)) for room, features in pairs)
-    return replace(planned, named=rooms)
+    doors = zip(planned.spaces.passages, passage_features(planned), strict=True)
+    passages = tuple(replace(p, confidence=models()[part_of(p)].confidence(features)) for p, features in doors)
+    rooms = zip(planned.named, room_features(planned), strict=True)
+    named = tuple(replace(room, confidence=models()["room"].confidence(features)) for room, features in rooms)
+    return replace(planned, spaces=replace(planned.spaces, passages=passages), named=named)
 
 
 def part_of(passage: Passage) -> Part:
@@ -144,11 +131,11 @@ def passage_features(planned: Planned) -> list[Features]:
                 "loose_end": float(not bridge.ends_at_walls(layout.door)),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
                 "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
-                "floorless": max((_without(front, planned.floor) for front in fronts), default=0.0),
+                "floorless": max((_without(front, level.floored) for front in fronts), default=0.0),
                 "odd_room": float(room_is_odd[inner].any()),
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
-                "scanned": float(planned.is_scanned),
+                "scanned": float(evidence.scanned),
                 **_of_plan(planned.grounds),
             }
         )
@@ -156,7 +143,7 @@ def passage_features(planned: Planned) -> list[Features]:
 
 
 def room_features(planned: Planned) -> list[Features]:
-    """Return the features of each named room, in their order; the passages must be rated (F4, F5)."""
+    """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
     is_odd, jutting = odd(rooms), with_loose_ends(rooms)
@@ -168,7 +155,6 @@ def room_features(planned: Planned) -> list[Features]:
     found = []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.bridge.sides]
-        sure = [p.confidence or 0.0 for p in ways]
         edge = shapely.buffer(room, EDGE_M).exterior
         found.append(
             {
@@ -180,14 +166,13 @@ def room_features(planned: Planned) -> list[Features]:
                 "patched_edge": _along(edge, patches),
                 "mouth": _along(edge, mouths),
                 "wallless_edge": 1.0 - _along(edge, layout.ground),
-                "floorless": _without(room, planned.floor),
+                "floorless": _without(room, level.floored),
                 "drawn": float(bool(drawn)),
                 "unlike_drawn": _unlike(room, drawn),
                 "closed": float(not ways),
                 "only_cuts": float(bool(ways) and all(p.kind == "cut" for p in ways)),
-                "doubtful_doors": 1.0 - float(np.mean(sure)) if sure else 0.0,
                 "furnished": float(_share(room, evidence.furniture) > 0.02),
-                "scanned": float(planned.is_scanned),
+                "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
                 **_of_plan(planned.grounds),
             }

@@ -57,7 +57,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
-        **_floors(_floored(level), rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
+        **_floors(level.floored, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
         "roomless_wall_share": 0.0 if level.no_rooms else _roomless(evidence.walls, [rooms, *layout.rooms]),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
@@ -80,13 +80,6 @@ def _cut_off(spaces: Spaces) -> float:
     by_evidence |= {room for pair in spaces.joins for room in pair}
     by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.bridge.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
-
-
-def _floored(level: Level) -> BaseGeometry | None:
-    """Return the source's floor with its rooms, which may cover the void of a stair; None if it has no floor (R4)."""
-    if level.floor is None:
-        return None
-    return united([level.floor, *(room.polygon for room in level.rooms if room.polygon is not None)])
 
 
 def _floors(

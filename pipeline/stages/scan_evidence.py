@@ -43,4 +43,5 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
         doorways=tuple(known),
         leaves=tuple(leaves),
         heights={"columns": [LOWEST_M, round(top_of_walls(columns), 4)]},
+        scanned=True,
     )

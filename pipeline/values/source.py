@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final, Protocol
 
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import Frame
+from pipeline.geometry.areas import united
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
@@ -85,6 +88,13 @@ class Level:
     no_rooms: tuple[tuple[float, float], ...] = ()
     n_objects: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def floored(self) -> BaseGeometry | None:
+        """The source's floor with its rooms, which may cover the void of a stair; None if it has no floor."""
+        if self.floor is None:
+            return None
+        return united([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
 
     @property
     def named_doorways(self) -> tuple[Doorway, ...]:

@@ -23,6 +23,7 @@ class Evidence:
     None. ``low`` is where a roof is too low to stand under. ``slight`` hangs from the ceiling by a hand's breadth only.
     ``lower`` are parts of the walls that end below the ceiling (a garden's wall, a partition). ``names`` are plan
     points (x, y) with the source's words. ``heights`` are the heights of the sections, metres.
+    ``scanned`` is True for a point cloud and the mesh of a scan.
     """
 
     walls: BaseGeometry
@@ -38,6 +39,7 @@ class Evidence:
     lower: BaseGeometry = EMPTY
     names: tuple[tuple[tuple[float, float], str], ...] = ()
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
+    scanned: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.executors.local import Failure, Limits, run
+from pipeline.values import Level
 from tests.builders.damage import damaged
 from tests.builders.kinds.measuring import columns_failing, overlap, paired, plans_of
 from tests.builders.kinds.registry import make_member
@@ -49,6 +50,12 @@ def judge(task: tuple[str, int], seed: int, folder: Path) -> list[Judged]:
     return _of_case(CASES[number]) if kind == CASE else _of_member(kind, number, seed, folder / kind)
 
 
+def damage_of(kind: str, number: int, seed: int) -> Callable[[Level], Level] | None:
+    """Return what is done to the levels of a member of a kind before they are planned; None for sound members."""
+    rng = np.random.default_rng([seed, number, zlib.crc32(kind.encode())])
+    return partial(damaged, rng=rng) if number % DAMAGED == DAMAGED - 1 else None
+
+
 def _of_case(name: str) -> list[Judged]:
     """Judge what the mesh gives, and what the IFC file does, where there is one; buildings one by one."""
     found, truth = [], case(name)
@@ -65,8 +72,7 @@ def _of_case(name: str) -> list[Judged]:
 def _of_member(kind: str, number: int, seed: int, folder: Path) -> list[Judged]:
     """Judge a member; every ``DAMAGED``-th one is damaged first."""
     member = make_member(kind, number, seed, folder)
-    rng = np.random.default_rng([seed, number, zlib.crc32(kind.encode())])
-    damage = partial(damaged, rng=rng) if number % DAMAGED == DAMAGED - 1 else None
+    damage = damage_of(kind, number, seed)
     plans, _ = plans_of(member.path, damage)
     scores, _, _ = paired(member, plans)
     met = {score["plan"]: not score["failing"] for score in scores if "plan" in score}

@@ -58,12 +58,20 @@ def total(found: list[Matches]) -> Matches:
     return Matches(*(sum(column) for column in zip(*found, strict=True)))
 
 
-def found_near(true: npt.ArrayLike, found: npt.ArrayLike, reach: float) -> int:
-    """Return how many true points (n, 2) have a found one (m, 2) within reach, each found one for one at most."""
+def which_near(true: npt.ArrayLike, found: npt.ArrayLike, reach: float) -> npt.NDArray[np.bool_]:
+    """Return which found points (m, 2) have a true one (n, 2) within reach, each true one for one at most."""
     one, other = (np.asarray(points, np.float64).reshape(-1, 2) for points in (true, found))
     far = np.linalg.norm(one[:, None] - other[None, :], axis=2)
     far[far > reach] = 1e6
-    return int((far[linear_sum_assignment(far)] <= reach).sum())
+    i, k = linear_sum_assignment(far)
+    near = np.zeros(len(other), np.bool_)
+    near[k] = far[i, k] <= reach
+    return near
+
+
+def found_near(true: npt.ArrayLike, found: npt.ArrayLike, reach: float) -> int:
+    """Return how many true points (n, 2) have a found one (m, 2) within reach, each found one for one at most."""
+    return int(which_near(true, found, reach).sum())
 
 
 def _pairs(scores: list[tuple[float, int, int]], least: float) -> int:

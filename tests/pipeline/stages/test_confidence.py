@@ -82,9 +82,8 @@ def test_a_passage_onto_no_floor_counts() -> None:
 
 def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
     whole = planned(passage())
-    whole = replace(whole, spaces=replace(whole.spaces, passages=(replace(passage(), confidence=0.9),)))
     left, right = room_features(whole)
-    assert {name: round(value, 2) for name, value in left.items() if value} == {"doubtful_doors": 0.1}
+    assert not any(left.values())
     assert left == right
     drawn = replace(whole, level=replace(LEVEL, rooms=(SourceRoom((), (), polygon=box(0, 0, 4, 2)),)))
     assert [room_features(drawn)[k]["unlike_drawn"] for k in (0, 1)] == [0.5, 1.0]
