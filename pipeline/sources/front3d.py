@@ -299,6 +299,7 @@ def _level(floors: list[_Floor], rooms: Sequence[Chamber], above: float, provena
         floor=floor_of(floor.shape for floor in floors),
         furniture=tuple(_object(thing, height) for thing in things),
         named_openings=True,
+        only_walls=True,
         rooms=named,
         room_count=len(named),
         openings=openings(holes),

@@ -11,7 +11,9 @@ H2  Doors' sills, the floors of spaces and the tops of slabs vote; where more of
 S1  A storey is a level where it has a room, or where walls of 1.8 m stand on its floor and it holds a wall itself: the
     roof, the foundation and a mere reference height have neither. One without is passed over, not rejected.
 S2  Where the file names rooms or doors, a storey with neither is a roof with its parapets, or a void, unless it holds
-    a floor slab of its own and walls of 1.8 m around it.
+    a floor slab of its own and walls of 1.8 m around it. In a file without doors, it is also a level if its own walls
+    are 2.2 m high and enclose half the area or more that the walls of a storey with rooms do: somebody drew the rooms
+    of one storey, and not yet those of the next.
 S3  Storeys less than 0.9 m apart are one level with steps; so are those less than 1.8 m apart unless both have rooms
     (a crawl space under a floor). The one with rooms, then with more walls, gives the height.
 S4  A level ends where the next of the same building starts that is at least head height above it.
@@ -45,7 +47,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import mitred
+from pipeline.geometry.areas import filled, mitred, united
 from pipeline.geometry.cutting import merged
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
@@ -67,6 +69,7 @@ from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut_at_heig
 from pipeline.sources.tolerances import (
     AGREE_M,
     CLEAR_M,
+    COMMON_STOREY_M,
     HIGHEST_LINTEL_M,
     IFC_WALL_M,
     KNEE_M,
@@ -79,6 +82,7 @@ from pipeline.sources.tolerances import (
     SPACE_CRACK_M,
     SPACES_TOUCH,
     SPLIT_LEVEL_M,
+    STOREY_ENCLOSED,
     STOREY_WALLED,
     STOREY_WALLS_M,
     UPRIGHT_M,
@@ -162,7 +166,8 @@ def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: 
     floor = floor_height(building, storey)
     has_rooms = any(_is_in(space, storey, floor) for space in rooms)
     entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
-    if named and not has_rooms and not entered and not _is_walled(building, storey, own, floor):
+    lacking = named and not has_rooms and not entered
+    if lacking and not (_is_walled(building, storey, own, floor) or _is_like_others(building, own, floor, rooms)):
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
@@ -177,6 +182,20 @@ def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: f
     slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
     around = sum(footprint(part.mesh).length for part in slabs)
     return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
+
+
+def _is_like_others(building: Building, own: Sequence[Part], floor: float, rooms: Sequence[Part]) -> bool:
+    """S2: whether a file without doors draws a storey's walls as it draws those of a storey with rooms."""
+    if any(hole.has_door for hole in building.holes):
+        return False
+    with_rooms = {space.storey for space in rooms}
+    others = [[part for part in building.walls if part.storey == key] for key in with_rooms]
+    high = [part for part in own if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
+    return _enclosed(high) > STOREY_ENCLOSED * max(map(_enclosed, others), default=np.inf)
+
+
+def _enclosed(walls: Iterable[Part]) -> float:
+    return float(filled(united(mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:
@@ -407,6 +426,7 @@ def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provena
         ),
         room_count=len(found.rooms) or None,
         named_openings=found.named_openings,
+        only_walls=True,
         openings=tuple(SourceOpening(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         n_objects=len(found.furniture),
         provenance=provenance,

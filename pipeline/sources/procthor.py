@@ -152,6 +152,7 @@ def read(item: Input) -> Iterator[Level]:
         floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
         furniture=_furniture(house.objects),
         named_openings=True,
+        only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=openings(holes),

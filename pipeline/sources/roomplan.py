@@ -138,6 +138,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
         floor=floor_of(floor.shape for floor in scan.floors),
         furniture=tuple(_object(thing, height) for thing in scan.objects),
         named_openings=True,
+        only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=openings(holes),

@@ -558,6 +558,7 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
         furniture=tuple(_object(piece) for piece in pieces),
         named_openings=True,
+        only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=openings(holes),

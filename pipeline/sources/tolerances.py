@@ -271,6 +271,7 @@ AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
 SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
 SLAB_VOTES: Final = 3.0  # votes of a slab, at most
 STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length at least
+STOREY_ENCLOSED: Final = 0.5  # share of the area within the walls of a storey with rooms; one like it encloses more
 STOREY_WALLED: Final = 0.8  # share of a slab's boundary; a storey has more walls
 RUNS_THROUGH_M: Final = 0.1  # a part that reaches this far into a storey stands in it
 SPACES_TOUCH: Final = 0.4  # share of the spaces' edges along other spaces, from which no wall is drawn between them

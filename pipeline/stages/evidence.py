@@ -10,8 +10,9 @@ R2  Below and above a window stands wall too: what stands at sill height and goe
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.walls``), and so are two walls with an edge of the same wall over them: the
     slit between them is filled.
-R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard); so is all that ends below head
-    height, except what is thin: that may be a railing or a parapet.
+R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard), unless the source says that it is
+    wall, or it goes on from one wall or lintel to another; so is all that ends below head height, except what is thin:
+    that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
     so is a closet, which the walls close all round over its door (``geometry.walls``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
@@ -58,6 +59,9 @@ SLIGHT_M = 0.12
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
 ALIKE = 0.7
+BESIDE_M = 0.05
+SHEET_M = 0.06
+ENDS = 0.4
 
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
@@ -77,7 +81,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     over = united(above)
     full = _without_slits(full, over)  # R4
     beside = united([full, over])
-    lower = [e for e in ending_below(full, above, [heights.head, *heights.above]) if _is_cupboard(e.part, beside)]
+    ends = [] if level.only_walls else ending_below(full, above, [heights.head, *heights.above])
+    lower = [each for each in ends if _is_cupboard(each.part, beside)]
     cupboards = united(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
         full = opened(subtract(full, cupboards), CREASE_M)
@@ -174,6 +179,19 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
         return False
     x1, y1, x2, y2 = part.bounds
     near = clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
+    rest = subtract(near, shapely.buffer(part, 0.01, join_style="mitre"))
+    if _goes_on(whole, rest):
+        return False
     box = box_of(whole)
-    between = doorway(box, subtract(near, shapely.buffer(part, 0.01, join_style="mitre")))
+    between = doorway(box, rest)
     return between is None or between.thickness < ALIKE * box.thickness
+
+
+def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
+    """Return whether a part ends at walls at two places or more, and most of its edge is free (R5).
+
+    A cupboard has its back at one wall, also in a corner or a niche. A sheet that goes on above, such as that of a
+    facade, is none of these walls.
+    """
+    ends = polygons_of(overlap(subtract(mitred(part, BESIDE_M), part), opened(walls, SHEET_M)))
+    return len(ends) > 1 and sum(end.area for end in ends) / BESIDE_M < ENDS * part.exterior.length

@@ -259,6 +259,7 @@ def _level(storey: Storey, name: str) -> Level:
         floor=storey.floor or floor_of([*shapes, *(hole.shape for hole in holes if shapes)]),
         furniture=storey.furniture,
         named_openings=storey.all_named and bool(holes),
+        only_walls=True,
         rooms=tuple(named),
         room_count=len(shapes) or None,
         openings=openings(holes),

@@ -51,6 +51,18 @@ def test_where_nothing_names_rooms_or_doors_walls_make_the_level(tmp_path):
     assert [level.frame.floor for level in levels] == [0.0, 2.8]
 
 
+@pytest.mark.parametrize(("height", "size", "floors"), [(2.5, 8, [0.0, 2.8]), (2.0, 8, [0.0]), (2.5, 3, [0.0])])
+def test_a_storey_is_one_whose_rooms_are_not_drawn_yet(tmp_path, height, size, floors):
+    """Of a file without doors; a terrace behind screens of 2 m, and the head of a lift, are none."""
+    house = TinyBuilding()
+    ground, upper = house.storey("EG", 0.0), house.storey("OG", 2.8)
+    house.walls_around(ground, (0, 0, 0, 8, 6, 2.5))
+    house.space(ground, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Wohnen")
+    house.walls_around(upper, (0, 0, 2.8, size, size * 0.75, 2.8 + height))
+    levels = ifc.read(next(ifc.find(str(house.write(tmp_path / "begun.ifc")))))
+    assert [level.frame.floor for level in levels] == floors
+
+
 def test_an_attic_with_a_room_is_a_level_although_its_walls_stop_early(tower, tmp_path):
     attic = tower.house.storey("DG", 2.8)
     tower.house.walls_around(attic, (0, 0, 2.8, 8, 6, 3.8))

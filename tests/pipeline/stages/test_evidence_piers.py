@@ -1,5 +1,7 @@
 """Piers of a doorway that end below the walls beside them are wall; a cupboard beside a door is none."""
 
+from dataclasses import replace
+
 import pytest
 import shapely
 
@@ -37,3 +39,21 @@ def test_a_partition_lower_than_the_walls_is_wall_though_it_ends_in_a_pillar() -
     found = evidence([*shell((0, 0, 6, 4), T), *stub])
     assert found.furniture.is_empty
     assert found.walls.covers(shapely.box(3.01, 1.3, 3.11, 3.9))
+
+
+def test_a_corner_of_the_wall_under_a_higher_facade_is_wall() -> None:
+    """The sheet of a facade goes on above it, and the lintels over windows at both its ends; a cupboard has a back."""
+    corner = [*wall((0.0, -T, 1.5, 0.0), top=2.2), *wall((-T, -T, 0.0, 1.5), top=2.2)]
+    facade = [*wall((-T, -T - 0.03, 6.4, -T), top=2.6), *wall((-T - 0.03, -T - 0.03, -T, 4.4), top=2.6)]
+    windows = [*wall((1.5, -T, 2.5, 0.0), foot=2.1), *wall((-T, 1.5, 0.0, 2.5), foot=2.1)]
+    rest = [*wall((2.5, -T, 6.4, 0.0)), *wall((-T, 2.5, 0.0, 4.4)), *wall((6, 0, 6.4, 4.4)), *wall((0, 4, 6, 4.4))]
+    found = evidence([*corner, *facade, *windows, *rest])
+    assert found.furniture.is_empty
+    assert found.walls.covers(shapely.box(-T + 0.02, -T + 0.02, 1.4, -0.02))
+
+
+def test_what_the_source_names_wall_is_no_cupboard() -> None:
+    house = level([*shell((0, 0, 6, 4), T, front=[Hole(1.8, 2.7)]), *wall((2.9, 0.0, 3.9, 0.5), top=2.1)])
+    found = gather(replace(house, only_walls=True), EvidenceConfig())
+    assert found.furniture.is_empty
+    assert found.walls.covers(shapely.box(3.0, 0.1, 3.8, 0.4))
