@@ -1,7 +1,8 @@
 """Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
-    (a stairwell, a room whose floor nobody drew). Nor is one without a door that a railing bounds for the most part (a
+    (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
+    corridor). Nor is one without a door that a railing bounds for the most part (a
     roof terrace), nor one under the sky that a fence or a lower wall does and that is larger than all the others
     together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
     person says is no room (``overrides.toml``) is none.
@@ -28,7 +29,9 @@ KNOWN: Final = frozenset({"door", "opening"})
 KNOWN_FLOOR = 0.5
 FLOORED = 0.25
 CLOSED = 0.8
-FENCED = 0.5
+SEVERAL = 2
+FENCED = 0.4
+GARDEN = 0.5
 COVERED = 0.7
 ROOFED = 0.5
 HEAD_M = 1.9
@@ -49,15 +52,22 @@ def habitable(
     low = _shares(rooms, evidence.low)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     doors = [c.polygon for c in strips if c.kind in KNOWN]
+    lintels = [c.polygon for c in strips if c.kind == "lintel"]
     walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
+    over = cache(lambda: shapely.buffer(united([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
     gardens = _gardens(rooms, area, planes, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
+    into = np.bincount(
+        [s for c in strips if c.kind == "door" and c.bridge for s in c.bridge.sides if s != OUTSIDE],
+        minlength=len(rooms),
+    )
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
-        floored = not known or share >= FLOORED or (_along(room, walls()) > CLOSED and not _is_shaft(room))
+        around = over if into[k] >= SEVERAL else walls
+        floored = not known or share >= FLOORED or (_along(room, around()) > CLOSED and not _is_shaft(room))
         outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
         if (floored and not outside and k not in gardens) or _is_named(room, level):
             kept.append(room)
@@ -72,7 +82,7 @@ def _gardens(
     if not large:
         return set()
     band = shapely.buffer(united([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
-    fenced = {k for k in large if _along(rooms[k], band) > FENCED}
+    fenced = {k for k in large if _along(rooms[k], band) > GARDEN}
     return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
 
 

@@ -11,7 +11,7 @@ from pipeline.stages.evidence import gather
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout, SourceOpening, SourceRoom
-from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall, window
+from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
 from tests.builders.meshes import box
 
 
@@ -266,6 +266,24 @@ def test_a_room_with_a_door_needs_no_floor_where_others_have_one() -> None:
     door = SourceOpening(shapely.box(4.0, 0.5, 4.2, 2.0), has_door=True)
     found = layout(two_rooms(Hole(0.5, 2.0)), floor=shapely.box(0, 0, 4, 3), openings=(door,), named_openings=True)
     assert len(found.rooms) == 2
+
+
+@pytest.mark.parametrize(("doors", "rooms"), [(2, 3), (1, 2)])
+def test_a_corridor_with_a_wide_opening_needs_no_floor_where_several_doors_lead_into_it(doors: int, rooms: int) -> None:
+    holes = [(0.3, 1.1), (1.6, 2.4)][:doors]
+    named = tuple(SourceOpening(shapely.box(3.0, a, 3.1, b), has_door=True) for a, b in holes)
+    house = three_rooms([Hole(a, b) for a, b in holes], [Hole(0.2, 2.8)])
+    floor = shapely.union(shapely.box(0, 0, 3, 3), shapely.box(6.3, 0, 9.3, 3))
+    assert len(layout(house, floor=floor, openings=named).rooms) == rooms
+
+
+@pytest.mark.parametrize(("width", "rooms"), [(1.0, 1), (3.0, 2)])
+def test_a_balcony_to_which_no_door_is_seen_is_no_room(width: float, rooms: int) -> None:
+    """A railing bounds 45% of its edge, or 30%."""
+    house = [*shell((0, 0, 6, 4)), *wall((-0.2, -0.2 - width, 0.0, -0.2)), *wall((6.0, -0.2 - width, 6.2, -0.2))]
+    railing = box((0, -0.25 - width, 6, -0.2 - width), 0.0, 1.0)
+    floor = shapely.union(shapely.box(0, 0, 6, 4), shapely.box(0, -0.2 - width, 6, -0.2))
+    assert len(layout([*house, railing], floor=floor).rooms) == rooms
 
 
 def test_a_person_may_say_that_they_are() -> None:
