@@ -263,6 +263,7 @@ LEAF_M = 0.09
 STRAIGHT = 0.7
 JOIN_M = 0.01
 SEAM_M = 0.12
+JAMB_M = 0.03
 LOOKS = np.linspace(-0.4, 0.4, 5)
 
 Floats = npt.NDArray[np.float64]
@@ -272,10 +273,19 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     """Doorways in which a thin piece of ``walls`` stands beside a slim lintel; each is the piece and the lintels by it.
 
     ``lintels`` is what hangs over free floor. A lintel over an open door is as deep as the wall; one over a recess is
-    slimmer, and what stands beside it, as long as it, is the leaf.
+    slimmer, and what stands beside it, as long as it, is the leaf. The recess ends at a jamb on both sides; what hangs
+    before a wall that goes on (a shelf, a pile of boards) makes none.
     """
-    found = _recesses(lintels, walls, RECESS_WIDTH_M)
+    found = [pair for pair in _recesses(lintels, walls, RECESS_WIDTH_M) if _has_jambs(pair[0], walls)]
     return polygons_of(united(_with_lintel(leaf, lintel) for lintel, leaf in found))
+
+
+def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
+    """Return whether wall stands at both ends of a lintel, in line with it."""
+    box = box_of(lintel)
+    reach = (box.width / 2 + JAMB_M) * box.along
+    ends = shapely.points([box.centre - reach, box.centre + reach])
+    return bool((shapely.distance(ends, walls) < JAMB_M).all())
 
 
 def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:

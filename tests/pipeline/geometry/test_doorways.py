@@ -3,6 +3,7 @@ import pytest
 import shapely
 
 from pipeline.geometry.doorways import doorway
+from pipeline.geometry.known_doors import leaves_in_recesses
 from pipeline.geometry.meshes import Box
 
 LEAF = Box(np.array([2.0, 0.0]), np.array([1.0, 0.0]), 0.9, 0.04, 0.0, 2.0)
@@ -39,3 +40,12 @@ def test_a_doorway_between_two_walls_side_by_side_is_not_turned() -> None:  # R2
     assert found is not None
     assert found.along == pytest.approx([1.0, 0.0])
     assert found.thickness == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("jambs", "found"), [(True, 1), (False, 0)])
+def test_a_leaf_that_is_one_body_with_its_wall_stands_in_a_recess_between_jambs(jambs: bool, found: int) -> None:
+    """A wall of 20 cm with a leaf of 4 cm under a lintel; or a wall of 4 cm, before which boards hang."""
+    leaf, lintel = shapely.box(2.0, 0.0, 2.9, 0.04), shapely.box(2.0, 0.04, 2.9, 0.2)
+    thick = 0.2 if jambs else 0.04
+    walls = shapely.union_all([shapely.box(0.0, 0.0, 2.0, thick), leaf, shapely.box(2.9, 0.0, 5.0, thick)])
+    assert len(leaves_in_recesses(lintel, walls)) == found
