@@ -75,11 +75,12 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
     ground, rooms = enclosed(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, rooms)
+    sure = closed_plane(planes.door, [piece for piece in pieces if piece.kind != "gate"])  # a gate may be dropped
     for close in (_railings, _boundary):
-        more = close(level, planes, ground, rooms, config)
+        more = close(level, planes, sure, rooms, config)
         if more:
             fixed += more
-            ground, rooms = enclosed(closed_plane(ground, more))
+            sure, (ground, rooms) = closed_plane(sure, more), enclosed(closed_plane(ground, more))
 
     def within(fixed: list[Closer], ground: BaseGeometry, rooms: list[Polygon]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""

@@ -190,6 +190,15 @@ def test_a_house_that_is_half_open() -> None:
     assert sum(areas(layout(walls))) > 12
 
 
+def test_an_open_corner_is_closed_between_ends_of_walls_not_at_a_gate_that_is_dropped() -> None:
+    """An L of two halves, open where they meet; a piece of wall between them makes a wide gap beside the corner."""
+    outline = [(-0.2, -4.2, 0.0, 4.2), (0.0, 4.0, 8.2, 4.2), (8.0, 0.0, 8.2, 4.0), (6.6, -0.2, 8.2, 0.0)]
+    outline += [(0.0, -4.2, 5.2, -4.0), (5.0, -4.0, 5.2, -1.5)]
+    between = (3.4, -0.2, 4.2, 0.0)
+    found = layout([part for rectangle in (*outline, between) for part in wall(rectangle)])
+    assert sum(areas(found)) == pytest.approx(52.0, abs=2.5)
+
+
 def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
     room = shell((0, 0, 5, 4), front=[Hole(1, 1.9)])
     sides = [*wall((-0.2, -3, 0, -0.2)), *wall((5, -3, 5.2, -0.2))]
