@@ -153,10 +153,10 @@ def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
     return united([door, *(c.polygon for c in closers)])
 
 
-def _outside(plane: BaseGeometry) -> BaseGeometry:
-    """Return the air around a house, a metre of it."""
+def _outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
+    """Return the air around a house, a metre of it or as wide as asked."""
     house = filled(plane)
-    return subtract(shapely.box(*shapely.bounds(house)).buffer(1.0), house)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
 
 
 def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
@@ -526,6 +526,9 @@ SURROUNDED = 0.8
 FRONT_M = 6.0
 HELD = 0.5
 """A room of which walls enclose less than this share lies open."""
+DISCS_M = (1.0, 1.5, 2.0, 2.5)
+JOINED = 3
+OPEN = 0.25
 
 
 def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -613,6 +616,38 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -BAND_M, join_style="mitre")
     return [part for band in bands for part in polygons_of(subtract(band, united([inner, tall])))]
+
+
+def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float) -> list[Polygon]:
+    """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
+
+    ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
+    that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``JOINED`` parts or
+    more, whose openings take ``OPEN`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
+    """
+    air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
+    for radius in DISCS_M:
+        wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
+        reached = shapely.buffer(united(wide), radius + EPS_M)
+        bands: list[Polygon] = []
+        for hall in polygons_of(opened(subtract(air, reached), 2 * NEAR_M)):
+            into = {part for way, part in ways if way.distance(hall) < NEAR_M}
+            if hall.area < least_m2 or len(into) < JOINED:
+                continue
+            bare = shapely.difference(hall.exterior, shapely.buffer(ground, NEAR_M / 2, quad_segs=2))
+            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > NEAR_M]
+            if sum(edge.length for edge in edges) < OPEN * hall.length:
+                bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
+        if bands:
+            return bands
+    return []
+
+
+def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
+    """Return the straight band between the walls that are nearest to the ends of an open edge."""
+    ends = [shapely.get_point(edge, 0), shapely.get_point(edge, -1)]
+    line = shapely.linestrings([shapely.get_coordinates(shapely.shortest_line(ground, end))[0] for end in ends])
+    return subtract(shapely.buffer(line, BAND_M / 2, cap_style="square"), ground)
 
 
 def enclosed_area(walls: BaseGeometry) -> float:

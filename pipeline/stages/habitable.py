@@ -2,10 +2,10 @@
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
     (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
-    corridor). Nor is one without a door that a railing bounds for the most part (a
-    roof terrace), nor one under the sky that a fence or a lower wall does and that is larger than all the others
-    together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
-    person says is no room (``overrides.toml``) is none.
+    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or that the edge of
+    the floor does, where others are closed (a slab that goes on past the walls). Nor is one under the sky that a fence
+    or a lower wall bounds and that is larger than all the others together (a garden), nor one too low to stand in (a
+    void under a roof). A room that the source names is one. What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
 """
 
@@ -42,25 +42,27 @@ BESIDE_EDGE_M = 0.02
 
 
 def habitable(
-    rooms: list[Polygon], strips: list[Closer], planes: Planes, evidence: Evidence, level: Level
+    rooms: list[Polygon], closers: list[Closer], planes: Planes, evidence: Evidence, level: Level
 ) -> list[Polygon]:
     """Return the spaces that are rooms (R9)."""
-    inner = [c.bridge.sides for c in strips if c.bridge is not None and OUTSIDE not in c.bridge.sides]
+    inner = [c.bridge.sides for c in closers if c.bridge is not None and OUTSIDE not in c.bridge.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
     covered = _shares(rooms, evidence.floor)
     low = _shares(rooms, evidence.low)
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
-    doors = [c.polygon for c in strips if c.kind in KNOWN]
-    lintels = [c.polygon for c in strips if c.kind == "lintel"]
+    doors = [c.polygon for c in closers if c.kind in KNOWN]
+    lintels = [c.polygon for c in closers if c.kind == "lintel"]
     walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
     over = cache(lambda: shapely.buffer(united([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
-    gardens = _gardens(rooms, area, planes, evidence, level)
+    edge = shapely.buffer(united([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
+    beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
+    outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
-        [s for c in strips if c.kind == "door" and c.bridge for s in c.bridge.sides if s != OUTSIDE],
+        [s for c in closers if c.kind == "door" and c.bridge for s in c.bridge.sides if s != OUTSIDE],
         minlength=len(rooms),
     )
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
@@ -69,7 +71,7 @@ def habitable(
         around = over if into[k] >= SEVERAL else walls
         floored = not known or share >= FLOORED or (_along(room, around()) > CLOSED and not _is_shaft(room))
         outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
-        if (floored and not outside and k not in gardens) or _is_named(room, level):
+        if (floored and not outside and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
 

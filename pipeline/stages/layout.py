@@ -19,11 +19,14 @@ R11  A room that the source names, and that walls leave open (under a roof witho
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.closing``, mouths).
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
+R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
+    the most part, is a hall whose openings are wide: these are closed.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
 from __future__ import annotations
 
+import networkx as nx
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -33,9 +36,11 @@ from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import OUTSIDE, enclosed, mitred, overlap, polygons_of, subtract, too_narrow, united
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
+    JOINED,
     closed_plane,
     closes_most,
     from_floor,
+    from_hall,
     from_hull,
     from_rooms,
     from_wall_ends,
@@ -71,16 +76,17 @@ BESIDE_M = 0.25
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = candidates(level, planes, config)
-    fixed: list[Closer] = []
     ground, rooms = enclosed(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, rooms)
-    sure = closed_plane(planes.door, [piece for piece in pieces if piece.kind != "gate"])  # a gate may be dropped
-    for close in (_railings, _boundary):
-        more = close(level, planes, sure, rooms, config)
-        if more:
-            fixed += more
-            sure, (ground, rooms) = closed_plane(sure, more), enclosed(closed_plane(ground, more))
+    fixed = _railings(level, planes, ground, rooms, config)
+    ground, rooms = enclosed(closed_plane(ground, fixed)) if fixed else (ground, rooms)
+    edges = _edges(level, ground, rooms, config)
+    if not edges and not closes_most(rooms, planes.tall):  # R4
+        firm = closed_plane(planes.door, [*fixed, *(piece for piece in pieces if piece.kind != "gate")])
+        edges = [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, firm, config.area_m2)]
+    fixed += edges
+    ground, rooms = enclosed(closed_plane(ground, edges)) if edges else (ground, rooms)
 
     def within(fixed: list[Closer], ground: BaseGeometry, rooms: list[Polygon]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
@@ -94,12 +100,15 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             ways = parted(ground, closers, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
-        rooms = on_floor(habitable(rooms, strips, planes, evidence, level), level)
+        rooms = on_floor(habitable(rooms, strips + fixed, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(with_sides(strips + fixed, rooms, ground)), tuple(rooms))
 
     found = within(fixed, ground, rooms)
     if not found.rooms and (fronts := [Closer(p, "wall_ends") for p in from_hull(planes.tall, config.area_m2)]):  # R12
         found = within(fronts, *enclosed(closed_plane(planes.door, [*pieces, *fronts])))
+    if not level.sills and (openings := [Closer(p, "wall_ends") for p in _of_hall(found, config.area_m2)]):  # R14
+        fixed = [*fixed, *openings]
+        found = within(fixed, *enclosed(closed_plane(planes.door, [*pieces, *fixed])))
     area = sum(r.area for r in found.rooms)
     if area < config.area_m2:  # R8
         raise Rejection(
@@ -109,6 +118,17 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
     return found
+
+
+def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
+    """R14."""
+    bridges = [(c.polygon, set(c.bridge.sides)) for c in layout.closers if c.bridge is not None]
+    joined = nx.Graph()
+    joined.add_nodes_from(range(len(layout.rooms)))
+    joined.add_edges_from(sorted(sides) for _, sides in bridges if len(sides) == 2 and OUTSIDE not in sides)
+    part = {room: k for k, rooms in enumerate(nx.connected_components(joined)) for room in rooms}
+    ways = [(p, part[room]) for p, sides in bridges if OUTSIDE in sides for room in sides - {OUTSIDE}]
+    return from_hall(layout.ground, ways, least_m2) if len({of for _, of in ways}) >= JOINED else []
 
 
 def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
@@ -289,17 +309,10 @@ def _railings(
     return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 
-def _boundary(
-    level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
-) -> list[Closer]:
+def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Closer]:
+    """Return the edges of the source's rooms (R11) or of its floor (R3) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
-    edges = from_rooms(named, ground, rooms, config.area_m2)
-    if edges:  # R11
+    if edges := from_rooms(named, ground, rooms, config.area_m2):
         return [Closer(p, "room_edge") for p in edges]
-    if level.floor is not None:  # R3
-        bands = from_floor(level.floor, ground, config.area_m2)
-        if bands:
-            return [Closer(p, "floor_edge") for p in bands]
-    if closes_most(rooms, planes.tall):
-        return []
-    return [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, ground, config.area_m2)]  # R4
+    bands = from_floor(level.floor, ground, config.area_m2) if level.floor is not None else []
+    return [Closer(p, "floor_edge") for p in bands]

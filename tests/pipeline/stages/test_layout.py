@@ -199,6 +199,18 @@ def test_an_open_corner_is_closed_between_ends_of_walls_not_at_a_gate_that_is_dr
     assert sum(areas(found)) == pytest.approx(52.0, abs=2.5)
 
 
+@pytest.mark.parametrize(("doors", "rooms"), [(3, 4), (2, 3)])
+def test_a_hall_that_joins_three_rooms_is_closed_at_its_wide_opening(doors: int, rooms: int) -> None:
+    """A hall of 5 x 6 m, open by 3.6 m, between three rooms; if doors lead into two of them only, it may be a court."""
+    outer = [(-3.2, -0.2, 3.9, 0.0), (7.5, -0.2, 14.6, 0.0), (-3.2, 0.0, -3.0, 6.2), (14.4, 0.0, 14.6, 6.2)]
+    outer += [(-3.0, 6.0, 3.2, 6.2), (8.2, 6.0, 14.4, 6.2), (3.0, 6.2, 3.2, 9.4), (8.2, 6.2, 8.4, 9.4)]
+    outer += [(3.2, 9.2, 8.2, 9.4)]
+    house = [part for rectangle in outer for part in wall(rectangle)]
+    house += [*wall((3.0, 0.0, 3.2, 6.0), Hole(2, 3)), *wall((8.2, 0.0, 8.4, 6.0), Hole(2, 3))]
+    house += wall((3.2, 6.0, 8.2, 6.2), *[Hole(4, 5)][: doors - 2])
+    assert len(layout(house).rooms) == rooms
+
+
 def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
     room = shell((0, 0, 5, 4), front=[Hole(1, 1.9)])
     sides = [*wall((-0.2, -3, 0, -0.2)), *wall((5, -3, 5.2, -0.2))]
@@ -293,6 +305,13 @@ def test_a_balcony_to_which_no_door_is_seen_is_no_room(width: float, rooms: int)
     railing = box((0, -0.25 - width, 6, -0.2 - width), 0.0, 1.0)
     floor = shapely.union(shapely.box(0, 0, 6, 4), shapely.box(0, -0.2 - width, 6, -0.2))
     assert len(layout([*house, railing], floor=floor).rooms) == rooms
+
+
+def test_where_a_slab_goes_on_past_the_corner_of_an_l_is_no_room() -> None:
+    outline = [(-0.2, -0.2, 8.2, 0.0), (-0.2, 0.0, 0.0, 6.2), (0.0, 6.0, 4.2, 6.2), (4.0, 3.0, 4.2, 6.0)]
+    outline += [(4.2, 3.0, 8.2, 3.2), (8.0, 0.0, 8.2, 3.0)]
+    found = layout([part for rectangle in outline for part in wall(rectangle)], floor=shapely.box(0, 0, 8, 6))
+    assert areas(found) == [pytest.approx(36.0, abs=0.1)]
 
 
 def test_a_person_may_say_that_they_are() -> None:
