@@ -26,6 +26,8 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import networkx as nx
 import numpy as np
 import shapely
@@ -57,6 +59,7 @@ from pipeline.stages.habitable import habitable, on_floor
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
+EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 STROKES = 3
 COVERED = 0.7
 IN_ROOM = 0.9
@@ -76,21 +79,14 @@ BESIDE_M = 0.25
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = candidates(level, planes, config)
-    ground, rooms = enclosed(closed_plane(planes.door, pieces))
+    whole = enclosed(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
-        _reject_characters(planes, rooms)
-    fixed = _railings(level, planes, ground, rooms, config)
-    ground, rooms = enclosed(closed_plane(ground, fixed)) if fixed else (ground, rooms)
-    edges = _edges(level, ground, rooms, config)
-    if not edges and not closes_most(rooms, planes.tall):  # R4
-        firm = closed_plane(planes.door, [*fixed, *(piece for piece in pieces if piece.kind != "gate")])
-        edges = [Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, firm, config.area_m2)]
-    fixed += edges
-    ground, rooms = enclosed(closed_plane(ground, edges)) if edges else (ground, rooms)
+        _reject_characters(planes, whole[1])
 
-    def within(fixed: list[Closer], ground: BaseGeometry, rooms: list[Polygon]) -> Layout:
+    def within(fixed: list[Closer]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
+        ground, rooms = enclosed(closed_plane(standing, pieces)) if fixed else whole
         strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
         for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
@@ -103,13 +99,12 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         rooms = on_floor(habitable(rooms, strips + fixed, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(with_sides(strips + fixed, rooms, ground)), tuple(rooms))
 
-    found = within(fixed, ground, rooms)
+    found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (fronts := [Closer(p, "wall_ends") for p in from_hull(planes.tall, config.area_m2)]):  # R12
-        found = within(fronts, *enclosed(closed_plane(planes.door, [*pieces, *fronts])))
+        found = within(fronts)
     if not level.sills and (openings := [Closer(p, "wall_ends") for p in _of_hall(found, config.area_m2)]):  # R14
-        fixed = [*fixed, *openings]
-        found = within(fixed, *enclosed(closed_plane(planes.door, [*pieces, *fixed])))
-    area = sum(r.area for r in found.rooms)
+        found = within([*(closer for closer in found.closers if closer.kind in EDGES), *openings])
+    area = _area(found)
     if area < config.area_m2:  # R8
         raise Rejection(
             "layout",
@@ -118,6 +113,32 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
     return found
+
+
+def _area(layout: Layout) -> float:
+    return float(sum(room.area for room in layout.rooms))
+
+
+def _boundaries(
+    level: Level,
+    planes: Planes,
+    pieces: list[Closer],
+    whole: tuple[BaseGeometry, list[Polygon]],
+    config: LayoutConfig,
+) -> Iterator[list[Closer]]:
+    """Yield what may close the house where its walls leave it open (R2, R3, R4, R11); the largest house counts.
+
+    A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
+    """
+    rails = _railings(level, planes, *whole, config)
+    ground, rooms = enclosed(closed_plane(whole[0], rails)) if rails else whole
+    edges = _edges(level, ground, rooms, config)
+    if edges or closes_most(rooms, planes.tall):
+        yield [*rails, *edges]
+        return
+    sure = closed_plane(planes.door, [*rails, *(piece for piece in pieces if piece.kind != "gate")])
+    for plane in (ground, sure):
+        yield [*rails, *(Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
 
 
 def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
