@@ -210,6 +210,10 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 
 OVER_FLOOR_M = 0.3
 SLOPE = (0.3, 0.985)
+LOW_M, SLOPE_M2 = 1.7, 1.0
+"""So low, a roof's plane has this area in plan, at least; bedding and cushions have smaller ones."""
+PLANE_TILT, PLANE_M = 0.02, 0.05
+"""Triangles whose unit normals and distances from the origin round to the same are of one plane."""
 """|z| of a roof's unit normal: from 70 to 10 degrees."""
 
 Floats = npt.NDArray[np.float64]
@@ -233,23 +237,34 @@ class Caps:
     def slopes_over(self, points: Floats, reach_m: float, over_m: float = OVER_FLOOR_M) -> npt.NDArray[np.bool_]:
         """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
 
-        A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand.
+        A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand. A slope
+        lower than ``LOW_M`` is a roof's if its plane is as large as one.
         """
         return np.array([self._slope_over(point, reach_m, over_m) for point in points], np.bool_).reshape(len(points))
 
     def _slope_over(self, point: Floats, reach_m: float, over_m: float) -> bool:
         low, high = self._bounds
-        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
-        near = near[_turns(near[:, :, :2] - point) != 0]
-        heights = _height_at(near, point)
-        above = heights > over_m
-        if not above.any():
-            return False
-        near, heights = near[above], heights[above]
-        normal = np.cross(near[:, 1] - near[:, 0], near[:, 2] - near[:, 0])
-        rise = np.abs(normal[:, 2]) / np.linalg.norm(normal, axis=1)
-        sloped = (rise > SLOPE[0]) & (rise < SLOPE[1])
+        which = np.flatnonzero(((low <= point) & (high >= point)).all(axis=1))
+        which = which[_turns(self.triangles[which][:, :, :2] - point) != 0]
+        heights = _height_at(self.triangles[which], point)
+        which, heights = which[heights > over_m], heights[heights > over_m]
+        sloped = self._slope_m2[which] > np.where(heights < LOW_M, SLOPE_M2, 0.0)
         return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
+
+    @cached_property
+    def _slope_m2(self) -> Floats:
+        """Plan area of the plane that each triangle (n,) is part of, m2; 0 where it does not slope as a roof does."""
+        a = self.triangles[:, 0]
+        normal = np.cross(self.triangles[:, 1] - a, self.triangles[:, 2] - a)
+        unit = normal / np.linalg.norm(normal, axis=1)[:, None]
+        unit *= np.where(unit[:, 2] < 0, -1.0, 1.0)[:, None]
+        sloped = (unit[:, 2] > SLOPE[0]) & (unit[:, 2] < SLOPE[1])
+        planes = np.round(np.column_stack([unit / PLANE_TILT, (unit * a).sum(axis=1) / PLANE_M])[sloped])
+        plane = np.unique(planes, axis=0, return_inverse=True)[1].reshape(-1)
+        area = np.bincount(plane, np.abs(normal[sloped, 2]) / 2)
+        found = np.zeros(len(a))
+        found[sloped] = area[plane]
+        return found
 
     def _closes(self, point: Floats, height: float) -> bool:
         low, high = self._bounds

@@ -1,6 +1,7 @@
 """What ends at a sloped roof: a gable over the x axis, 0.3 m thick, from eaves at 1.2 m up to a ridge at 4.4 m."""
 
 import numpy as np
+import pytest
 import trimesh
 from shapely import box as area
 
@@ -43,6 +44,16 @@ def test_a_cupboard_under_a_slope_does_not_meet_it() -> None:
     roof.apply_scale((1.0, 10.0, 1.0))
     roof.apply_translation((0.0, 0.0, 1.0))
     assert not meets_slope(area(4.5, 1.0, 5.5, 2.0), cutter(roof, box((4.5, 1.0, 5.5, 2.0), 0.0, 0.9)))
+
+
+@pytest.mark.parametrize(("size", "low", "meets"), [(0.6, 0.7, False), (2.0, 0.7, True), (0.6, 2.0, True)])
+def test_the_top_of_a_cushion_is_no_roof(size: float, low: float, meets: bool) -> None:
+    """A wedge that rises by half its depth; as large as a roof it is one, and over head height a small piece is."""
+    wedge = box((0.0, 0.0, size, size), 0.0, low)
+    points = np.array(wedge.vertices)
+    points[(points[:, 2] == low) & (points[:, 1] > 0), 2] += size / 2
+    made = trimesh.Trimesh(points, wedge.faces, process=False)
+    assert meets_slope(area(0.1, 0.1, size - 0.1, size - 0.1), cutter(made)) == meets
 
 
 def test_what_ends_knows_the_last_height_at_which_it_stands() -> None:
