@@ -47,7 +47,7 @@ def quiet() -> np.errstate:
     return np.errstate(divide="ignore", invalid="ignore")
 
 
-def mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
+def buffer_mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
     """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
     with quiet():
         return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
@@ -150,22 +150,22 @@ def filled(walls: BaseGeometry) -> BaseGeometry:
 
 def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     """Return the shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
-    eroded = mitred(shape, -width_m / 2)
+    eroded = buffer_mitred(shape, -width_m / 2)
     if eroded.is_empty:
         return eroded
-    grown = mitred(eroded, width_m / 2 + 1e-6)
+    grown = buffer_mitred(eroded, width_m / 2 + 1e-6)
     return overlap(grown, shape)
 
 
 def each_opened(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
     """``opened`` for each of the shapes."""
     given = np.array(shapes, dtype=np.object_)
-    return overlaps(mitred(mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
+    return overlaps(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
 
 
 def too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
     """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
-    return np.asarray(shapely.is_empty(mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
+    return np.asarray(shapely.is_empty(buffer_mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
 
 
 def locate(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:

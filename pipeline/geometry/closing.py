@@ -21,11 +21,11 @@ from pipeline.geometry.areas import (
     Outlines,
     Shapes,
     areas,
+    buffer_mitred,
     each_opened,
     enclosed,
     filled,
     locate,
-    mitred,
     opened,
     outlines,
     overlap,
@@ -72,12 +72,12 @@ class Closer:
     bridge: Bridge | None = None
 
 
-def lapped(pieces: list[Polygon]) -> list[Polygon]:
+def grow_by_lap(pieces: list[Polygon]) -> list[Polygon]:
     """Return the pieces of one plane, grown a little, so that they meet the walls of the other."""
-    return list(mitred(np.array(pieces, dtype=np.object_), LAP_M))
+    return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
-def parted(
+def bridges_and_rests(
     door: BaseGeometry, pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[Closer], list[Closer]]:
     """Take each piece apart into its bridges and the rest of it, in the ``plane`` that all of them close.
@@ -104,7 +104,7 @@ def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     for strip in strips:
         left = subtract(left, strip)
     # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    return [polygons_of(mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
+    return [polygons_of(buffer_mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
 def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
@@ -115,7 +115,7 @@ def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
     return [Closer(p, piece.kind) for p in parts]
 
 
-def needed(
+def needed_to_separate(
     door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
 ) -> list[Closer]:
     """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
@@ -573,7 +573,7 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
     lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
     if not lying_open:
         return []
-    return polygons_of(subtract(united(mitred(room, BAND_M) for room in lying_open), united([*named, ground])))
+    return polygons_of(subtract(united(buffer_mitred(room, BAND_M) for room in lying_open), united([*named, ground])))
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:

@@ -59,7 +59,7 @@ def rectangle(box: Box, *, width: float | None = None, depth: float | None = Non
     return Polygon([c - a - d, c + a - d, c + a + d, c - a + d])
 
 
-def seated(polygon: Polygon, walls: BaseGeometry) -> Polygon:
+def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
     """A doorway as its source draws it, drawn in to the faces of the wall that it lies in, where that is known."""
     found = doorway(box_of(polygon), walls)
     if found is None:

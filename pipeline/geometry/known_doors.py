@@ -12,8 +12,8 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clipped, mitred, opened, overlap, polygons_of, united
-from pipeline.geometry.doorways import Doorway, box_of, doorway, rectangle, seated
+from pipeline.geometry.areas import buffer_mitred, clipped, opened, overlap, polygons_of, united
+from pipeline.geometry.doorways import Doorway, box_of, doorway, fit_into_wall, rectangle
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -315,7 +315,7 @@ def _recesses(
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
     """A leaf and the lintel beside it as one area."""
-    return mitred(mitred(united([leaf, lintel]), JOIN_M), -JOIN_M)
+    return buffer_mitred(buffer_mitred(united([leaf, lintel]), JOIN_M), -JOIN_M)
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
@@ -453,7 +453,7 @@ def known_doorways(
     named: Iterable[Doorway], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
 ) -> tuple[list[Doorway], list[Polygon]]:
     """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
-    found = [replace(each, polygon=seated(each.polygon, walls)) for each in named]
+    found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
     for box in (box for mesh in doors for box in _boxes(mesh)):
         leaves.append(rectangle(box, depth=max(box.thickness, LEAST_DEPTH_M)))

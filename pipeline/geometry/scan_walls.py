@@ -13,7 +13,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import areas, mitred, subtract, united
+from pipeline.geometry.areas import areas, buffer_mitred, subtract, united
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -443,7 +443,7 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
         if len(ring) >= 3:
             inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
             shapes.append(subtract(shapely.make_valid(Polygon(ring)), united(inner)))
-    pixels = mitred(mitred(united(shapes), 0.5), EDGE - 0.5)
+    pixels = buffer_mitred(buffer_mitred(united(shapes), 0.5), EDGE - 0.5)
     return areas(shapely.transform(pixels, raster.placed))
 
 

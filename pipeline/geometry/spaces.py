@@ -15,7 +15,17 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import erode
 from houseexpo.plan import DoorKind
-from pipeline.geometry.areas import OUTSIDE, areas, differences, mitred, opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    areas,
+    buffer_mitred,
+    differences,
+    opened,
+    overlap,
+    polygons_of,
+    subtract,
+    united,
+)
 from pipeline.geometry.bridges import Bridge, Vector, strips_of
 from pipeline.geometry.walls import close_cracks
 
@@ -173,11 +183,11 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
     ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
     own rooms cover; plan areas in the level frame.
     """
-    bare = opened(subtract(room, united([mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
+    bare = opened(subtract(room, united([buffer_mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
     voids = [hole for hole in polygons_of(bare) if overlap(hole, below).area > SHOWN * hole.area]  # R1
     if not voids:
         return [room]
-    left = polygons_of(subtract(room, mitred(united(voids), EDGE_M)))
+    left = polygons_of(subtract(room, buffer_mitred(united(voids), EDGE_M)))
     return [part for part in left if part.area > MIN_M2 and not opened(part, STANDING_M).is_empty]  # R3
 
 
@@ -200,13 +210,13 @@ def odd(rooms: list[Polygon]) -> Bools:
     area, length = shapely.area(rooms), shapely.length(rooms)
     sized = (area >= SMALLEST_M2) & (area <= LARGEST_M2)
     ragged = 4 * math.pi * area / length**2 < RAGGED
-    return np.asarray(~sized | ragged | shapely.is_empty(mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
+    return np.asarray(~sized | ragged | shapely.is_empty(buffer_mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
 
 
 def with_loose_ends(rooms: list[Polygon]) -> Bools:
     """Into which rooms (n,) a wall juts by more than ``SHORTEST_M`` and ends: most walls go on to the next one."""
     whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
-    closed = mitred(mitred(whole, THICKEST_M / 2), -THICKEST_M / 2)
+    closed = buffer_mitred(buffer_mitred(whole, THICKEST_M / 2), -THICKEST_M / 2)
     juts, room = shapely.get_parts(shapely.difference(closed, whole), return_index=True)
     found = np.zeros(len(rooms), np.bool_)
     if len(juts):

@@ -17,8 +17,8 @@ from pipeline.geometry.areas import (
     EMPTY,
     Shapes,
     areas,
+    buffer_mitred,
     clipped,
-    mitred,
     opened,
     overlap,
     polygons_of,
@@ -152,7 +152,7 @@ def _arranged(
     lines = shapely.get_parts(shapely.union_all(drawn, grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
-    thick = ~shapely.is_empty(mitred(faces, -solid_m / 2))
+    thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
     solids = united(faces[solid])
@@ -195,8 +195,8 @@ def _tips(lines: BaseGeometry) -> npt.NDArray[np.object_]:
 
 def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     """Join walls that nearly touch; corners stay as they are."""
-    grown = mitred(walls, width_m / 2, limit=3.0)
-    return areas(mitred(grown, -width_m / 2, limit=3.0))
+    grown = buffer_mitred(walls, width_m / 2, limit=3.0)
+    return areas(buffer_mitred(grown, -width_m / 2, limit=3.0))
 
 
 def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bool_]:
@@ -351,7 +351,7 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
     """
-    wide = ~shapely.is_empty(mitred(faces, -MIN_DEPTH_M / 2))
+    wide = ~shapely.is_empty(buffer_mitred(faces, -MIN_DEPTH_M / 2))
     if not wide.any():
         return EMPTY
     winds = winding_number(shapely.point_on_surface(faces), segments)
@@ -359,7 +359,7 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
     if not len(spaces):
         return EMPTY
     walls = united([*faces[winds > 0], solids])
-    around = shapely.difference(mitred(spaces, AROUND_CLOSET_M), spaces)
+    around = shapely.difference(buffer_mitred(spaces, AROUND_CLOSET_M), spaces)
     closed = np.array([overlap(band, walls).area > ALL_ROUND * band.area for band in around], np.bool_)
     return united(spaces[closed])
 
@@ -394,10 +394,10 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1
     if slits.is_empty:
         return walls
-    around = mitred(slits, sheet_m + EPS_M)
-    outer = overlap(walls, subtract(around, mitred(slits, sheet_m / 2)))
-    more = opened(subtract(walls, mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
-    left = subtract(united([walls, slits]), subtract(outer, mitred(more, 2 * sheet_m)))  # R2
+    around = buffer_mitred(slits, sheet_m + EPS_M)
+    outer = overlap(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
+    more = opened(subtract(walls, buffer_mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
+    left = subtract(united([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
     return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
 
 
@@ -407,7 +407,7 @@ def long_slits(walls: BaseGeometry) -> BaseGeometry:
 
 
 def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
-    closed = mitred(mitred(faces, WIDEST_SLIT_M / 2), -WIDEST_SLIT_M / 2)
+    closed = buffer_mitred(buffer_mitred(faces, WIDEST_SLIT_M / 2), -WIDEST_SLIT_M / 2)
     return polygons_of(opened(subtract(closed, walls), THINNEST_M))
 
 

@@ -24,7 +24,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import mitred, opened, polygons_of, triangulate
+from pipeline.geometry.areas import buffer_mitred, opened, polygons_of, triangulate
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -236,10 +236,10 @@ def _sides(ring: np.ndarray, bottom_m: float, top_m: float) -> np.ndarray:
 def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     """Return the walls of a storey, from its floor to ``top_m``."""
     floor = shapely.union_all(floors, grid_size=SAME_M)
-    whole = mitred(mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
-    closed = mitred(mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
+    whole = buffer_mitred(buffer_mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
+    closed = buffer_mitred(buffer_mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
     filled = shapely.union_all([Polygon(part.exterior) for part in polygons_of(shapely.union(closed, whole))])
-    solid = shapely.difference(mitred(filled, OUTER_WALL_M), whole)  # R3
+    solid = shapely.difference(buffer_mitred(filled, OUTER_WALL_M), whole)  # R3
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
 
 

@@ -47,7 +47,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import filled, mitred, united
+from pipeline.geometry.areas import buffer_mitred, filled, united
 from pipeline.geometry.cutting import merged
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
@@ -195,7 +195,7 @@ def _is_like_others(building: Building, own: Sequence[Part], floor: float, rooms
 
 
 def _enclosed(walls: Iterable[Part]) -> float:
-    return float(filled(united(mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
+    return float(filled(united(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:
@@ -271,7 +271,7 @@ def _walls_of_spaces(building: Building) -> Iterator[Part]:
 def _touch(floors: Sequence[Polygon]) -> bool:
     """L7: whether most of the spaces' edges lie against other spaces."""
     lengths = shapely.length(floors)
-    whole = shapely.union_all(mitred(np.array(floors, dtype=np.object_), SPACE_CRACK_M / 2))
+    whole = shapely.union_all(buffer_mitred(np.array(floors, dtype=np.object_), SPACE_CRACK_M / 2))
     hidden = lengths.sum() - shapely.length(whole)
     return bool(hidden > SPACES_TOUCH * lengths.sum())
 

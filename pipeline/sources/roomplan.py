@@ -21,7 +21,7 @@ from shapely import Polygon
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import enclosed, mitred, opened, polygons_of
+from pipeline.geometry.areas import buffer_mitred, enclosed, opened, polygons_of
 from pipeline.geometry.walls import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
@@ -152,8 +152,8 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=SAME_M)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
-    inner = shapely.intersection(strips, mitred(close_cracks(shapely.union_all(floors)), -SCAN_INSIDE_M))
-    reached = shapely.union_all([mitred(part, SCAN_INSIDE_M) for part in polygons_of(inner)])
+    inner = shapely.intersection(strips, buffer_mitred(close_cracks(shapely.union_all(floors)), -SCAN_INSIDE_M))
+    reached = shapely.union_all([buffer_mitred(part, SCAN_INSIDE_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 
@@ -161,7 +161,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
 def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
-    areas = [mitred(area, SHEET_M / 2) for area in enclosed(strips)[1]]
+    areas = [buffer_mitred(area, SHEET_M / 2) for area in enclosed(strips)[1]]
     return [area for area in areas if not opened(area, NARROWEST_ROOM_M).is_empty]
 
 

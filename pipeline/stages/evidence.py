@@ -29,7 +29,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.areas import EMPTY, clipped, mitred, opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import EMPTY, buffer_mitred, clipped, opened, overlap, polygons_of, subtract, united
 from pipeline.geometry.closing import LAP_M
 from pipeline.geometry.cutting import Cutter, between, clear_of
 from pipeline.geometry.doorways import box_of, doorway
@@ -156,7 +156,7 @@ class _Heights:
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
     slits = opened(overlap(long_slits(full), above), SLIVER_M)
-    long = [mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
+    long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
     return united([full, *long]) if long else full
 
 
@@ -193,5 +193,5 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     A cupboard has its back at one wall, also in a corner or a niche. A sheet that goes on above, such as that of a
     facade, is none of these walls.
     """
-    ends = polygons_of(overlap(subtract(mitred(part, BESIDE_M), part), opened(walls, SHEET_M)))
+    ends = polygons_of(overlap(subtract(buffer_mitred(part, BESIDE_M), part), opened(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / BESIDE_M < ENDS * part.exterior.length

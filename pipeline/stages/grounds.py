@@ -29,7 +29,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, united
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import odd, with_loose_ends
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
@@ -95,7 +95,7 @@ def _floors(
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), mitred(rooms, CRACK_M))
+    between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - FLOORED) * rooms.area else 0.0,
         "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
@@ -106,7 +106,7 @@ def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
     """Return the share of the walls that stand beside no room (R5). A wall is at most ``THICKEST_M`` thick."""
     if walls.is_empty:
         return 0.0
-    return _share(subtract(walls, mitred(united(rooms), THICKEST_M)).area, walls.area)
+    return _share(subtract(walls, buffer_mitred(united(rooms), THICKEST_M)).area, walls.area)
 
 
 def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:

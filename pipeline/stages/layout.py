@@ -35,10 +35,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
-from pipeline.geometry.areas import OUTSIDE, enclosed, mitred, overlap, polygons_of, subtract, too_narrow, united
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, enclosed, overlap, polygons_of, subtract, too_narrow, united
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
     JOINED,
+    bridges_and_rests,
     closed_plane,
     closes_most,
     from_floor,
@@ -47,10 +48,9 @@ from pipeline.geometry.closing import (
     from_rooms,
     from_wall_ends,
     gaps,
-    lapped,
+    grow_by_lap,
     mouths,
-    needed,
-    parted,
+    needed_to_separate,
     with_sides,
 )
 from pipeline.geometry.doorways import box_of
@@ -87,13 +87,14 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed(closed_plane(standing, pieces)) if fixed else whole
-        strips, ground, rooms = _settled(standing, evidence.slight, *parted(standing, pieces, ground, rooms), config)
+        strips, rest = bridges_and_rests(standing, pieces, ground, rooms)
+        strips, ground, rooms = _settled(standing, evidence.slight, strips, rest, config)
         for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
             closers = [Closer(mouth, "mouth") for mouth in row]
             closed, parts = enclosed(closed_plane(ground, closers))
-            ways = parted(ground, closers, closed, parts)[0]
+            ways = bridges_and_rests(ground, closers, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
         rooms = on_floor(habitable(rooms, strips + fixed, planes, evidence, level), level)
@@ -155,9 +156,9 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
 def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
     low = subtract(planes.low, planes.high)
-    pieces = [Closer(p, "lintel") for p in lapped(polygons_of(planes.high))]
-    pieces += [Closer(p, "sill") for p in lapped(polygons_of(low))]
-    doorways = zip(planes.doorways, lapped([d.polygon for d in planes.doorways]), strict=True)
+    pieces = [Closer(p, "lintel") for p in grow_by_lap(polygons_of(planes.high))]
+    pieces += [Closer(p, "sill") for p in grow_by_lap(polygons_of(low))]
+    doorways = zip(planes.doorways, grow_by_lap([d.polygon for d in planes.doorways]), strict=True)
     pieces += [Closer(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
@@ -176,7 +177,7 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
 def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
-        overlap(gap, mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
+        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
     )
 
 
@@ -238,7 +239,7 @@ def _settled(
         elif pruned:
             return strips + rest, plane, rooms
         else:  # strips that stood against what is dropped here may part nothing now
-            rest, pruned = needed(door, strips, rest, plane, rooms), True
+            rest, pruned = needed_to_separate(door, strips, rest, plane, rooms), True
 
 
 def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:

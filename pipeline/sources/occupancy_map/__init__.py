@@ -26,7 +26,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import mitred, opened, polygons_of
+from pipeline.geometry.areas import buffer_mitred, opened, polygons_of
 from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -183,7 +183,7 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[
     straight = straighten(list(raw.values()), offset_m=STRAIGHT_M, angle_deg=ANGLE_DEG)
     found: dict[int, Polygon] = {}
     for number, outline in sorted(zip(raw, straight, strict=True), key=lambda each: -each[1].area):
-        near = [mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
+        near = [buffer_mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
         piece = _largest(left)
         if piece.area >= ROOM_M2:
@@ -198,7 +198,7 @@ def _largest(area: BaseGeometry) -> Polygon:
 
 def _smooth(whole: BaseGeometry) -> BaseGeometry:
     """R1: an area without what noise does to its edge, and without small holes."""
-    closed = mitred(mitred(whole, NARROWEST_M / 2), -NARROWEST_M / 2)
+    closed = buffer_mitred(buffer_mitred(whole, NARROWEST_M / 2), -NARROWEST_M / 2)
     parts = [shapely.simplify(part, STRAIGHT_M / 2) for part in polygons_of(opened(closed, NARROWEST_M))]
     kept = [
         Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= CLUTTER_M2]) for part in parts
