@@ -98,8 +98,12 @@ class Frames:
         return self.at(base.strip(), asked) @ matrix_of(pose, what)
 
     def at(self, name: str, asked: tuple[str, ...] = ()) -> Matrix:
-        """Return a named frame's place in the model."""
-        first, _, rest = name.partition("::")
+        """Return a named frame's place in the model.
+
+        Gazebo saves what was a model in a model as frames and links with names such as ``inner::link``: a whole name
+        comes before its parts.
+        """
+        first, rest = (name, "") if name in self._found else name.partition("::")[::2]
         if first in _OWN:
             return np.eye(4)
         if name in asked:

@@ -60,6 +60,14 @@ def test_poses_turn_and_add_up_through_models_links_and_frames(tmp_path):
     assert bounds(level.walls) == pytest.approx([9.9, 4.0, 0.0, 10.1, 8.0, 2.5])
 
 
+def test_a_model_in_a_model_as_gazebo_saves_it_has_frames_with_its_name(tmp_path):
+    frame = "<frame name='in::__model__' attached_to='in::l'><pose relative_to='__model__'>10 0 0 0 0 0</pose></frame>"
+    shape = box("v", (4.0, 0.2, 2.5), "0 0 1.25 0 0 0")
+    link = f"<link name='in::l'><pose relative_to='in::__model__'>1 0 0 0 0 0</pose>{shape}</link>"
+    level = one(tmp_path, f"<model name='saved'><static>1</static><pose>0 5 0 0 0 0</pose>{frame}{link}</model>")
+    assert bounds(level.walls) == pytest.approx([9.0, 4.9, 0.0, 13.0, 5.1, 2.5])
+
+
 def test_quaternions_degrees_and_placement_frames(tmp_path):
     link = f"<link name='l'><pose>3 0 0 0 0 0</pose>{box('v', (4.0, 0.2, 2.5), '0 0 1.25 0 0 0')}</link>"
     for pose in ("<pose degrees='true'>0 0 0 0 0 90</pose>", "<pose rotation_format='quat_xyzw'>0 0 0 0 0 1 1</pose>"):
