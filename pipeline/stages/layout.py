@@ -21,12 +21,14 @@ R13 Where a room is narrow between two broad parts of it, these are rooms of the
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
+R15 A slit between two walls, too narrow for anybody, parts the rooms at its ends.
 R8  What encloses less than ``area_m2`` after all this has no layout.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import networkx as nx
 import numpy as np
@@ -35,9 +37,19 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, enclosed, overlap, polygons_of, subtract, too_narrow, united
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    buffer_mitred,
+    enclosed,
+    overlap,
+    polygons_of,
+    subtract,
+    too_narrow,
+    united,
+)
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
+    EPS_M,
     JOINED,
     bridges_and_rests,
     closed_plane,
@@ -67,6 +79,7 @@ CLOSET_M2 = 0.9
 JAMBS = 0.8
 FLOORED = 0.5
 SLOT_M = 0.45
+SLIT_M = 0.25
 EAVES = 0.7
 STROKE_M = 1.0
 SPECK = 0.02
@@ -89,6 +102,8 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         ground, rooms = enclosed(closed_plane(standing, pieces)) if fixed else whole
         strips, rest = bridges_and_rests(standing, pieces, ground, rooms)
         strips, ground, rooms = _settled(standing, evidence.slight, strips, rest, config)
+        if not level.sills and (slits := [slit for room in rooms for slit in _slits(room, config.area_m2)]):  # R15
+            ground, rooms = enclosed(united([ground, *slits]))
         for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
@@ -140,6 +155,19 @@ def _boundaries(
     sure = closed_plane(planes.door, [*rails, *(piece for piece in pieces if piece.kind != "gate")])
     for plane in (ground, sure):
         yield [*rails, *(Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
+
+
+def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
+    """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
+    pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
+    parts = [overlap(buffer_mitred(piece, SLIT_M / 2 + EPS_M), room) for piece in pieces]
+    large = [part for part in parts if part.area >= least_m2]
+    if len(large) < 2:
+        return []
+    between = [overlap(one, other) for one, other in combinations(large, 2)]
+    rest = polygons_of(subtract(room, united(parts)))
+    between += [slit for slit in rest if sum(slit.distance(part) < EPS_M for part in large) > 1]
+    return grow_by_lap([slit for shape in between for slit in polygons_of(shape)])
 
 
 def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:

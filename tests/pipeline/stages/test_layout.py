@@ -190,6 +190,15 @@ def test_a_house_that_is_half_open() -> None:
     assert sum(areas(layout(walls))) > 12
 
 
+@pytest.mark.parametrize(("slit", "rooms"), [(0.1, 4), (0.5, 3)])
+def test_a_slit_between_two_corners_parts_the_rooms(slit: float, rooms: int) -> None:
+    """Two closed rooms in opposite corners of a house; between their own corners two more meet, or nearly so."""
+    end = 3.1 + slit
+    first = [*wall((0.0, 3.0, 4.1, 3.1)), *wall((4.0, 0.0, 4.1, 3.0))]
+    second = [*wall((end + 1, end, end + 1.1, 6.5)), *wall((end + 1.1, end, 8.2, end + 0.1))]
+    assert len(layout([*shell((0, 0, 8.2, 6.5)), *first, *second]).rooms) == rooms
+
+
 def test_an_open_corner_is_closed_between_ends_of_walls_not_at_a_gate_that_is_dropped() -> None:
     """An L of two halves, open where they meet; a piece of wall between them makes a wide gap beside the corner."""
     outline = [(-0.2, -4.2, 0.0, 4.2), (0.0, 4.0, 8.2, 4.2), (8.0, 0.0, 8.2, 4.0), (6.6, -0.2, 8.2, 0.0)]
