@@ -62,6 +62,7 @@ ALIKE = 0.7
 BESIDE_M = 0.05
 SHEET_M = 0.06
 ENDS = 0.4
+DEEP_M = 0.5
 
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
@@ -190,8 +191,10 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
 def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     """Return whether a part ends at walls at two places or more, and most of its edge is free (R5).
 
-    A cupboard has its back at one wall, also in a corner or a niche. A sheet that goes on above, such as that of a
-    facade, is none of these walls.
+    A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
+    on above, such as that of a facade, is none of these walls.
     """
+    if opened(part, DEEP_M).area > part.area / 2:
+        return False
     ends = polygons_of(overlap(subtract(buffer_mitred(part, BESIDE_M), part), opened(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / BESIDE_M < ENDS * part.exterior.length

@@ -2,10 +2,11 @@
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
     (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
-    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or that the edge of
-    the floor does, where others are closed (a slab that goes on past the walls). Nor is one under the sky that a fence
-    or a lower wall bounds and that is larger than all the others together (a garden), nor one too low to stand in (a
-    void under a roof). A room that the source names is one. What a person says is no room (``overrides.toml``) is none.
+    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside of
+    the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on
+    past the walls). Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the others
+    together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
+    person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
 """
 
@@ -20,7 +21,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, overlap, overlaps, too_narrow, united
+from pipeline.geometry.areas import OUTSIDE, filled, overlap, overlaps, too_narrow, united
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
@@ -30,8 +31,8 @@ KNOWN_FLOOR = 0.5
 FLOORED = 0.25
 CLOSED = 0.8
 SEVERAL = 2
-FENCED = 0.4
-GARDEN = 0.5
+FENCED = 0.5
+OUTER_FENCE, OUTER_M = 0.4, 0.4
 COVERED = 0.7
 ROOFED = 0.5
 HEAD_M = 1.9
@@ -56,6 +57,8 @@ def habitable(
     walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
     over = cache(lambda: shapely.buffer(united([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
+    house = filled(united([planes.door, planes.rails, *rooms]))
+    outer = overlap(fences, shapely.buffer(house.boundary, OUTER_M, quad_segs=2))
     edge = shapely.buffer(united([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
@@ -70,7 +73,8 @@ def habitable(
             continue
         around = over if into[k] >= SEVERAL else walls
         floored = not known or share >= FLOORED or (_along(room, around()) > CLOSED and not _is_shaft(room))
-        outside = (k not in entered and _along(room, fences) > FENCED) or low[k] > COVERED
+        fenced = k not in entered and (_along(room, fences) > FENCED or _along(room, outer) > OUTER_FENCE)
+        outside = fenced or low[k] > COVERED
         if (floored and not outside and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
@@ -84,7 +88,7 @@ def _gardens(
     if not large:
         return set()
     band = shapely.buffer(united([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
-    fenced = {k for k in large if _along(rooms[k], band) > GARDEN}
+    fenced = {k for k in large if _along(rooms[k], band) > FENCED}
     return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
 
 
