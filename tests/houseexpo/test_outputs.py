@@ -57,9 +57,15 @@ def test_the_plan_that_is_read_is_not_written_over(homes: Path) -> None:
     [
         (lambda homes, out: ["export", homes, "--to", "svg", "--out", out], "a.svg"),
         (lambda homes, out: ["show", homes, "--out", out / "sheet.png"], "sheet.png"),
-        (lambda homes, out: ["stats", homes, "--out", out / "report.html"], "report.html"),
+        pytest.param(
+            lambda homes, out: ["stats", homes, "--out", out / "report.html"], "report.html", marks=pytest.mark.slow
+        ),
         (lambda homes, out: ["stats", homes, "--out", out / "report.json"], "report.json"),
-        (lambda homes, out: ["inspect", homes.parent / "houses" / "a.ply", "--out", out], "stages.png"),
+        pytest.param(
+            lambda homes, out: ["inspect", homes.parent / "houses" / "a.ply", "--out", out],
+            "stages.png",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_file_of_somebody_else_stays_unless_replace_says_otherwise(

@@ -27,6 +27,7 @@ def _read(folder: Path, name: str) -> dict[str, object]:
     return found
 
 
+@pytest.mark.slow
 def test_croissant_is_valid_and_its_records_can_be_read(made: Path, released: Path) -> None:
     need(modules=["mlcroissant"], how="make readers")
     import mlcroissant
