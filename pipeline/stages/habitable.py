@@ -21,7 +21,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, filled, overlap, overlaps, too_narrow, united
+from pipeline.geometry.areas import EMPTY, OUTSIDE, filled, overlap, overlaps, too_narrow, united
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
@@ -57,7 +57,7 @@ def habitable(
     walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
     over = cache(lambda: shapely.buffer(united([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
-    house = filled(united([planes.door, planes.rails, *rooms]))
+    house = EMPTY if planes.rails.is_empty else filled(united([planes.door, planes.rails, *rooms]))
     outer = overlap(fences, shapely.buffer(house.boundary, OUTER_M, quad_segs=2))
     edge = shapely.buffer(united([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
