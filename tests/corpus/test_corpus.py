@@ -58,7 +58,6 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Corpus:
     return Corpus(tmp_path_factory.mktemp("corpus"))
 
 
-@pytest.mark.slow
 def test_a_run_says_what_came_of_each_file(corpus: Corpus, capsys: pytest.CaptureFixture[str]) -> None:
     files = corpus.files
     assert corpus.run(files, "--record", "first", "--both-halves") == 0
