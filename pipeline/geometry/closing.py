@@ -528,6 +528,7 @@ HELD = 0.5
 """A room of which walls enclose less than this share lies open."""
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 JOINED = 3
+"""A hall joins so many parts of a house; two wings on both sides of a court may be two houses."""
 OPEN = 0.25
 
 
@@ -625,6 +626,8 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
     that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``JOINED`` parts or
     more, whose openings take ``OPEN`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
     """
+    if len({part for _, part in ways}) < JOINED:
+        return []
     air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
     for radius in DISCS_M:
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]

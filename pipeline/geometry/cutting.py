@@ -210,11 +210,13 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 
 OVER_FLOOR_M = 0.3
 SLOPE = (0.3, 0.985)
+"""|z| of a roof's unit normal: from 70 to 10 degrees."""
 LOW_M, SLOPE_M2 = 1.7, 1.0
 """So low, a roof's plane has this area in plan, at least; bedding and cushions have smaller ones."""
 PLANE_TILT, PLANE_M = 0.02, 0.05
 """Triangles whose unit normals and distances from the origin round to the same are of one plane."""
-"""|z| of a roof's unit normal: from 70 to 10 degrees."""
+PLANE_KEY = np.array([1 << 50, 1 << 40, 1 << 30, 1])
+"""Makes one number of a plane's rounded normal and distance; numbers sort ten times faster than rows."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -260,7 +262,7 @@ class Caps:
         unit *= np.where(unit[:, 2] < 0, -1.0, 1.0)[:, None]
         sloped = (unit[:, 2] > SLOPE[0]) & (unit[:, 2] < SLOPE[1])
         planes = np.round(np.column_stack([unit / PLANE_TILT, (unit * a).sum(axis=1) / PLANE_M])[sloped])
-        plane = np.unique(planes, axis=0, return_inverse=True)[1].reshape(-1)
+        plane = np.unique(planes.astype(np.int64) @ PLANE_KEY, return_inverse=True)[1]
         area = np.bincount(plane, np.abs(normal[sloped, 2]) / 2)
         found = np.zeros(len(a))
         found[sloped] = area[plane]

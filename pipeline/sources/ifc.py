@@ -146,8 +146,10 @@ class Standing:
 def standing_storeys(building: Building) -> list[Standing]:
     """Return the storeys that are levels from the lowest to the highest."""
     rooms = [space for space in building.spaces if is_room(space)]
-    named = bool(rooms) or any(hole.has_door for hole in building.holes)
-    candidates = [found for storey in building.storeys if (found := _standing(building, storey, rooms, named))]
+    doors = any(hole.has_door for hole in building.holes)
+    like_m2 = np.inf if doors else STOREY_ENCLOSED * _most_enclosed(building, rooms)
+    standing = (_standing(building, storey, rooms, bool(rooms) or doors, like_m2) for storey in building.storeys)
+    candidates = [found for found in standing if found]
     kept: list[Standing] = []
     for candidate in sorted(candidates, key=lambda each: (not each.has_rooms, -each.own_walls_m, each.floor_z)):
         near = next((i for i, other in enumerate(kept) if _are_one(other, candidate)), None)
@@ -160,14 +162,17 @@ def standing_storeys(building: Building) -> list[Standing]:
     return [replace(each, above=_above(each, kept)) for each in kept]
 
 
-def _standing(building: Building, storey: Storey, rooms: Sequence[Part], named: bool) -> Standing | None:
-    """S1, S2."""
+def _standing(
+    building: Building, storey: Storey, rooms: Sequence[Part], named: bool, like_m2: float
+) -> Standing | None:
+    """S1, S2; walls that enclose more than ``like_m2`` are drawn like those of a storey with rooms."""
     own = [part for part in building.walls if part.storey == storey.key]
     floor = floor_height(building, storey)
     has_rooms = any(_is_in(space, storey, floor) for space in rooms)
     entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
     lacking = named and not has_rooms and not entered
-    if lacking and not (_is_walled(building, storey, own, floor) or _is_like_others(building, own, floor, rooms)):
+    like = lacking and like_m2 < np.inf and _enclosed(_high(own, floor)) > like_m2
+    if lacking and not like and not _is_walled(building, storey, own, floor):
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
@@ -184,14 +189,15 @@ def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: f
     return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
 
 
-def _is_like_others(building: Building, own: Sequence[Part], floor: float, rooms: Sequence[Part]) -> bool:
-    """S2: whether a file without doors draws a storey's walls as it draws those of a storey with rooms."""
-    if any(hole.has_door for hole in building.holes):
-        return False
-    with_rooms = {space.storey for space in rooms}
-    others = [[part for part in building.walls if part.storey == key] for key in with_rooms]
-    high = [part for part in own if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
-    return _enclosed(high) > STOREY_ENCLOSED * max(map(_enclosed, others), default=np.inf)
+def _high(walls: Iterable[Part], floor: float) -> list[Part]:
+    """S2: the walls that stand on a floor and are high enough for rooms."""
+    return [part for part in walls if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
+
+
+def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
+    """S2: square metres within the walls of a storey with rooms, of the largest one; infinite where there is none."""
+    storeys = {space.storey for space in rooms}
+    return max((_enclosed(part for part in building.walls if part.storey == key) for key in storeys), default=np.inf)
 
 
 def _enclosed(walls: Iterable[Part]) -> float:

@@ -50,7 +50,6 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
     EPS_M,
-    JOINED,
     bridges_and_rests,
     closed_plane,
     closes_most,
@@ -152,8 +151,8 @@ def _boundaries(
     if edges or closes_most(rooms, planes.tall):
         yield [*rails, *edges]
         return
-    sure = closed_plane(planes.door, [*rails, *(piece for piece in pieces if piece.kind != "gate")])
-    for plane in (ground, sure):
+    sure = [piece for piece in pieces if piece.kind != "gate"]
+    for plane in [ground, closed_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
         yield [*rails, *(Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
 
 
@@ -171,14 +170,14 @@ def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
 
 
 def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
-    """R14."""
+    """Return the bands that close the openings of a hall (R14)."""
     bridges = [(c.polygon, set(c.bridge.sides)) for c in layout.closers if c.bridge is not None]
     joined = nx.Graph()
     joined.add_nodes_from(range(len(layout.rooms)))
     joined.add_edges_from(sorted(sides) for _, sides in bridges if len(sides) == 2 and OUTSIDE not in sides)
     part = {room: k for k, rooms in enumerate(nx.connected_components(joined)) for room in rooms}
     ways = [(p, part[room]) for p, sides in bridges if OUTSIDE in sides for room in sides - {OUTSIDE}]
-    return from_hall(layout.ground, ways, least_m2) if len({of for _, of in ways}) >= JOINED else []
+    return from_hall(layout.ground, ways, least_m2)
 
 
 def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
