@@ -118,18 +118,19 @@ def noisy(made: TrueMap, rng: np.random.Generator) -> TrueMap:
 
 
 def rose_maps(folder: Path) -> Iterator[TrueMap]:
-    """Yield ROSE2's maps with truth, by name: each colour is a room, and each piece of it with enough pixels."""
+    """Yield ROSE2's maps with truth, by name; as in ROSE2's evaluator, each colour but black is a room.
+
+    The truth has the map's upper left corner; some are a pixel smaller or larger, and get the map's size here.
+    """
     for truth in sorted(folder.glob("*_truth.png")):
         name = truth.stem.removesuffix("_truth")
         colours = np.asarray(Image.open(truth).convert("RGB")).astype(np.int32) @ (1 << 16, 1 << 8, 1)
-        values, counts = np.unique(colours, return_counts=True)
-        rooms, number = np.zeros(colours.shape, np.int32), 0
-        for value in values[(values > 0) & (counts > TRUE_PX)].tolist():
-            _, pieces, stats, _ = cv2.connectedComponentsWithStats((colours == value).view(np.uint8), connectivity=4)
-            for piece in np.flatnonzero(stats[:, cv2.CC_STAT_AREA] > TRUE_PX)[1:].tolist():
-                number += 1
-                rooms[pieces == piece] = number
-        yield TrueMap(name, grey(folder / f"{name}.png") > WHITE, rooms)
+        values, number = np.unique(colours, return_inverse=True)
+        free = grey(folder / f"{name}.png") > WHITE
+        rooms = np.zeros(free.shape, np.int32)
+        rows, cols = np.minimum(free.shape, colours.shape)
+        rooms[:rows, :cols] = (number.reshape(colours.shape) + int(values[0] != 0))[:rows, :cols]
+        yield TrueMap(name, free, rooms)
 
 
 def true_doors(made: TrueMap) -> npt.NDArray[np.float64]:
