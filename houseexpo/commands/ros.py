@@ -45,7 +45,10 @@ def ros(
         typer.Option("--map", help="Topic map: none, the robot's own map as it grows, or the whole house."),
     ] = "none",
     speed: Annotated[float, typer.Option(help="Simulated seconds per second; inf: as fast as possible.")] = 1.0,
-    stepped: Annotated[bool, typer.Option("--stepped", help="Go on only by /houseexpo/step.")] = False,
+    stepped: Annotated[
+        bool,
+        typer.Option("--stepped", help="Begin with time paused: it goes on by /houseexpo/step."),
+    ] = False,
     wall_time: Annotated[
         bool, typer.Option("--wall-time", help="Stamps of the wall clock and no /clock, without use_sim_time.")
     ] = False,
@@ -109,7 +112,7 @@ def ros(
                 "Ctrl-C ends it"
             )
             node.run(float("inf") if seconds is None else seconds)
-        say(f"ended after {node.now_s - 1.0:.1f} simulated seconds")
+        say(f"ended after {node.elapsed_s:.1f} simulated seconds")
     finally:
         network.close()
 

@@ -30,10 +30,12 @@ class Message(NamedTuple):
     fields: Fields
 
 
+_NOTHING: Final = {"structure_needs_at_least_one_member": "uint8"}
+"""The fields of a type without fields, as ROS 2 writes them."""
 FIELDS: Final[dict[str, dict[str, str]]] = {
     "builtin_interfaces/msg/Time": {"sec": "int32", "nanosec": "uint32"},
     "std_msgs/msg/Header": {"stamp": "builtin_interfaces/msg/Time", "frame_id": "string"},
-    "std_msgs/msg/Empty": {"structure_needs_at_least_one_member": "uint8"},
+    "std_msgs/msg/Empty": _NOTHING,
     "std_msgs/msg/String": {"data": "string"},
     "std_msgs/msg/UInt32": {"data": "uint32"},
     "geometry_msgs/msg/Vector3": {"x": "float64", "y": "float64", "z": "float64"},
@@ -89,8 +91,71 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
         "info": "nav_msgs/msg/MapMetaData",
         "data": "int8[]",
     },
+    "geometry_msgs/msg/Accel": {"linear": "geometry_msgs/msg/Vector3", "angular": "geometry_msgs/msg/Vector3"},
+    "std_srvs/srv/Empty_Request": _NOTHING,
+    "std_srvs/srv/Empty_Response": _NOTHING,
+    "nav_msgs/srv/LoadMap_Request": {"map_url": "string"},
+    "nav_msgs/srv/LoadMap_Response": {"map": "nav_msgs/msg/OccupancyGrid", "result": "uint8"},
+    "simulation_interfaces/msg/Result": {"result": "uint8", "error_message": "string"},
+    "simulation_interfaces/msg/SimulationState": {"state": "uint8"},
+    "simulation_interfaces/msg/Resource": {"uri": "string", "resource_string": "string"},
+    "simulation_interfaces/msg/WorldResource": {
+        "name": "string",
+        "world_resource": "simulation_interfaces/msg/Resource",
+        "description": "string",
+        "tags": "string[]",
+    },
+    "simulation_interfaces/msg/EntityState": {
+        "header": "std_msgs/msg/Header",
+        "pose": "geometry_msgs/msg/Pose",
+        "twist": "geometry_msgs/msg/Twist",
+        "acceleration": "geometry_msgs/msg/Accel",
+    },
+    "simulation_interfaces/msg/SimulatorFeatures": {
+        "features": "uint16[]",
+        "spawn_formats": "string[]",
+        "custom_info": "string",
+    },
+    "simulation_interfaces/srv/GetSimulatorFeatures_Request": _NOTHING,
+    "simulation_interfaces/srv/GetSimulatorFeatures_Response": {
+        "features": "simulation_interfaces/msg/SimulatorFeatures",
+    },
+    "simulation_interfaces/srv/ResetSimulation_Request": {"scope": "uint8"},
+    "simulation_interfaces/srv/ResetSimulation_Response": {"result": "simulation_interfaces/msg/Result"},
+    "simulation_interfaces/srv/StepSimulation_Request": {"steps": "uint64"},
+    "simulation_interfaces/srv/StepSimulation_Response": {"result": "simulation_interfaces/msg/Result"},
+    "simulation_interfaces/srv/GetSimulationState_Request": _NOTHING,
+    "simulation_interfaces/srv/GetSimulationState_Response": {
+        "state": "simulation_interfaces/msg/SimulationState",
+        "result": "simulation_interfaces/msg/Result",
+    },
+    "simulation_interfaces/srv/SetSimulationState_Request": {"state": "simulation_interfaces/msg/SimulationState"},
+    "simulation_interfaces/srv/SetSimulationState_Response": {"result": "simulation_interfaces/msg/Result"},
+    "simulation_interfaces/srv/GetEntityState_Request": {"entity": "string"},
+    "simulation_interfaces/srv/GetEntityState_Response": {
+        "result": "simulation_interfaces/msg/Result",
+        "state": "simulation_interfaces/msg/EntityState",
+    },
+    "simulation_interfaces/srv/SetEntityState_Request": {
+        "entity": "string",
+        "state": "simulation_interfaces/msg/EntityState",
+        "set_pose": "bool",
+        "set_twist": "bool",
+        "set_acceleration": "bool",
+    },
+    "simulation_interfaces/srv/SetEntityState_Response": {"result": "simulation_interfaces/msg/Result"},
+    "simulation_interfaces/srv/LoadWorld_Request": {
+        "world_resource": "simulation_interfaces/msg/Resource",
+        "fail_on_unsupported_element": "bool",
+        "ignore_missing_or_unsupported_assets": "bool",
+    },
+    "simulation_interfaces/srv/LoadWorld_Response": {
+        "result": "simulation_interfaces/msg/Result",
+        "world": "simulation_interfaces/msg/WorldResource",
+    },
 }
-"""The types of the fields: a number, ``string``, the name of another type, or one of them with ``[]`` or ``[36]``."""
+"""The types of the fields: a number, ``bool``, ``string``, the name of another type, or one of them with ``[]`` or
+``[36]``. The request and the response of a service are types too; those of simulation_interfaces are its version 2."""
 
 NANOSECONDS: Final = 1_000_000_000
 
@@ -200,6 +265,34 @@ def occupancy_grid(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message
             "data": grid.data.ravel(),
         },
     )
+
+
+def entity_state(nanoseconds: int, frame: str, pose: Pose, speed: tuple[float, float, float]) -> Message:
+    """Return a ``simulation_interfaces/msg/EntityState``; ``speed`` is along x and y of the frame, and the turning."""
+    right, up, turning = speed
+    return Message(
+        "simulation_interfaces/msg/EntityState",
+        {
+            "header": _header(nanoseconds, frame),
+            "pose": _pose(pose),
+            "twist": {"linear": _xyz(right, up), "angular": _xyz(0.0, 0.0, turning)},
+            "acceleration": {"linear": _xyz(0.0, 0.0), "angular": _xyz(0.0, 0.0)},
+        },
+    )
+
+
+def empty(kind: str) -> Fields:
+    """Return a message of a type with all numbers 0 and all texts and sequences empty."""
+    found: Fields = {}
+    for name, of in FIELDS[kind].items():
+        size = of.partition("[")[2].rstrip("]")
+        if of in FIELDS:
+            found[name] = empty(of)
+        elif "[" in of:
+            found[name] = np.zeros(int(size)) if size else []
+        else:
+            found[name] = {"string": "", "bool": False}.get(of, 0.0 if of.startswith("float") else 0)
+    return found
 
 
 def heading_of(quaternion: Fields) -> float:

@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import os
 import re
-import types
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Final
 
-import numpy as np
-
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message
+from houseexpo.pseudoslam.io.ros_messages import Fields, Message
+from houseexpo.pseudoslam.ros.idl import fields_of, struct_of, type_of
+from houseexpo.pseudoslam.ros.services import Service, Services
 
 _LOCAL: Final = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -43,7 +41,6 @@ _BLOCKED_NS: Final = 100_000_000
 """How long a reliable writer waits for a slow reader."""
 _WAITING: Final = 100
 """Messages of a subscription that are kept until they are taken."""
-_NUMBERS: Final = ("int8", "uint8", "int32", "uint32", "float32", "float64")
 _QOS_POLICIES: Final = {2: "durability", 11: "reliability", 8: "liveliness", 4: "deadline"}
 """Numbers of the policies that may not fit, in DDS."""
 
@@ -101,10 +98,11 @@ class Network:
             del os.environ["CYCLONEDDS_URI"]
             if given is not None:
                 os.environ["CYCLONEDDS_URI"] = given
-        self.domain = number
+        self.domain, self._local = number, _is_local() if local is None else local
         self._warn = warn
         self._writers: dict[str, tuple[str, Any]] = {}
         self._readers: list[Any] = []
+        self._services: Services | None = None
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> None:
         """Offer messages of a type on a topic, such as ``/robot1/scan``."""
@@ -124,7 +122,7 @@ class Network:
         kind, writer = self._writers[topic]
         assert message.type == kind, (topic, message.type)  # noqa: S101  # our own topics
         try:
-            writer.write(_struct(message.type, message.fields))
+            writer.write(struct_of(message.type, message.fields))
         except DDSException as error:
             if error.code != DDSException.DDS_RETCODE_TIMEOUT:
                 raise
@@ -145,8 +143,16 @@ class Network:
         self._readers.append(reader)
         return subscription
 
+    def offer(self, name: str, kind: str) -> Service:
+        """Offer a service of a type, such as ``/houseexpo/reset``."""
+        if self._services is None:
+            self._services = Services(self.domain, local=self._local, warn=self._warn)
+        return self._services.offer(name, kind)
+
     def close(self) -> None:
         """Leave the graph."""
+        if self._services is not None:
+            self._services.close()
         self._readers.clear()
         self._writers.clear()
         del self._participant
@@ -154,7 +160,7 @@ class Network:
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"rt{topic}", _type(kind))
+        return Topic(self._participant, f"rt{topic}", type_of(kind))
 
 
 class Subscription:
@@ -211,7 +217,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(_WAITING):
                 if subscription is not None and sample.sample_info.valid_data:
-                    subscription.add(_fields(kind, sample))
+                    subscription.add(fields_of(kind, sample))
 
         def on_requested_incompatible_qos(self, _reader: Any, status: Any) -> None:
             unfit(status, "publisher")
@@ -220,53 +226,3 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
             unfit(status, "subscriber")
 
     return Heard()
-
-
-@cache
-def _type(kind: str) -> Any:
-    """Return CycloneDDS's type of a ROS type: a final struct with the mapped name."""
-    from cyclonedds.idl import IdlStruct
-    from cyclonedds.idl.annotations import final
-
-    package, _, name = kind.split("/")
-    fields = {field: _field_type(of) for field, of in FIELDS[kind].items()}
-
-    def fill(namespace: dict[str, Any]) -> None:
-        namespace["__annotations__"] = fields
-        namespace["__module__"] = __name__
-
-    made = types.new_class(name, (IdlStruct,), {"typename": f"{package}::msg::dds_::{name}_"}, fill)
-    return final(dataclass(made))
-
-
-def _field_type(kind: str) -> Any:
-    from cyclonedds.idl import types as idl
-
-    if found := re.fullmatch(r"(.+)\[(\d*)\]", kind):
-        inner, size = _field_type(found[1]), found[2]
-        return idl.array[inner, int(size)] if size else idl.sequence[inner]
-    return getattr(idl, kind) if kind in _NUMBERS else str if kind == "string" else _type(kind)
-
-
-def _struct(kind: str, fields: Mapping[str, Any]) -> Any:
-    """Return a message as CycloneDDS's type."""
-    return _type(kind)(**{name: _value(FIELDS[kind][name], value) for name, value in fields.items()})
-
-
-def _value(kind: str, value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return _struct(kind, value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return [_value(kind.removesuffix("[]"), one) for one in value] if isinstance(value, list) else value
-
-
-def _fields(kind: str, sample: Any) -> Fields:
-    """Return the fields of a message of CycloneDDS; lists stay lists."""
-    return {name: _plain(of, getattr(sample, name)) for name, of in FIELDS[kind].items()}
-
-
-def _plain(kind: str, value: Any) -> Any:
-    if kind in FIELDS:
-        return _fields(kind, value)
-    return [_plain(kind.removesuffix("[]"), one) for one in value] if kind.removesuffix("[]") in FIELDS else value

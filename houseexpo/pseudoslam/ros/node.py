@@ -15,8 +15,8 @@ topic              type                                            what
 =================  ==============================================  ===============================================
 
 For all robots: ``/clock`` (Clock) out; ``/houseexpo/reset`` (Empty), ``/houseexpo/house`` (String: the id of another
-plan) and, if time is stepped, ``/houseexpo/step`` (UInt32: ticks to go on) in; ``/houseexpo/event`` (String) out, which
-says what came of them.
+plan) and, while time is paused, ``/houseexpo/step`` (UInt32: ticks to go on) in; ``/houseexpo/event`` (String) out,
+which says what came of them. Services do the same and more, see ``control``.
 
 ``map`` to ``odom`` is exact: it is the localisation of a SLAM that never fails.
 """
@@ -47,8 +47,10 @@ from houseexpo.pseudoslam.io.ros_messages import (
     odometry,
     transforms,
 )
+from houseexpo.pseudoslam.ros.control import Control, Time
 from houseexpo.pseudoslam.ros.dds import Quality, Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
+from houseexpo.pseudoslam.ros.services import Service
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 
 Maps = Literal["none", "slam", "house"]
@@ -59,6 +61,8 @@ _STALE_S: Final = 1.0
 """Time without a velocity after which a robot stops, as in nav2's loopback simulator."""
 _BEHIND_S: Final = 0.5
 """Delay after which the simulation no longer tries to catch up with the wall clock."""
+_PAUSE_S: Final = 0.002
+"""Time between two looks at what is asked for while time is paused."""
 _MAP_S: Final = 1.0
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher ones are mistakes."""
@@ -81,6 +85,9 @@ class Graph(Protocol):
     def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
         """Listen to messages of a type on a topic."""
 
+    def offer(self, name: str, kind: str) -> Service:
+        """Offer a service of a type."""
+
 
 @dataclass(frozen=True)
 class NodeConfig:
@@ -97,7 +104,7 @@ class NodeConfig:
     speed
         Simulated seconds per second; infinite for as fast as possible.
     stepped
-        Whether time stands still until ``/houseexpo/step`` asks for ticks.
+        Whether time is paused at the beginning: it goes on by the ticks that are asked for.
     wall_time
         Whether stamps are the wall clock's, and ``/clock`` is silent, for programs without ``use_sim_time``.
     static
@@ -168,43 +175,56 @@ class Node:
         self._step_rad = math.radians(laser.fov_deg) / beams
         first = -math.radians(laser.fov_deg) / 2
         self._angles: npt.NDArray[np.float64] = np.array([first + self._step_rad * k for k in range(beams)])
-        names = [""] if len(fleet) == 1 else [f"/robot{k + 1}" for k in range(len(fleet))]
-        self._ends = [self._endpoints(name) for name in names]
+        self.names = ["robot"] if len(fleet) == 1 else [f"robot{k + 1}" for k in range(len(fleet))]
+        self._ends = [self._endpoints(f"/{name}" if len(fleet) > 1 else "") for name in self.names]
         self._reset = graph.subscribe("/houseexpo/reset", "std_msgs/msg/Empty")
         self._chosen = graph.subscribe("/houseexpo/house", "std_msgs/msg/String")
         self._steps = graph.subscribe("/houseexpo/step", "std_msgs/msg/UInt32")
-        self._due = 0
+        self._ticks = self._due = 0
+        self._stepping: list[tuple[int, Callable[[bool], None]]] = []
+        self.time: Time = "paused" if config.stepped else "playing"
         graph.advertise("/houseexpo/event", "std_msgs/msg/String", Quality())
         if not config.wall_time:
             graph.advertise("/clock", "rosgraph_msgs/msg/Clock", Quality())
         self._published_map: list[bytes] = [b""] * len(self._ends)
+        self._control = Control(graph, self)
         self._report()
 
     @property
     def now_s(self) -> float:
-        """The simulated time, seconds."""
+        """The simulated time, seconds; it starts at 1, and a reset of time sets it back."""
         return self._now_ns / NANOSECONDS
+
+    @property
+    def elapsed_s(self) -> float:
+        """All simulated time since the start, seconds."""
+        return self._ticks * self.fleet.tick_s
+
+    @property
+    def stamp_ns(self) -> int:
+        """The time that messages have now, nanoseconds."""
+        return time.time_ns() if self._config.wall_time else self._now_ns
 
     def run(self, seconds: float = math.inf) -> None:
         """Go on until so many simulated seconds have passed, or KeyboardInterrupt is raised.
 
         If the machine is too slow or was suspended, time goes on more slowly instead of in jumps.
         """
-        tick_s = self.fleet.tick_s
-        ends_ns = self._now_ns + seconds * NANOSECONDS
+        ends_s = self.elapsed_s + seconds
         due = time.monotonic()
-        while self._now_ns < ends_ns:
-            if self._config.stepped:
-                self._due += sum(min(int(m.fields["data"]), _STEPS_MOST) for m in self._steps.take())
+        while self.elapsed_s < ends_s:
+            if self._due == 0 and self.time != "playing":
+                self._listen()
+                due = time.monotonic()
                 if self._due == 0:
-                    self._listen()
-                    time.sleep(tick_s)
-                    continue
-                self._due -= 1
-                self.tick()
+                    time.sleep(_PAUSE_S)
                 continue
             self.tick()
-            due += tick_s / self._config.speed
+            if self._due > 0:
+                self._due -= 1
+                self._tell_stepped()
+                continue
+            due += self.fleet.tick_s / self._config.speed
             wait = due - time.monotonic()
             if wait > 0:
                 time.sleep(wait)
@@ -220,7 +240,72 @@ class Node:
                 end.velocity = Velocity()
         self.fleet.advance([end.velocity for end in self._ends])
         self._now_ns += self._tick_ns
+        self._ticks += 1
         self._report()
+
+    def reset(self, *, time: bool = False, state: bool = True) -> None:
+        """Begin again: set the simulated time back, the robots, people and maps, or both."""
+        self._stop_steps()
+        if time:
+            self._now_ns = self._next_scan_ns = self._next_map_ns = _START_NS
+        if state:
+            self.fleet.reset()
+        self._begin_again("reset" if state else "reset of time")
+        self._report()
+
+    def move_to_house(self, plan_id: str) -> None:
+        """Go to another house; time goes on. Raises HouseExpoError if there is none."""
+        if self._house is None:
+            raise ConfigError("there is only one house; start with a data set to choose others")
+        self.fleet = self._house(plan_id)
+        self._stop_steps()
+        self._begin_again(f"house {plan_id}")
+
+    def house_map(self) -> Message:
+        """Return the map of the whole house."""
+        return occupancy_grid(self.stamp_ns, "map", _whole(self.fleet))
+
+    def place(self, robot: int, pose: Pose) -> None:
+        """Put a robot at a pose of the map; ConfigError if it does not fit there."""
+        self.fleet.place(robot, pose)
+        self._ends[robot].velocity = Velocity()  # it was meant for the other place
+        self.tell(f"robot {robot + 1} was put at ({pose[0]:.2f}, {pose[1]:.2f}) m")
+
+    def drive(self, robot: int, velocity: Velocity) -> None:
+        """Give a robot a velocity, as ``cmd_vel`` does; ConfigError if it is too high or no number."""
+        ahead, left, turning = velocity.ahead_m_s, velocity.left_m_s, velocity.turn_rad_s
+        if not all(map(math.isfinite, (ahead, left, turning))):
+            raise ConfigError("a velocity that is no number was passed over")
+        if math.hypot(ahead, left) > _FASTEST_M_S or abs(turning) > _FASTEST_RAD_S:
+            raise ConfigError(
+                f"expected at most {_FASTEST_M_S:g} m/s and {_FASTEST_RAD_S:g} rad/s, "
+                f"found {ahead:g} and {left:g} m/s, {turning:g} rad/s; it was passed over"
+            )
+        self._ends[robot].velocity, self._ends[robot].told_s = velocity, self.now_s
+
+    def set_time(self, time: Time) -> None:
+        """Let time run, pause it, or stop it: pause it and begin again, with the time too."""
+        if time == "stopped":
+            self.reset(time=True)
+        elif time == "playing":
+            self._stop_steps()
+        self.time = time
+        self.tell(f"time is {time}")
+
+    def step(self, ticks: int, then: Callable[[bool], None]) -> None:
+        """Go on by ticks while time is paused; ``then`` is called with whether they came."""
+        self._due += ticks
+        self._stepping.append((self._ticks + self._due, then))
+
+    def _tell_stepped(self) -> None:
+        while self._stepping and self._stepping[0][0] <= self._ticks:
+            self._stepping.pop(0)[1](True)
+
+    def _stop_steps(self) -> None:
+        self._due = 0
+        for _, then in self._stepping:
+            then(False)
+        self._stepping.clear()
 
     def _endpoints(self, prefix: str) -> _Endpoints:
         graph = self._graph
@@ -244,29 +329,22 @@ class Node:
         for k, end in enumerate(self._ends):
             for command in end.commands:
                 for message in command.take():
-                    self._command(end, message.fields.get("twist", message.fields))
+                    twist = message.fields.get("twist", message.fields)
+                    self._try(f"{end.prefix}/cmd_vel", partial(self.drive, k, _velocity(twist)))
             for message in end.placed.take():
                 self._try(f"{end.prefix}/initialpose", partial(self._put, k, message.fields))
         if self._reset.take():
-            self.fleet.reset()
-            self._begin_again("reset")
+            self.reset()
         for message in self._chosen.take():
-            self._try("/houseexpo/house", partial(self._move_house, str(message.fields["data"])))
+            self._try("/houseexpo/house", partial(self.move_to_house, str(message.fields["data"])))
+        for message in self._steps.take():
+            self._try("/houseexpo/step", partial(self._step, int(message.fields["data"])))
+        self._control.serve()
 
-    def _command(self, end: _Endpoints, twist: Fields) -> None:
-        ahead, left, turning = (
-            float(twist[part][axis]) for part, axis in (("linear", "x"), ("linear", "y"), ("angular", "z"))
-        )
-        if not all(map(math.isfinite, (ahead, left, turning))):
-            self._tell(f"{end.prefix}/cmd_vel: a velocity that is no number was passed over")
-            return
-        if math.hypot(ahead, left) > _FASTEST_M_S or abs(turning) > _FASTEST_RAD_S:
-            self._tell(
-                f"{end.prefix}/cmd_vel: expected at most {_FASTEST_M_S:g} m/s and {_FASTEST_RAD_S:g} rad/s, "
-                f"found {ahead:g} and {left:g} m/s, {turning:g} rad/s; it was passed over"
-            )
-            return
-        end.velocity, end.told_s = Velocity(ahead, left, turning), self.now_s
+    def _step(self, ticks: int) -> None:
+        if self.time != "paused":
+            raise ConfigError(f"expected time that is paused, found time that is {self.time}; start with --stepped")
+        self.step(min(ticks, _STEPS_MOST), lambda _: None)
 
     def _put(self, robot: int, fields: Fields) -> None:
         frame, pose = fields["header"]["frame_id"], fields["pose"]["pose"]
@@ -276,38 +354,31 @@ class Node:
         heading = heading_of(pose["orientation"])
         if not all(map(math.isfinite, (x, y, heading))):
             raise ConfigError(f"initialpose: expected finite numbers, found x {x}, y {y}, heading {heading}")
-        self.fleet.place(robot, (x, y, heading))
-        self._ends[robot].velocity = Velocity()  # it was meant for the other place
-        self._tell(f"robot {robot + 1} was put at ({x:.2f}, {y:.2f}) m")
-
-    def _move_house(self, plan_id: str) -> None:
-        if self._house is None:
-            raise ConfigError("there is only one house; start with a data set to choose others")
-        self.fleet = self._house(plan_id)
-        self._begin_again(f"house {plan_id}")
+        self.place(robot, (x, y, heading))
 
     def _begin_again(self, what: str) -> None:
         for end in self._ends:
             end.velocity, end.told_s = Velocity(), -math.inf
         self._published_map = [b""] * len(self._ends)
         self._next_map_ns = self._now_ns
-        self._tell(what)
+        self.tell(what)
 
     def _try(self, topic: str, act: Callable[[], None]) -> None:
         """Do what a message asks for; if that is impossible, say why and go on."""
         try:
             act()
         except HouseExpoError as error:
-            self._tell(f"{topic}: {error}")
+            self.tell(f"{topic}: {error}")
 
-    def _tell(self, text: str) -> None:
+    def tell(self, text: str) -> None:
+        """Publish an event, and say it."""
         self._say(text)
         self._graph.publish("/houseexpo/event", Message("std_msgs/msg/String", {"data": text}))
 
     def _report(self) -> None:
         """Publish the clock, poses, and the scans and maps that are due."""
         config, graph, fleet = self._config, self._graph, self.fleet
-        stamp = time.time_ns() if config.wall_time else self._now_ns
+        stamp = self.stamp_ns
         if not config.wall_time:
             graph.publish("/clock", clock(stamp))
         scans, maps = self._now_ns >= self._next_scan_ns, self._now_ns >= self._next_map_ns
@@ -346,6 +417,10 @@ class Node:
         if data != self._published_map[robot]:
             self._published_map[robot] = data
             self._graph.publish(f"{self._ends[robot].prefix}/map", occupancy_grid(stamp, "map", grid))
+
+
+def _velocity(twist: Fields) -> Velocity:
+    return Velocity(float(twist["linear"]["x"]), float(twist["linear"]["y"]), float(twist["angular"]["z"]))
 
 
 def origin_of(pose: Pose, seen: Pose) -> Pose:

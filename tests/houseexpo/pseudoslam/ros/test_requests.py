@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.ros import node as node_module
 from houseexpo.pseudoslam.ros.dds import Quality, Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
+from houseexpo.pseudoslam.ros.services import Call, Service
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 OTHER = FloorPlan("other", [(0, 0), (0, 3), (3, 3), (3, 0)], 1, {})
@@ -34,6 +35,7 @@ class Recorded:
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.qualities: dict[str, Quality] = {}
         self._inward: dict[tuple[str, str], Subscription] = {}
+        self.services: dict[str, Service] = {}
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> None:
         assert kind in FIELDS
@@ -51,6 +53,17 @@ class Recorded:
 
     def send(self, topic: str, kind: str, **fields: Any) -> None:
         self._inward[topic, kind].add(fields)
+
+    def offer(self, name: str, kind: str) -> Service:
+        assert {f"{kind}_Request", f"{kind}_Response"} <= set(FIELDS)
+        self.services[name] = Service()
+        return self.services[name]
+
+    def call(self, name: str, **fields: Any) -> list[dict[str, Any]]:
+        """Ask a service; the answer comes into the list."""
+        answers: list[dict[str, Any]] = []
+        self.services[f"/houseexpo/{name}"].add(Call(fields, answers.append))
+        return answers
 
     @property
     def events(self) -> list[str]:
