@@ -25,8 +25,11 @@ from houseexpo.configuration import mapping_from
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
 
-Network = Literal["cnn", "cnn-lstm"]
-Moves = Literal["discrete", "continuous", "waypoint"]
+Network = Literal["cnn", "cnn-lstm", "set"]
+Moves = Literal["discrete", "continuous", "waypoint", "frontier"]
+TRAVELS = ("waypoint", "frontier")
+"""Actions that take many steps."""
+Clock = Literal["actions", "steps", "metres"]
 Sight = Literal["map", "dict", "scales"]
 MAX_SEED = 2**32 - 1
 
@@ -45,6 +48,10 @@ class PPOConfig:
         Number of steps in a minibatch, and number of passes over all steps in an update.
     gamma, gae_lambda
         Discount factor, and lambda of generalised advantage estimation.
+    discount
+        What ``gamma`` discounts: each of the "actions", as usual; each of the "steps" that an action takes, so that a
+        long travel costs time (options in a semi-Markov decision process: Sutton, Precup and Singh, 1999); or each of
+        the "metres" that it covers.
     clip
         Clipping range of the ratio of probabilities in an update.
     entropy, value
@@ -61,6 +68,7 @@ class PPOConfig:
     epochs: int = 4
     gamma: float = 0.99
     gae_lambda: float = 0.95
+    discount: Clock = "actions"
     clip: float = 0.2
     entropy: float = 0.01
     value: float = 0.5
@@ -73,6 +81,7 @@ class PPOConfig:
         for name in ("rollout_steps", "minibatch"):  # the deviation of advantages needs two
             whole(getattr(self, name), f"ppo.{name}", at_least=2)
         whole(self.epochs, "ppo.epochs", at_least=1)
+        one_of(self.discount, "ppo.discount", get_args(Clock))
         for name in ("gamma", "gae_lambda"):
             number(getattr(self, name), f"ppo.{name}", at_least=0.0, at_most=1.0)
         for name in ("entropy", "value"):
@@ -157,7 +166,8 @@ class TrainConfig:
     seed
         The seed of weights, episodes and actions.
     policy
-        "cnn", or "cnn-lstm", which adds a memory, as in the paper.
+        "cnn"; "cnn-lstm", which adds a memory, as in the paper; or "set", for frontiers: one small network rates each
+        of them, and also sees the mean and the maximum over all of them.
     memory
         Size of the memory.
     checkpoint_every
@@ -179,6 +189,17 @@ class TrainConfig:
             whole(getattr(self, name), name, at_least=1)
         whole(self.seed, "seed", at_least=0, at_most=MAX_SEED)
         one_of(self.policy, "policy", get_args(Network))
+        actions, clock = self.environment.actions, self.ppo.discount
+        if (self.policy == "set") != (actions == "frontier"):
+            raise ConfigError(
+                f'policy: expected "set" with environment.actions = "frontier", and only there; found '
+                f"{self.policy!r} with {actions!r}"
+            )
+        if clock != "actions" and (actions not in TRAVELS or self.policy == "cnn-lstm"):
+            raise ConfigError(
+                f'ppo.discount: expected "actions", since {clock} are counted for {" and ".join(TRAVELS)} actions by '
+                f"policies without a memory; found {clock!r} with {actions!r} and {self.policy!r}"
+            )
 
     @property
     def steps_per_update(self) -> int:

@@ -62,9 +62,12 @@ def _episodes(
         actions, state = policy.predict(observation, state, starts, deterministic=deterministic)
         observation, rewards, terminated, truncated, infos = envs.step(actions)
         starts = terminated | truncated
+        steps = infos.get("primitive_steps", np.ones(number)).astype(float)
+        if starts.any() and "primitive_steps" in infos:  # those of the last action, not of the new episode
+            steps[starts] = infos["final_info"]["primitive_steps"][starts]
         running = np.array([i not in ends for i in range(number)])
         returns += rewards * running
-        lengths += running
+        lengths += steps * running
         for i in np.flatnonzero(starts & running).tolist():
             ends[i] = {name: infos["final_info"][name][i] for name in MEASURES if name in infos["final_info"]}
     for i in range(number):

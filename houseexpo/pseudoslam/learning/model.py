@@ -1,4 +1,8 @@
-"""The networks of policies, and the learner: PPO of Stable-Baselines3, or that of sb3-contrib with a memory."""
+"""The networks of policies, and the learner: PPO of Stable-Baselines3, or that of sb3-contrib with a memory.
+
+Frontiers are a set: each is rated by the same small network (Deep Sets: Zaheer et al., 2017), which also gets the mean
+and the maximum over all of them.
+"""
 
 from __future__ import annotations
 
@@ -103,6 +107,67 @@ def _eye(shape: tuple[int, ...]) -> nn.Sequential:
     return nn.Sequential(body, nn.Linear(wide, WIDTH), nn.ReLU())
 
 
+SET_WIDTH = 64
+"""Width of the layers for frontiers."""
+_FORBIDDEN = -1e8
+"""Logit of an action that the mask does not allow."""
+
+
+class SetFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # as above
+    """Converts "frontiers" (N, K, 5) and "action_mask" (N, K) to logits (N, K), then (N, 2 * ``SET_WIDTH``) of all.
+
+    Metres enter as their logarithm beside a direction, so that a house's size matters little. Logits of actions that
+    the mask forbids are ``_FORBIDDEN``.
+    """
+
+    def __init__(self, space: spaces.Dict) -> None:
+        self.number = spaces.flatdim(space["action_mask"])
+        super().__init__(space, self.number + 2 * SET_WIDTH)
+        self.each = nn.Sequential(nn.Linear(6, SET_WIDTH), nn.ReLU(), nn.Linear(SET_WIDTH, SET_WIDTH), nn.ReLU())
+        self.rate = nn.Sequential(nn.Linear(3 * SET_WIDTH, SET_WIDTH), nn.ReLU(), nn.Linear(SET_WIDTH, 1))
+
+    def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
+        """Return the logits, and the features of the whole set."""
+        ahead, left, way, length, valid = observations["frontiers"].unbind(dim=2)
+        far = torch.hypot(ahead, left)
+        near = far.clamp(min=1e-6)
+        seen = torch.stack(
+            [ahead / near, left / near, torch.log1p(far), torch.log1p(way), torch.log1p(length), valid], dim=2
+        )
+        there = valid.unsqueeze(2)
+        one = self.each(seen) * there
+        mean = one.sum(dim=1) / there.sum(dim=1).clamp(min=1.0)
+        whole = torch.cat([mean, one.amax(dim=1)], dim=1)  # it is at least 0, as after a ReLU
+        logits = self.rate(torch.cat([one, whole.unsqueeze(1).expand(-1, self.number, -1)], dim=2)).squeeze(2)
+        return torch.cat([logits.masked_fill(observations["action_mask"] == 0, _FORBIDDEN), whole], dim=1)
+
+
+class SetPolicy(MultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
+    """A policy for frontiers, which never chooses an action that its observation's mask forbids."""
+
+    def _build(self, lr_schedule: Any) -> None:
+        super()._build(lr_schedule)
+        number = self.features_extractor.number
+        for last in self.features_extractor.rate[-1:]:
+            nn.init.orthogonal_(last.weight, gain=0.01)  # all frontiers are alike to an untrained policy
+        self.action_net = _Part(slice(None, number))
+        self.value_net = nn.Sequential(
+            _Part(slice(number, None)), nn.Linear(2 * SET_WIDTH, SET_WIDTH), nn.ReLU(), nn.Linear(SET_WIDTH, 1)
+        )
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+
+
+class _Part(nn.Module):  # type: ignore[misc]  # as above
+    """Takes some of the features."""
+
+    def __init__(self, part: slice) -> None:
+        super().__init__()
+        self.part = part
+
+    def forward(self, features: torch.Tensor) -> torch.Tensor:
+        return features[:, self.part]
+
+
 Learner: TypeAlias = PPO | RecurrentPPO
 Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
@@ -147,6 +212,8 @@ def policy_class(
     seen: spaces.Space[Any], config: TrainConfig
 ) -> Any:  # a class of policies, from libraries without types
     """Return the class of policies for such observations."""
+    if config.policy == "set":
+        return SetPolicy
     several = isinstance(seen, spaces.Dict)
     if config.policy == "cnn-lstm":
         return MultiInputMemoryPolicy if several else MemoryPolicy
@@ -156,7 +223,7 @@ def policy_class(
 def _shape(config: TrainConfig) -> dict[str, Any]:
     """Return the architecture: one feature network, and no layers between it (or the memory) and the heads."""
     shape: dict[str, Any] = {
-        "features_extractor_class": MapFeatures,
+        "features_extractor_class": SetFeatures if config.policy == "set" else MapFeatures,
         "net_arch": {"pi": [], "vf": []},
         "activation_fn": torch.nn.ReLU,
         "optimizer_kwargs": {"eps": 1e-5},

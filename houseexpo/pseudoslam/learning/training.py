@@ -19,7 +19,6 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 import torch
-from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecNormalize
 
@@ -30,6 +29,7 @@ from houseexpo.outputs import check_run_folder
 from houseexpo.progress import watched
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.discounting import Collecting
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
 from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.places import Places, environments
@@ -124,7 +124,7 @@ class _Training:
 
     def _update(self, update: int) -> tuple[int, dict[str, float]]:
         """Collect steps and learn from them; return the number of steps and the means of finished episodes."""
-        learner, episodes = self._learner, _Episodes()
+        learner, episodes = self._learner, Collecting(self._run.config.ppo)
         try:
             learner.learn(self._run.config.steps_per_update, callback=episodes, reset_num_timesteps=False)
         except ValueError as error:  # a distribution of values that are not finite
@@ -147,25 +147,6 @@ class _Training:
     def _score(self) -> Score:
         ids, config = self._run.places.test, self._run.config.evaluation
         return evaluate(self._learner.policy, self._tests, ids, config.plans, deterministic=config.deterministic)
-
-
-class _Episodes(BaseCallback):  # type: ignore[misc]  # it comes without types where it is not installed
-    """Counts the episodes that end while steps are collected."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._ended: list[dict[str, float]] = []
-
-    def _on_step(self) -> bool:
-        self._ended += [info["episode"] for info in self.locals["infos"] if "episode" in info]
-        return True
-
-    def means(self) -> dict[str, float]:
-        """Return the number of finished episodes and, if there are any, their mean return and length."""
-        found = {"episodes": float(len(self._ended))}
-        for name, key in (("return", "r"), ("steps", "l")):
-            found[name] = float(np.mean([one[key] for one in self._ended])) if self._ended else float("nan")
-        return found
 
 
 def restart_episodes(learner: Learner, seed: int) -> None:

@@ -75,6 +75,7 @@ def test_a_run_leaves_a_policy_curves_and_logs(tmp_path: Path) -> None:
         ("exploration", "cnn-lstm", {"task": {"reward": "coverage"}, "observation": "scales", "preset": "view-10m"}),
         ("navigation", "cnn-lstm", {"actions": "continuous"}),
         ("exploration", "cnn", {"actions": "waypoint"}),
+        ("exploration", "set", {"actions": "frontier", "task": {"reward": "coverage"}}),
     ],
 )
 def test_all_tasks_are_learned_and_tested_on_other_plans(
