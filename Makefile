@@ -8,14 +8,15 @@ RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
 TRAIN   ?=
-EXPERIMENTS := avoidance exploration avoidance-cnn exploration-cnn
+EXPERIMENTS := avoidance exploration avoidance-cnn exploration-cnn exploration-frontiers
 PLANS   ?= 500
 PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
 LEARNED ?= $(foreach seed,$(SEEDS),$(foreach net,-cnn-$(seed) -$(seed),avoidance:experiments/paper/avoidance$(net)/policy.pt \
-  $(patsubst %,%:experiments/paper/exploration$(net)/policy.pt,budget quality)))
+  $(patsubst %,%:experiments/paper/exploration$(net)/policy.pt,budget quality)) \
+  $(patsubst %,%:experiments/paper/exploration-frontiers-$(seed)/policy.pt,budget quality))
 ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
@@ -57,9 +58,9 @@ ros: setup ## install CycloneDDS for `houseexpo ros`, and ROS 2's Python with Fa
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
 
-experiments: learn ## learn the paper's two experiments, with a memory and without, three seeds each: hours; goes on where it was stopped
+experiments: learn ## learn the paper's two experiments, with a memory and without, and to choose frontiers, three seeds each: hours; goes on where it was stopped
 	@for name in $(EXPERIMENTS); do for seed in $(SEEDS); do \
-	  $(BIN)/houseexpo train $${name%-cnn} --config experiments/$$name.toml --seed $$seed --resume \
+	  $(BIN)/houseexpo train $${name%%-*} --config experiments/$$name.toml --seed $$seed --resume \
 	    --out $(RUNS)/$$name-$$seed $(TRAIN) || exit; done; done
 
 dataset: setup ## build the demo data set: 300 houses made by the project, into plans/demo
