@@ -81,7 +81,7 @@ def ros(
     from houseexpo.commands.printing import console
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
-    from houseexpo.pseudoslam.ros.node import Node, NodeConfig
+    from houseexpo.pseudoslam.ros.node import EVENTS, Node, NodeConfig
 
     shown = console()
 
@@ -105,6 +105,7 @@ def ros(
     try:
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
+            network.refuse_second(EVENTS)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
         with suppress(KeyboardInterrupt), _interrupted_by_signals():
             say(

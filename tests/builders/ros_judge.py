@@ -127,5 +127,42 @@ def judge(seconds: float) -> dict[str, Any]:
     }
 
 
+def disturb(seconds: float) -> None:
+    """Do on the robot's topics what does not fit: other types, and a second publisher."""
+    import rclpy
+    from nav_msgs.msg import Odometry
+    from std_msgs.msg import String
+
+    rclpy.init()
+    node = rclpy.create_node("disturber")
+    node.create_subscription(Odometry, "scan", lambda _: None, 10)
+    told, second = node.create_publisher(String, "cmd_vel", 10), node.create_publisher(Odometry, "odom", 10)
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        told.publish(String(data="ahead"))
+        second.publish(Odometry())
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+
+def listen() -> None:
+    """Listen reliably until killed; print a line at the first message."""
+    import rclpy
+    from nav_msgs.msg import OccupancyGrid, Odometry
+    from sensor_msgs.msg import LaserScan
+
+    rclpy.init()
+    node, said = rclpy.create_node("listener"), list[str]()
+
+    def heard(_: Any) -> None:
+        if not said:
+            said.append("heard")
+            sys.stdout.write("heard\n")
+            sys.stdout.flush()
+
+    for kind, topic in ((Odometry, "odom"), (LaserScan, "scan"), (OccupancyGrid, "map")):
+        node.create_subscription(kind, topic, heard, 10)
+    rclpy.spin(node)
+
+
 if __name__ == "__main__":
     sys.stdout.write(json.dumps(judge(float(sys.argv[1]))) + "\n")

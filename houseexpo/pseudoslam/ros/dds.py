@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from typing import Any, Final
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros.idl import fields_of, struct_of, type_of
+from houseexpo.pseudoslam.ros.neighbours import Neighbours
 from houseexpo.pseudoslam.ros.services import Service, Services
 
 _LOCAL: Final = (
@@ -39,6 +41,8 @@ _DOMAIN_MOST: Final = 232
 """The largest domain whose ports fit below 65,536 (DDSI-RTPS 2.5, 9.6.1.1)."""
 _BLOCKED_NS: Final = 100_000_000
 """How long a reliable writer waits for a slow reader."""
+_LOOK_S: Final = 1.0
+_MEET_S: Final = 0.5
 _WAITING: Final = 100
 """Messages of a subscription that are kept until they are taken."""
 _QOS_POLICIES: Final = {2: "durability", 11: "reliability", 8: "liveliness", 4: "deadline"}
@@ -101,7 +105,10 @@ class Network:
         self.domain, self._local = number, _is_local() if local is None else local
         self._warn = warn
         self._writers: dict[str, tuple[str, Any]] = {}
+        self._heard: dict[str, set[str]] = {}
         self._readers: list[Any] = []
+        self._neighbours = Neighbours(self._participant)
+        self._looked_s = self._began_s = time.monotonic()
         self._services: Services | None = None
 
     def advertise(self, topic: str, kind: str, quality: Quality) -> None:
@@ -141,7 +148,28 @@ class Network:
         listener = _listener(self._warn, topic, kind, subscription)
         reader = DataReader(self._participant, made, qos=_qos(quality or Quality()), listener=listener)
         self._readers.append(reader)
+        self._heard.setdefault(topic, set()).add(kind)
         return subscription
+
+    def look(self) -> None:
+        """Warn of others on the same topics, and of other types on them; once a second, and each thing once."""
+        if time.monotonic() - self._looked_s < _LOOK_S:
+            return
+        self._looked_s = time.monotonic()
+        for text in self._neighbours.news({topic: kind for topic, (kind, _) in self._writers.items()}, self._heard):
+            self._warn(text)
+
+    def refuse_second(self, topic: str) -> None:
+        """Raise ConfigError if another participant publishes on a topic that only one can have.
+
+        The network must have existed for half a second, in which participants find each other; this waits so long.
+        """
+        time.sleep(max(self._began_s + _MEET_S - time.monotonic(), 0.0))
+        if self._neighbours.publishers(topic):
+            raise ConfigError(
+                f"ROS domain {self.domain}: another simulator publishes on {topic} already; end it, or use another "
+                "--domain"
+            )
 
     def offer(self, name: str, kind: str) -> Service:
         """Offer a service of a type, such as ``/houseexpo/reset``."""

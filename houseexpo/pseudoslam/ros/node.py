@@ -55,6 +55,9 @@ from houseexpo.pseudoslam.simulator import OccupancyGrid
 
 Maps = Literal["none", "slam", "house"]
 
+EVENTS: Final = "/houseexpo/event"
+"""The topic that shows that a simulator is there."""
+
 _START_NS: Final = NANOSECONDS
 """The clock's start: programs take a time of 0 for "unknown"."""
 _STALE_S: Final = 1.0
@@ -87,6 +90,9 @@ class Graph(Protocol):
 
     def offer(self, name: str, kind: str) -> Service:
         """Offer a service of a type."""
+
+    def look(self) -> None:
+        """Warn of what does not fit in the graph; called often."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +189,7 @@ class Node:
         self._ticks = self._due = 0
         self._stepping: list[tuple[int, Callable[[bool], None]]] = []
         self.time: Time = "paused" if config.stepped else "playing"
-        graph.advertise("/houseexpo/event", "std_msgs/msg/String", Quality())
+        graph.advertise(EVENTS, "std_msgs/msg/String", Quality())
         if not config.wall_time:
             graph.advertise("/clock", "rosgraph_msgs/msg/Clock", Quality())
         self._published_map: list[bytes] = [b""] * len(self._ends)
@@ -213,6 +219,7 @@ class Node:
         ends_s = self.elapsed_s + seconds
         due = time.monotonic()
         while self.elapsed_s < ends_s:
+            self._graph.look()
             if self._due == 0 and self.time != "playing":
                 self._listen()
                 due = time.monotonic()
@@ -373,7 +380,7 @@ class Node:
     def tell(self, text: str) -> None:
         """Publish an event, and say it."""
         self._say(text)
-        self._graph.publish("/houseexpo/event", Message("std_msgs/msg/String", {"data": text}))
+        self._graph.publish(EVENTS, Message("std_msgs/msg/String", {"data": text}))
 
     def _report(self) -> None:
         """Publish the clock, poses, and the scans and maps that are due."""

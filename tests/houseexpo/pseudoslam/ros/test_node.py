@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -64,8 +66,60 @@ def test_ctrl_c_leaves_no_process_and_bad_words_are_told(tmp_path: Path) -> None
     HALL.save(tmp_path / "hall.json")
     said = ended(started(tmp_path / "hall.json", "--robots", "2", "--people", "1"))
     assert "simulated seconds" in said
+    assert "ended after 0.0 simulated seconds" in ended(started(tmp_path / "hall.json", "--stepped"))
     words = [sys.executable, "-m", "houseexpo", "ros", str(tmp_path / "hall.json"), "--start", "1,1", "--start", "1,1"]
     refused = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=False)
     assert refused.returncode == 2
     assert "starts: expected at most one for each of 1 robots, found 2" in refused.stderr + refused.stdout
     assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.slow
+def test_a_second_simulator_in_the_same_domain_is_refused(tmp_path: Path) -> None:
+    HALL.save(tmp_path / "hall.json")
+    process = started(tmp_path / "hall.json")
+    try:
+        words = [sys.executable, "-m", "houseexpo", "ros", str(tmp_path / "hall.json"), "--for", "5"]
+        refused = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=False)
+    finally:
+        ended(process)
+    assert refused.returncode == 2
+    assert "another simulator publishes on /houseexpo/event already; end it, or use another" in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.slow
+def test_other_types_and_other_publishers_are_told_and_nothing_stops(tmp_path: Path) -> None:
+    HALL.save(tmp_path / "hall.json")
+    process = started(tmp_path / "hall.json", "--start", "2,2")
+    try:
+        code = "from tests.builders.ros_judge import disturb; disturb(6.0)"
+        subprocess.run([sys.executable, "-c", code], env=surroundings(), timeout=60, check=True)
+    finally:
+        said = ended(process)
+    flat = " ".join(said.split())
+    assert "/scan: a subscriber expects nav_msgs/msg/Odometry, but its messages are sensor_msgs/msg/LaserScan" in flat
+    assert f"/cmd_vel: expected messages of {TWIST} or {STAMPED}, but others publish std_msgs/msg/String" in flat
+    assert "/odom: another program publishes on it too; end it, or use another --domain" in flat
+    assert float(flat.split("ended after ")[1].split()[0]) > 6.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_subscriber_that_stands_still_or_dies_stops_nothing(tmp_path: Path, number: signal.Signals) -> None:
+    HALL.save(tmp_path / "hall.json")
+    process = started(tmp_path / "hall.json", "--start", "2,2", "--map", "slam")
+    began = time.monotonic()
+    code = "from tests.builders.ros_judge import listen; listen()"
+    listener = subprocess.Popen([sys.executable, "-c", code], env=surroundings(), stdout=subprocess.PIPE, text=True)
+    try:
+        assert listener.stdout is not None
+        assert listener.stdout.readline() == "heard\n"
+        listener.send_signal(number)
+        time.sleep(8.0)
+        passed_s = time.monotonic() - began
+    finally:
+        said = ended(process)
+        listener.kill()
+        listener.communicate(timeout=30)
+    assert float(said.split("ended after ")[1].split()[0]) > 0.9 * passed_s

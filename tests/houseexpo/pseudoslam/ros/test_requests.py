@@ -59,6 +59,9 @@ class Recorded:
         self.services[name] = Service()
         return self.services[name]
 
+    def look(self) -> None:
+        """There is nobody else."""
+
     def call(self, name: str, **fields: Any) -> list[dict[str, Any]]:
         """Ask a service; the answer comes into the list."""
         answers: list[dict[str, Any]] = []
@@ -216,6 +219,53 @@ def test_stepped_time_stands_still_until_ticks_are_asked_for(monkeypatch: pytest
     with pytest.raises(KeyboardInterrupt):
         node.run()
     assert node.now_s == pytest.approx(1.0 + 7 * 0.02)
+
+
+class Wall:
+    """A wall clock that moves only by sleeping, by ``work_s`` at each look, and in jumps."""
+
+    def __init__(self, work_s: float = 0.0) -> None:
+        self.now_s, self.work_s, self.sleeps, self.jumps = 100.0, work_s, 0, dict[int, float]()
+
+    def monotonic(self) -> float:
+        self.now_s += self.work_s
+        return self.now_s
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds > 0.0
+        self.sleeps += 1
+        self.now_s += seconds + self.jumps.get(self.sleeps, 0.0)
+
+    def time_ns(self) -> int:
+        return round(self.now_s * 1e9)
+
+
+@pytest.mark.parametrize(("speed", "passed_s"), [(1.0, 4.0), (8.0, 0.5), (0.5, 8.0), (math.inf, 0.0)])
+def test_time_runs_at_the_speed_asked_for(monkeypatch: pytest.MonkeyPatch, speed: float, passed_s: float) -> None:
+    _, node = made(NodeConfig(speed=speed))
+    wall = Wall()
+    monkeypatch.setattr(node_module, "time", wall)
+    node.run(4.0)
+    assert node.now_s == pytest.approx(5.0)
+    assert wall.now_s - 100.0 == pytest.approx(passed_s)
+
+
+def test_after_the_machine_slept_time_goes_on_without_a_burst(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, node = made()
+    wall = Wall()
+    wall.jumps[50] = 3600.0
+    monkeypatch.setattr(node_module, "time", wall)
+    node.run(4.0)
+    assert wall.now_s - 100.0 - 3600.0 == pytest.approx(4.0, abs=0.1)
+    assert wall.sleeps >= 198
+
+
+def test_on_a_slow_machine_time_runs_slowly_and_every_tick_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph, node = made()
+    monkeypatch.setattr(node_module, "time", Wall(work_s=0.05))
+    node.run(2.0)
+    clocks = [fields["clock"]["sec"] * 10**9 + fields["clock"]["nanosec"] for fields in graph.heard["/clock"]]
+    assert clocks == [10**9 + k * 20_000_000 for k in range(101)]
 
 
 def test_the_map_of_the_house_is_the_one_that_export_writes() -> None:
