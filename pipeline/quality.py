@@ -7,7 +7,7 @@ A ground is 0 where nothing speaks against the plan and 1 where everything does,
 BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, on the development cases, and on those
 houses of other people that a person has judged (the first half of the corpus, ``docs/contributing/corpus.md``).
 ``python -m research.quality_fit --corpus FOLDER`` fits them again and prints this table.
-``tests/benchmarks/test_bench_quality_score.py`` measures how good it is on houses that were left out.
+``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
 """
 
 from __future__ import annotations

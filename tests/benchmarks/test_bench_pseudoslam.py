@@ -14,11 +14,11 @@ import os
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from tests.benchmarks.straightforward import steps as straightforward
 
 import houseexpo.pseudoslam
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.step_kernels import step_params_of
-from tests.benchmarks.straightforward import steps as straightforward
 from tests.benchmarks.vector_runs import (
     LEAST,
     ORIGINAL,

@@ -1,4 +1,8 @@
-"""Where a step's time goes: a scan with its map, the parts of a step, the size of the map, resets, the cold start."""
+"""Where a step's time goes: a scan with its map, the parts of a step, the size of the map, resets, the cold start.
+
+Then what a step costs with each kind of observation (64 environments in published houses, one thread, prepared worlds),
+and how many pairs of maps ``houseexpo observe`` makes per second from published plans (asked: a million per hour).
+"""
 
 from __future__ import annotations
 
@@ -8,19 +12,26 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
+from typing import Any
 
 import gymnasium
 import numpy as np
+import pytest
 from rich.console import Console
 from rich.table import Table
 
-from houseexpo import FloorPlan
+import houseexpo.pseudoslam  # noqa: F401  # registers the environments
+from houseexpo import FloorPlan, open_dataset
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.io.observe import observe
+from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.workers import cores
 from tests.benchmarks.vector_runs import (
     GMAPPING_MS,
     PICTURE,
@@ -33,7 +44,7 @@ from tests.benchmarks.vector_runs import (
     kernel_run,
     rates,
 )
-from tests.builders.shared import needs_shared
+from tests.builders.shared import DATA, needs_shared
 
 
 def microseconds(call: Callable[[], object], times: int) -> float:
@@ -193,3 +204,66 @@ def test_cold_start(tmp_path: Path) -> None:
     table.add_row(*(f"{seconds:.1f}" for seconds in np.median(times, axis=0)))
     Console().print(table)
     assert (times[:, 2] < times[:, 0]).all()
+
+
+ENVS, STEPS, ROUNDS = 64, 100, 7
+OBSERVATIONS: dict[str, dict[str, Any]] = {
+    "map, 100 x 100": {},
+    "dict": {"observation": "dict"},
+    "scales, 4 x 100 x 100": {"observation": "scales"},
+    "view-10m, 64 x 64": {"config": "view-10m"},
+    "view-10m, scales, 4 x 64 x 64": {"config": "view-10m", "observation": "scales"},
+    "round-10m, 80 x 80": {"config": "round-10m"},
+    "round-10m, scales, 4 x 80 x 80": {"config": "round-10m", "observation": "scales"},
+}
+
+
+def test_steps_a_second_of_each_observation(houses: list[FloorPlan]) -> None:
+    envs = {
+        name: gymnasium.make_vec(
+            "PseudoSLAM/Exploration-v0", ENVS, dataset=houses, threads=1, success_coverage=None, **given
+        )
+        for name, given in OBSERVATIONS.items()
+    }
+    speeds: dict[str, list[float]] = {name: [] for name in OBSERVATIONS}
+    for env in envs.values():
+        env.reset(seed=0)
+    for _ in range(ROUNDS + 1):  # the first one makes houses
+        for name, env in envs.items():
+            blocked, rng = np.zeros(ENVS, bool), np.random.default_rng(0)
+            start = time.perf_counter()
+            for turns in rng.random((STEPS, ENVS)) > 0.8:
+                *_, info = env.step((turns | blocked).astype(np.int64))
+                blocked = info["collided"]
+            speeds[name].append(ENVS * STEPS / (time.perf_counter() - start))
+    table = Table("observation", "steps/s", title="Exploration, 25 px/m, 64 environments, one thread")
+    for name, found in speeds.items():
+        table.add_row(name, f"{median(found[1:]):,.0f}")
+    Console().print(table)
+
+
+PUBLISHED = DATA / "houseexpo" / "plans_33717.jsonl.gz"
+EACH, PAIRS = 30, 12_000  # a million pairs are 30 of each plan
+ASKED = 1_000_000 / 3600
+PAIRS_OF = {
+    "with rooms": PairConfig(each=EACH),
+    "without rooms": PairConfig(each=EACH, rooms=False),
+    "with rooms and noise": PairConfig(each=EACH, simulator=SimulatorConfig(noise=USUAL_NOISE)),
+}
+
+
+@needs_shared
+def test_pairs_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On all cores, unprepared: each house is made when it is visited."""
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    plans = open_dataset(PUBLISHED)
+    observe(plans, tmp_path / "warm", PairConfig(each=2), limit=4)  # compiled, and the data set packed
+    table = Table("", "pairs/s", "a million, minutes", "bytes a pair", title=f"Pairs of maps, {cores()} processes")
+    for name, config in PAIRS_OF.items():
+        start = time.perf_counter()
+        done = observe(plans, tmp_path / name, config, limit=PAIRS, seed=1, workers=cores())
+        rate = done.pairs / (time.perf_counter() - start)
+        table.add_row(name, f"{rate:,.0f}", f"{1e6 / rate / 60:.0f}", f"{done.size / done.pairs:,.0f}")
+        with np.load(next((tmp_path / name).glob("pairs-*.npz"))) as arrays:
+            assert len(arrays["partial"])
+    Console().print(table, f"asked: {ASKED:.0f} pairs/s")
