@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
@@ -107,12 +107,12 @@ def ros(
             fleet = fleet_in(houses.first, starts)
             network.refuse_second(EVENTS)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
-        with suppress(KeyboardInterrupt), _interrupted_by_signals():
+        with suppress(KeyboardInterrupt), _told_by_signals() as is_told:
             say(
                 f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
                 "Ctrl-C ends it"
             )
-            node.run(float("inf") if seconds is None else seconds)
+            node.run(float("inf") if seconds is None else seconds, until=is_told)
         say(f"ended after {node.elapsed_s:.1f} simulated seconds")
     finally:
         network.close()
@@ -173,15 +173,22 @@ def _pose(text: str) -> Pose:
 
 
 @contextmanager
-def _interrupted_by_signals() -> Iterator[None]:
-    """Raise KeyboardInterrupt at Ctrl-C, also where a shell started this in the background, and at SIGTERM."""
+def _told_by_signals() -> Iterator[Callable[[], bool]]:
+    """Yield a function that says whether SIGTERM or Ctrl-C came, also where a shell started this in the background.
 
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
+    At the first signal nothing is raised, since an exception within CycloneDDS's calls would be lost or become another
+    one; at the second one, KeyboardInterrupt is.
+    """
+    told: list[int] = []
 
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
+    def tell(number: int, _frame: FrameType | None) -> None:
+        told.append(number)
+        if len(told) > 1:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, tell) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        yield lambda: bool(told)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -1,12 +1,16 @@
 """Write a simulated run as a ROS 2 bag, without ROS: an MCAP file that rosbag2 plays and Foxglove opens.
 
+Topics, types, frames and qualities of service are those of ``houseexpo ros``, see ``robot_topics``:
+
 - ``/map`` nav_msgs/OccupancyGrid: the robot's map (``Simulator.map``), in the frame ``map``, which is the plan's;
-- ``/scan`` sensor_msgs/LaserScan, in ``base_link``: infinite if a beam hit nothing, NaN if it was lost;
-- ``/odom`` nav_msgs/Odometry: the pose by odometry relative to the start;
-- ``/tf`` tf2_msgs/TFMessage: ``odom`` in ``map``, which is the start, and ``base_link`` in ``odom``.
+- ``/scan`` sensor_msgs/LaserScan, in ``base_scan``: infinite if a beam hit nothing, NaN if it was lost;
+- ``/odom`` nav_msgs/Odometry: the pose by odometry relative to the start, and the velocity of the step before;
+- ``/tf`` tf2_msgs/TFMessage: ``odom`` in ``map``, which is the start, and ``base_footprint`` in ``odom``;
+- ``/tf_static`` tf2_msgs/TFMessage, once: ``base_link`` and ``base_scan`` in ``base_footprint``;
+- ``/clock`` rosgraph_msgs/Clock.
 
 Stamps of messages are seconds since the start of the episode (``config.step_s`` per step), starting at 1, since some
-programs interpret 0 as "now".
+programs interpret 0 as "now". Each step has a message on each topic.
 """
 
 from __future__ import annotations
@@ -25,11 +29,13 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
 from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.pseudoslam.io.robot_topics import BASE, RANGE_MIN_M, SCAN, START_NS, TOPICS, Quality, beams, fixed_frames
 from houseexpo.pseudoslam.io.ros_messages import (
     FIELDS,
     NANOSECONDS,
     Fields,
     Message,
+    clock,
     laser_scan,
     occupancy_grid,
     odometry,
@@ -39,13 +45,6 @@ from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
-TOPICS: Final = {
-    "/map": "nav_msgs/msg/OccupancyGrid",
-    "/scan": "sensor_msgs/msg/LaserScan",
-    "/odom": "nav_msgs/msg/Odometry",
-    "/tf": "tf2_msgs/msg/TFMessage",
-}
-_START_S: Final = 1.0
 _VERSION: Final = 9  # of the bag format
 
 
@@ -77,6 +76,7 @@ class BagWriter:
             raise MissingDependencyError(said) from error
         self._rosbag2, self._types = rosbag2, get_typestore(Stores.ROS2_JAZZY)
         self._start: Pose | None = None
+        self._before: tuple[int, Pose] | None = None
 
     def __enter__(self) -> BagWriter:
         make_folder(self._path.parent)
@@ -86,7 +86,10 @@ class BagWriter:
         self._writer.set_compression(bags.CompressionMode.STORAGE, bags.CompressionFormat.ZSTD)
         self._writer.open()
         self._topics = {
-            topic: self._writer.add_connection(topic, kind, typestore=self._types) for topic, kind in TOPICS.items()
+            name: self._writer.add_connection(
+                f"/{name}", topic.kind, typestore=self._types, offered_qos_profiles=[_qos(topic.quality)]
+            )
+            for name, topic in TOPICS.items()
         }
         return self
 
@@ -102,21 +105,30 @@ class BagWriter:
 
     def write(self, simulator: Simulator, state: State) -> None:
         """Write the robot's map and sensor data; call this at the start of the episode and after each step."""
-        seconds = _START_S + float(state.counts.steps) * simulator.config.step_s
-        now = round(seconds * NANOSECONDS)
+        now = START_NS + round(float(state.counts.steps) * simulator.config.step_s * NANOSECONDS)
         believed = simulator.believed_pose(state)
         if self._start is None:
             self._start = believed
+            self._add("tf_static", now, fixed_frames())
         here = relative(self._start, believed)
-        messages = {
-            "/tf": transforms([(now, "map", "odom", self._start), (now, "odom", "base_link", here)]),
-            "/odom": odometry(now, "odom", "base_link", here),  # without speeds, since the robot moves in steps
-            "/scan": _scan(now, simulator, state),
-            "/map": occupancy_grid(now, "map", simulator.map(state)),
-        }
-        for topic, message in messages.items():
-            data = self._types.serialize_cdr(self._of(*message), message.type)
-            self._writer.write(self._topics[topic], now, data)
+        self._add("clock", now, clock(now))
+        self._add("tf", now, transforms([(now, "map", "odom", self._start), (now, "odom", BASE, here)]))
+        self._add("odom", now, odometry(now, "odom", BASE, here, self._speed(now, here)))
+        self._add("scan", now, _scan(now, simulator, state))
+        self._add("map", now, occupancy_grid(now, "map", simulator.map(state)))
+
+    def _speed(self, now: int, here: Pose) -> tuple[float, float, float]:
+        """Return the mean velocity since the message before, in the robot's frame then, and the turning."""
+        (since, there), self._before = self._before or (now, here), (now, here)
+        if now == since:
+            return 0.0, 0.0, 0.0
+        ahead, left, turned = relative(there, here)
+        seconds = (now - since) / NANOSECONDS
+        return ahead / seconds, left / seconds, turned / seconds
+
+    def _add(self, name: str, now: int, message: Message) -> None:
+        data = self._types.serialize_cdr(self._of(*message), message.type)
+        self._writer.write(self._topics[name], now, data)
 
     def _of(self, kind: str, fields: Fields) -> Any:  # a message of rosbags, whose types have no annotations
         return self._types.types[kind](**{name: self._part(FIELDS[kind][name], part) for name, part in fields.items()})
@@ -127,11 +139,24 @@ class BagWriter:
         return [self._part(kind.removesuffix("[]"), one) for one in part] if isinstance(part, list) else part
 
 
+def _qos(quality: Quality) -> Any:
+    """Return what rosbag2 offers at playback."""
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    infinite = QosTime(2147483647, 4294967295)
+    durability = QosDurability.TRANSIENT_LOCAL if quality.latched else QosDurability.VOLATILE
+    return Qos(
+        QosHistory.KEEP_LAST, quality.depth, QosReliability.RELIABLE, durability, infinite, infinite,
+        QosLiveliness.AUTOMATIC, infinite, avoid_ros_namespace_conventions=False,
+    )  # fmt: skip
+
+
 def _scan(now: int, simulator: Simulator, state: State) -> Message:
     laser = simulator.config.laser
     return laser_scan(
-        now, "base_link", _ranges_m(simulator, state), first_rad=-math.radians(laser.fov_deg) / 2,
-        step_rad=math.radians(laser.resolution_deg), scan_s=simulator.config.step_s, least_m=0.0, most_m=laser.range_m,
+        now, SCAN, _ranges_m(simulator, state), first_rad=float(beams(laser)[0]),
+        step_rad=math.radians(laser.resolution_deg), scan_s=simulator.config.step_s, least_m=RANGE_MIN_M,
+        most_m=laser.range_m,
     )  # fmt: skip
 
 

@@ -15,10 +15,10 @@ import re
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.pseudoslam.io.robot_topics import Quality
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros.idl import fields_of, struct_of, type_of
 from houseexpo.pseudoslam.ros.neighbours import Neighbours
@@ -47,14 +47,6 @@ _WAITING: Final = 100
 """Messages of a subscription that are kept until they are taken."""
 _QOS_POLICIES: Final = {2: "durability", 11: "reliability", 8: "liveliness", 4: "deadline"}
 """Numbers of the policies that may not fit, in DDS."""
-
-
-@dataclass(frozen=True)
-class Quality:
-    """The quality of service of a topic: how many messages are kept, and whether late subscribers get the last ones."""
-
-    depth: int = 10
-    latched: bool = False
 
 
 class Network:
@@ -223,7 +215,7 @@ def _is_local() -> bool:
 
 
 def _qos(quality: Quality) -> Any:
-    """Return the policies; all topics are reliable, since a reliable writer also serves readers that ask for less."""
+    """Return the policies of DDS."""
     from cyclonedds.core import Policy, Qos
 
     return Qos(

@@ -31,11 +31,20 @@ from functools import partial
 from typing import Final, Literal, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.exports.rasters import FREE, WALL, occupancy
 from houseexpo.pseudoslam.io.poses import Pose, compose, relative
+from houseexpo.pseudoslam.io.robot_topics import (
+    BASE,
+    RANGE_MIN_M,
+    SCAN,
+    START_NS,
+    TOPICS,
+    Quality,
+    beams,
+    fixed_frames,
+)
 from houseexpo.pseudoslam.io.ros_messages import (
     NANOSECONDS,
     Fields,
@@ -48,7 +57,7 @@ from houseexpo.pseudoslam.io.ros_messages import (
     transforms,
 )
 from houseexpo.pseudoslam.ros.control import Control, Time
-from houseexpo.pseudoslam.ros.dds import Quality, Subscription
+from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.services import Service
 from houseexpo.pseudoslam.simulator import OccupancyGrid
@@ -58,8 +67,6 @@ Maps = Literal["none", "slam", "house"]
 EVENTS: Final = "/houseexpo/event"
 """The topic that shows that a simulator is there."""
 
-_START_NS: Final = NANOSECONDS
-"""The clock's start: programs take a time of 0 for "unknown"."""
 _STALE_S: Final = 1.0
 """Time without a velocity after which a robot stops, as in nav2's loopback simulator."""
 _BEHIND_S: Final = 0.5
@@ -70,7 +77,6 @@ _MAP_S: Final = 1.0
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher ones are mistakes."""
 _STEPS_MOST: Final = 1_000_000
-_TF, _LATCHED, _SENSOR = Quality(100), Quality(1, latched=True), Quality(5)
 
 
 class Graph(Protocol):
@@ -122,15 +128,15 @@ class NodeConfig:
     """
 
     scan_hz: float = 10.0
-    range_min_m: float = 0.05
+    range_min_m: float = RANGE_MIN_M
     maps: Maps = "none"
     speed: float = 1.0
     stepped: bool = False
     wall_time: bool = False
     static: bool = True
     localised: bool = True
-    base: str = "base_footprint"
-    scan: str = "base_scan"
+    base: str = BASE
+    scan: str = SCAN
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scan_hz) and self.scan_hz > 0):
@@ -174,13 +180,9 @@ class Node:
     ) -> None:
         self._graph, self.fleet, self._config, self._house, self._say = graph, fleet, config, house, say
         self._tick_ns = round(fleet.tick_s * NANOSECONDS)
-        self._now_ns = _START_NS
+        self._now_ns = START_NS
         self._next_scan_ns = self._next_map_ns = self._now_ns
-        laser = fleet.config.laser
-        beams = max(round(laser.fov_deg / laser.resolution_deg), 1)
-        self._step_rad = math.radians(laser.fov_deg) / beams
-        first = -math.radians(laser.fov_deg) / 2
-        self._angles: npt.NDArray[np.float64] = np.array([first + self._step_rad * k for k in range(beams)])
+        self._angles = beams(fleet.config.laser)
         self.names = ["robot"] if len(fleet) == 1 else [f"robot{k + 1}" for k in range(len(fleet))]
         self._ends = [self._endpoints(f"/{name}" if len(fleet) > 1 else "") for name in self.names]
         self._reset = graph.subscribe("/houseexpo/reset", "std_msgs/msg/Empty")
@@ -191,7 +193,7 @@ class Node:
         self.time: Time = "paused" if config.stepped else "playing"
         graph.advertise(EVENTS, "std_msgs/msg/String", Quality())
         if not config.wall_time:
-            graph.advertise("/clock", "rosgraph_msgs/msg/Clock", Quality())
+            self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
         self._control = Control(graph, self)
         self._report()
@@ -211,14 +213,14 @@ class Node:
         """The time that messages have now, nanoseconds."""
         return time.time_ns() if self._config.wall_time else self._now_ns
 
-    def run(self, seconds: float = math.inf) -> None:
-        """Go on until so many simulated seconds have passed, or KeyboardInterrupt is raised.
+    def run(self, seconds: float = math.inf, *, until: Callable[[], bool] = lambda: False) -> None:
+        """Go on until so many simulated seconds have passed, or ``until`` returns True.
 
         If the machine is too slow or was suspended, time goes on more slowly instead of in jumps.
         """
         ends_s = self.elapsed_s + seconds
         due = time.monotonic()
-        while self.elapsed_s < ends_s:
+        while self.elapsed_s < ends_s and not until():
             self._graph.look()
             if self._due == 0 and self.time != "playing":
                 self._listen()
@@ -254,7 +256,7 @@ class Node:
         """Begin again: set the simulated time back, the robots, people and maps, or both."""
         self._stop_steps()
         if time:
-            self._now_ns = self._next_scan_ns = self._next_map_ns = _START_NS
+            self._now_ns = self._next_scan_ns = self._next_map_ns = START_NS
         if state:
             self.fleet.reset()
         self._begin_again("reset" if state else "reset of time")
@@ -314,18 +316,19 @@ class Node:
             then(False)
         self._stepping.clear()
 
+    def _advertise(self, prefix: str, name: str) -> None:
+        topic = TOPICS[name]
+        self._graph.advertise(f"{prefix}/{name}", topic.kind, topic.quality)
+
     def _endpoints(self, prefix: str) -> _Endpoints:
         graph = self._graph
-        graph.advertise(f"{prefix}/odom", "nav_msgs/msg/Odometry", Quality())
-        graph.advertise(f"{prefix}/scan", "sensor_msgs/msg/LaserScan", _SENSOR)
-        graph.advertise(f"{prefix}/tf", "tf2_msgs/msg/TFMessage", _TF)
+        for name in ("odom", "scan", "tf"):
+            self._advertise(prefix, name)
         if self._config.maps != "none":
-            graph.advertise(f"{prefix}/map", "nav_msgs/msg/OccupancyGrid", _LATCHED)
+            self._advertise(prefix, "map")
         if self._config.static:
-            graph.advertise(f"{prefix}/tf_static", "tf2_msgs/msg/TFMessage", _LATCHED)
-            still, base = (0.0, 0.0, 0.0), self._config.base
-            frames = [name for name in dict.fromkeys(["base_link", self._config.scan]) if name != base]
-            graph.publish(f"{prefix}/tf_static", transforms([(_START_NS, base, name, still) for name in frames]))
+            self._advertise(prefix, "tf_static")
+            graph.publish(f"{prefix}/tf_static", fixed_frames(self._config.base, self._config.scan))
         kinds = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
         commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in kinds)
         placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
@@ -410,9 +413,10 @@ class Node:
     def _scan(self, robot: int, stamp: int) -> Message:
         config, most_m = self._config, self.fleet.config.laser.range_m
         ranges = self.fleet.scan(robot, self._angles, config.range_min_m, most_m)
+        step_rad, scan_s = math.radians(self.fleet.config.laser.resolution_deg), 1.0 / config.scan_hz
         return laser_scan(
-            stamp, config.scan, ranges, first_rad=float(self._angles[0]), step_rad=self._step_rad,
-            scan_s=1.0 / config.scan_hz, least_m=config.range_min_m, most_m=most_m,
+            stamp, config.scan, ranges, first_rad=float(self._angles[0]), step_rad=step_rad, scan_s=scan_s,
+            least_m=config.range_min_m, most_m=most_m,
         )  # fmt: skip
 
     def _send_map(self, robot: int, stamp: int) -> None:

@@ -19,8 +19,8 @@ from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.io.bags import TOPICS
 from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.io.robot_topics import TOPICS
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.needs import need
 
@@ -46,7 +46,8 @@ def read(path: Path) -> dict[str, list[tuple[int, Any]]]:
 
     types, found = get_typestore(Stores.ROS2_JAZZY), dict[str, list[tuple[int, Any]]]()
     with Reader(path) as reader:
-        assert {connection.topic: connection.msgtype for connection in reader.connections} == TOPICS
+        kinds = {connection.topic: connection.msgtype for connection in reader.connections}
+        assert kinds == {f"/{name}": topic.kind for name, topic in TOPICS.items()}
         for connection, stamp, data in reader.messages():
             message = types.deserialize_cdr(data, connection.msgtype)
             found.setdefault(connection.topic, []).append((stamp, message))
@@ -62,8 +63,9 @@ def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
     done = record(env, lambda _: next(actions), None, steps=4, seed=0, bag=tmp_path / "new" / "run.mcap")
     assert done.steps == 4
     found = read(tmp_path / "new" / "run.mcap")
-    assert {topic: len(messages) for topic, messages in found.items()} == dict.fromkeys(TOPICS, 5)
-    for messages in found.values():
+    counts = {topic: len(messages) for topic, messages in found.items()}
+    assert counts == {f"/{name}": 1 if name == "tf_static" else 5 for name in TOPICS}
+    for messages in (found[f"/{name}"] for name in TOPICS if name != "tf_static"):
         assert [stamp for stamp, _ in messages] == [10**9 + k * 250_000_000 for k in range(5)]
     _, grid = found["/map"][-1]
     expected = env.simulator.map(env.state)
@@ -77,7 +79,7 @@ def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
     assert heading(at.orientation) == pytest.approx(turned)
     _, tree = found["/tf"][-1]
     frames = [(one.header.frame_id, one.child_frame_id) for one in tree.transforms]
-    assert frames == [("map", "odom"), ("odom", "base_link")]
+    assert frames == [("map", "odom"), ("odom", "base_footprint")]
     start, here = (one.transform for one in tree.transforms)
     assert (start.translation.x, start.translation.y) == pytest.approx((2.0, 1.5))
     assert heading(start.rotation) == pytest.approx(math.pi / 2)
@@ -89,7 +91,7 @@ def test_a_scan_goes_from_the_right_to_the_left(tmp_path: Path, observation: str
     """From (2, 1.5) looking up: the wall on the left is 2 m away, that ahead 2.5 m, and on the right there is none."""
     record(made(observation=observation), lambda _: LEFT, None, steps=1, seed=0, bag=tmp_path / "run.mcap")
     (_, scan), *_ = read(tmp_path / "run.mcap")["/scan"]
-    assert (scan.header.frame_id, len(scan.ranges)) == ("base_link", 180)
+    assert (scan.header.frame_id, len(scan.ranges)) == ("base_scan", 180)
     assert scan.angle_min == pytest.approx(-math.pi / 2)
     assert scan.angle_max == pytest.approx(scan.angle_min + 179 * scan.angle_increment)
     assert scan.range_max == pytest.approx(3.0)

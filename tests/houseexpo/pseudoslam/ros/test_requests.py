@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from houseexpo import FloorPlan
-from houseexpo.commands.ros import _interrupted_by_signals
+from houseexpo.commands.ros import _told_by_signals
 from houseexpo.errors import ConfigError
 from houseexpo.exports.rasters import WALL, occupancy
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.poses import Pose
+from houseexpo.pseudoslam.io.robot_topics import Quality
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, heading_of
 from houseexpo.pseudoslam.ros import node as node_module
-from houseexpo.pseudoslam.ros.dds import Quality, Subscription
+from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
 from houseexpo.pseudoslam.ros.services import Call, Service
@@ -281,11 +282,18 @@ def test_the_map_of_the_house_is_the_one_that_export_writes() -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_interrupt_and_their_handlers_come_back(number: signal.Signals) -> None:
+def test_a_signal_ends_the_run_a_second_one_interrupts_and_handlers_come_back(number: signal.Signals) -> None:
+    _, node = made()
     before = signal.getsignal(number)
-    with pytest.raises(KeyboardInterrupt), _interrupted_by_signals():
+    with _told_by_signals() as is_told:
+        assert not is_told()
         signal.raise_signal(number)
+        assert is_told()
+        node.run(until=is_told)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
     assert signal.getsignal(number) is before
+    assert node.elapsed_s == 0.0
 
 
 def test_configurations_that_cannot_be_are_refused() -> None:
