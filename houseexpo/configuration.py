@@ -30,6 +30,8 @@ def read_toml(file: Path) -> dict[str, Any]:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{file}: expected TOML, found bytes that are no text in UTF-8") from None
     except (ValueError, RecursionError) as error:  # also numbers of thousands of digits, and nesting as deep
         raise ConfigError(f"{file}: expected TOML, found {error}") from None
 

@@ -25,6 +25,11 @@ CACHE_VARIABLE = "HOUSEEXPO_CACHE"
 """The environment variable that sets the place of the user's cache."""
 
 
+def is_device(path: Path) -> bool:
+    """Return whether a path is neither a file nor a folder but a device or a pipe, whose reading might never end."""
+    return path.exists() and not (path.is_file() or path.is_dir())
+
+
 def as_json(values: Any) -> bytes:
     """Return indented JSON that is easy to read and to compare; keys keep their order."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"

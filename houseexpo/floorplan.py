@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import PlanError
+from houseexpo.files import is_device
 from houseexpo.plan import json_codec
 from houseexpo.plan.model import PlanData, move
 from houseexpo.plan.parts import Navigability, Reach
@@ -53,9 +54,11 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     Raises
     ------
     PlanError
-        The file does not contain a valid plan; the error names the file.
+        The file does not contain a valid plan, or is a device or a pipe; the error names the file.
     """
     file = Path(path)
+    if is_device(file):
+        raise PlanError("expected a file, found a device or a pipe; save its content to a file", str(file))
     try:
         return decode(file.read_bytes())
     except PlanError as error:

@@ -108,8 +108,12 @@ def _looked_up_in(name: str, data: Path | None) -> Dataset:
 def _lines(file: Path) -> list[str]:
     try:
         lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{file}: expected a text file with one id a line, found: {error}") from None
+    except OSError as error:
+        raise ConfigError(
+            f"{file}: expected a text file with one id a line; it cannot be read ({error.strerror}); check the path"
+        ) from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{file}: expected a text file with one id a line, found bytes that are no text") from None
     # the output of `stats --list-bad` has a tab after the id, which may contain spaces
     found = (line.partition("\t")[0] if "\t" in line else line.split(maxsplit=1)[0] for line in lines if line.strip())
     return [name for name in found if not name.startswith("#")]

@@ -47,8 +47,8 @@ def split(
         table.add_row(name, str(said["ids"]), f"{said['ids'] / max(len(plans), 1):.3f}", said["sha256"][:16])
     printed = console()
     printed.print(table)
-    groups = counted(record["groups"], "group") if record["groups"] else "no groups"
-    said = f"{counted(len(plans), 'plan')}, {groups} of copies and levels that stay together"
+    kept = counted(record["groups"], "group") if record["groups"] else "none"
+    said = f"{counted(len(plans), 'plan')}; levels and copies of a house that stay together: {kept}"
     printed.print(said, highlight=False, soft_wrap=True)
     for file in files:
         printed.print(f"written {file}", highlight=False, soft_wrap=True)

@@ -34,7 +34,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
-from houseexpo.files import plain_yaml
+from houseexpo.files import is_device, plain_yaml
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -395,6 +395,8 @@ def bag_reader(path: Path) -> Iterator[Any]:
     """
     if not path.exists():
         raise MapError(f"{path}: there is no such file", "check the path", "missing_file")
+    if is_device(path):
+        raise MapError(f"{path}: expected a file or a folder, found a device or a pipe", "save its content to a file")
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore

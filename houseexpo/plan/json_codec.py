@@ -337,6 +337,5 @@ def _plan_error(error: Exception, data: bytes | str) -> PlanError:
         return PlanError(problem[:1].lower() + problem[1:], key, plan)
     if isinstance(error, RecursionError):
         return PlanError("expected a plan, found lists nested too deeply", "", plan)
-    return PlanError(
-        f"expected one JSON object in UTF-8, found {len(text)} characters that are none: {error}", "", plan
-    )
+    found = f"{len(text):,} characters that are not JSON ({error})" if text.strip() else "an empty file"
+    return PlanError(f"expected one JSON object in UTF-8, found {found}", "", plan)

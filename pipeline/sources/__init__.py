@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import is_device
 from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
 from pipeline.sources.files import files_in
@@ -48,6 +49,10 @@ def find(source: str, **options: str) -> Iterator[Input]:
     check_sizes(**options)
     if is_path(source) and not Path(source).exists():
         raise ConfigError(f"source {source!r} does not exist; check the path")
+    if is_path(source) and is_device(Path(source)):
+        raise ConfigError(
+            f"source {source!r}: expected a file or a folder, found a device or a pipe; save its content to a file"
+        )
     found = False
     for name in _readers(source):
         chosen = {key: value for key, value in options.items() if key in _OPTIONS[name]}

@@ -64,6 +64,9 @@ def test_types_are_checked_on_request(tmp_path):
     file.write_text('side_m = "wide"\n')
     with pytest.raises(ConfigError, match=r"square.toml: side_m = 'wide': expected `float`, got `str`"):
         read_config(Square, file, convert=typed)
+    file.write_bytes(b"side_m = \xd4")
+    with pytest.raises(ConfigError, match=r"square.toml: expected TOML, found bytes that are no text in UTF-8$"):
+        read_config(Square, file, convert=typed)
     file.write_text("side_m =")
     with pytest.raises(ConfigError, match=r"square.toml: expected TOML, found"):
         read_config(Square, file)

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.errors import ConfigError
+import houseexpo
+from houseexpo.errors import ConfigError, DatasetError, PlanError
 from houseexpo.files import as_zip, make_folder, sha256_of, whole_folder, write_whole
 
 
@@ -24,6 +25,20 @@ def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="/dev/null"):
         write_whole(Path("/dev/null"), b"x")
     assert (tmp_path / "pipe").is_fifo()
+
+
+def test_reading_a_pipe_or_a_device_never_hangs(tmp_path: Path) -> None:
+    pipe = tmp_path / "plan.json"
+    os.mkfifo(pipe)
+    what = "found a device or a pipe; save its content to a file"
+    with pytest.raises(PlanError, match=what):
+        houseexpo.load_plan(pipe)
+    for place in (pipe, Path("/dev/zero")):
+        with pytest.raises(DatasetError, match=what):
+            houseexpo.open_dataset(place)
+        with pytest.raises(ConfigError, match=what):
+            houseexpo.build(place, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_file_is_replaced_by_a_whole_one(tmp_path: Path) -> None:

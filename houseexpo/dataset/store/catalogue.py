@@ -15,6 +15,7 @@ from houseexpo.dataset.store.cache import PLANS, BlockReader, cached_copy, read_
 from houseexpo.dataset.store.folders import plan_files, plan_folder
 from houseexpo.dataset.store.records import lists, plans_in
 from houseexpo.errors import DatasetError, PlanError
+from houseexpo.files import is_device
 from houseexpo.plan import checks
 
 _LATER: Final = ("quality",)
@@ -109,6 +110,8 @@ def open_catalogue(path: Path) -> Catalogue:
         return Catalogue(path, _own_index(path), None)
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
+    if is_device(path):
+        raise DatasetError(f"{path}: expected a file or a folder, found a device or a pipe; save its content to a file")
     store = cached_copy(plans_in(path), _write_copy)
     return Catalogue(path, read_index(store), store)
 

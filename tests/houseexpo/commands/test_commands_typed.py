@@ -85,7 +85,9 @@ def test_ids_are_given_alike_in_every_command(data, tmp_path):
     for words in ([data, "--ids", f"@{tmp_path / 'ids.txt'}"], [f"{hexed(0)},{hexed(2)}", "--data", data]):
         assert [plan["plan"] for plan in json.loads(call("info", *words, "--json"))] == [hexed(0), hexed(2)]
         assert call("info", *words).count("robot 0.20 m") == 2
-    assert "one id a line" in call("show", "@nowhere.txt", "--data", data, "--out", tmp_path / "a.svg", code=2)
+    said = call("show", "@nowhere.txt", "--data", data, "--out", tmp_path / "a.svg", code=2)
+    assert "one id a line; it cannot be read (No such file or directory); check the path" in said
+    assert "Errno" not in said
 
 
 def test_info_and_validate_answer_programs(data, two_rooms, tmp_path):

@@ -144,3 +144,6 @@ def test_files_are_written_whole_and_errors_name_them(tmp_path, two_rooms):
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(PlanError, match=r"two_rooms\.json.*expected one JSON object"):
         load_plan(path)
+    path.write_bytes(b"\n")
+    with pytest.raises(PlanError, match=r"expected one JSON object in UTF-8, found an empty file$"):
+        load_plan(path)

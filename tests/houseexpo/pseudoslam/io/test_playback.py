@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import Any
 
@@ -162,6 +163,9 @@ def test_files_that_are_no_bags_are_refused(tmp_path: Path) -> None:
         map_of_bag(tmp_path / "mine.mcap")
     with pytest.raises(MapError, match="no such file"):
         map_of_bag(tmp_path / "none.mcap")
+    os.mkfifo(tmp_path / "pipe.mcap")
+    with pytest.raises(MapError, match="found a device or a pipe; save its content to a file"):
+        map_of_bag(tmp_path / "pipe.mcap")
 
 
 def test_the_command_writes_a_map_that_the_simulator_opens(tmp_path: Path) -> None:
