@@ -53,7 +53,7 @@ def buffer_mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
         return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
 
 
-def clipped(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
+def clip_to_box(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
     """Return what of an area lies in a rectangle; lines may be left on its edge."""
     try:
         return shapely.clip_by_rect(shape, x1, y1, x2, y2)
@@ -81,7 +81,7 @@ def differences(a: Shapes, b: Shapes) -> Shapes:
     return _each(shapely.difference, a, b)
 
 
-def united(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
+def union_of(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
     """Return all of them in one."""
     return areas(_robust(shapely.union_all, list(shapes)))
 
@@ -94,7 +94,7 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
     try:
         return operation(*shapes)
     except shapely.errors.GEOSException:
-        return operation(*(_mended(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+        return operation(*(_mend(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
 
 
 def _each(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
@@ -107,11 +107,11 @@ def _each(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
         return found
 
 
-def _mended(shape: Any) -> Any:
+def _mend(shape: Any) -> Any:
     """A shape, or each of a list of them, valid and without the lines that mending leaves."""
     if isinstance(shape, BaseGeometry):
         return areas(shapely.make_valid(shape))
-    return [_mended(each) for each in shape]
+    return [_mend(each) for each in shape]
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ WALL = -2
 SPECK_M2 = 0.05
 
 
-def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
+def enclosed_pieces(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
     """Return the walls, and every piece of free space that they close all round, largest first.
 
     Specks (cracks between pieces of one wall) count as wall, and are filled.
@@ -136,19 +136,19 @@ def enclosed(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
     hole_of, part_in = shapely.STRtree(parts).query(holes, predicate="contains")
     for k, hole in enumerate(holes):
         standing = [Polygon(parts[i].exterior) for i in part_in[hole_of == k]]  # its own holes come by themselves
-        free += polygons_of(subtract(hole, united(standing))) if standing else [hole]
+        free += polygons_of(subtract(hole, union_of(standing))) if standing else [hole]
     free.sort(key=lambda p: (-p.area, p.bounds))
     rooms = [p for p in free if p.area > SPECK_M2]
     specks = free[len(rooms) :]
-    return (united([walls, *specks]) if specks else walls), rooms
+    return (union_of([walls, *specks]) if specks else walls), rooms
 
 
-def filled(walls: BaseGeometry) -> BaseGeometry:
+def fill_enclosed(walls: BaseGeometry) -> BaseGeometry:
     """Return the walls and all that they close."""
-    return united(Polygon(part.exterior) for part in polygons_of(walls))
+    return union_of(Polygon(part.exterior) for part in polygons_of(walls))
 
 
-def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
+def drop_thinner(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     """Return the shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
     eroded = buffer_mitred(shape, -width_m / 2)
     if eroded.is_empty:
@@ -158,7 +158,7 @@ def opened(shape: BaseGeometry, width_m: float) -> BaseGeometry:
 
 
 def each_opened(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
-    """``opened`` for each of the shapes."""
+    """``drop_thinner`` for each of the shapes."""
     given = np.array(shapes, dtype=np.object_)
     return overlaps(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
 

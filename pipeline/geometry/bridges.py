@@ -14,7 +14,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import WALL, Shapes, areas, clipped, locate, outlines, overlaps
+from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, locate, outlines, overlaps
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A bridge: the straight strip through a wall that joins two spaces, and rows of such strips.
@@ -91,7 +91,7 @@ def strips_of(bridges: Sequence[Bridge], *, deeper_m: float = 0.0, wider_m: floa
     return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
 
 
-def joined(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
+def join_rows(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
     """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
@@ -224,14 +224,14 @@ def bridges(
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
         found[k] += [whole.narrowed(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
-    return [joined(each, plane) for each, plane in zip(found, near, strict=True)]
+    return [join_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 
 def _around(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
     """For each piece what stands near it."""
     found = np.empty(len(pieces), np.object_)
     for k, (x1, y1, x2, y2) in enumerate(shapely.bounds(pieces)):
-        found[k] = clipped(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
+        found[k] = clip_to_box(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
     return found
 
 

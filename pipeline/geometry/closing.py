@@ -22,17 +22,17 @@ from pipeline.geometry.areas import (
     Shapes,
     areas,
     buffer_mitred,
+    drop_thinner,
     each_opened,
-    enclosed,
-    filled,
+    enclosed_pieces,
+    fill_enclosed,
     locate,
-    opened,
     outlines,
     overlap,
     overlaps,
     polygons_of,
     subtract,
-    united,
+    union_of,
 )
 from pipeline.geometry.bridges import REACH_M, Bridge, bridges, strips_of
 
@@ -95,8 +95,8 @@ def bridges_and_rests(
     if not rest:
         return found, []
     found_bridges = [c.bridge for c in found if c.bridge is not None]
-    in_line = united(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
-    return found, [part for piece in rest for part in _divided(piece, in_line)]
+    in_line = union_of(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
+    return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
 def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
@@ -107,7 +107,7 @@ def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     return [polygons_of(buffer_mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
-def _divided(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
+def _divide_at_crossing(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
     """A rest where beams cross: what goes on in line with a bridge, and what leads away from it."""
     if not piece.polygon.intersects(in_line):
         return [piece]
@@ -125,7 +125,7 @@ def needed_to_separate(
     as that holds no two spaces, the outside being one of them.
     """
     spaces = [*rooms, _outside(plane)]
-    others = united(closer.polygon for closer in kept)
+    others = union_of(closer.polygon for closer in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
     shapes = [areas(shape) for shape in each_opened(bare, 4 * EPS_M)]
     grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
@@ -150,12 +150,12 @@ def needed_to_separate(
 
 def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
     """Return the door plane with these pieces in it."""
-    return united([door, *(c.polygon for c in closers)])
+    return union_of([door, *(c.polygon for c in closers)])
 
 
 def _outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
     """Return the air around a house, a metre of it or as wide as asked."""
-    house = filled(plane)
+    house = fill_enclosed(plane)
     return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
 
 
@@ -479,7 +479,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
 
 def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
     """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
-    parts = [p for p in polygons_of(subtract(room, united(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
+    parts = [p for p in polygons_of(subtract(room, union_of(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
     if len(parts) < 2:
         return None
     narrowest, between = 0.0, set()
@@ -539,7 +539,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
     it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
     it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
     """
-    open_floor = polygons_of(opened(subtract(floor, filled(ground)), 0.5))
+    open_floor = polygons_of(drop_thinner(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
     if not large:
         return []
@@ -555,11 +555,11 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
             gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
         ]
         bands += going_on
-        rest = shapely.difference(bare, shapely.buffer(united(going_on), NEAR_M, cap_style="flat"))
+        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), NEAR_M, cap_style="flat"))
         if rest.length > NEAR_M:
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
             band = shapely.buffer(lines, BAND_M, cap_style="square", join_style="mitre")
-            bands += polygons_of(subtract(band, united([floor, ground])))
+            bands += polygons_of(subtract(band, union_of([floor, ground])))
     return bands
 
 
@@ -570,11 +570,13 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
     """
     if not named:
         return []
-    known = united(rooms)
+    known = union_of(rooms)
     lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
     if not lying_open:
         return []
-    return polygons_of(subtract(united(buffer_mitred(room, BAND_M) for room in lying_open), united([*named, ground])))
+    return polygons_of(
+        subtract(union_of(buffer_mitred(room, BAND_M) for room in lying_open), union_of([*named, ground]))
+    )
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
@@ -593,7 +595,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     for candidate in candidates:
         if so_far > WALLED * hull:
             break
-        trial = united([ground, candidate])
+        trial = union_of([ground, candidate])
         area = enclosed_area(trial)
         if area >= so_far + least_m2:
             kept.append(candidate)
@@ -616,7 +618,7 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
         return []
     bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -BAND_M, join_style="mitre")
-    return [part for band in bands for part in polygons_of(subtract(band, united([inner, tall])))]
+    return [part for band in bands for part in polygons_of(subtract(band, union_of([inner, tall])))]
 
 
 def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float) -> list[Polygon]:
@@ -631,9 +633,9 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
     air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
     for radius in DISCS_M:
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
-        reached = shapely.buffer(united(wide), radius + EPS_M)
+        reached = shapely.buffer(union_of(wide), radius + EPS_M)
         bands: list[Polygon] = []
-        for hall in polygons_of(opened(subtract(air, reached), 2 * NEAR_M)):
+        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * NEAR_M)):
             into = {part for way, part in ways if way.distance(hall) < NEAR_M}
             if hall.area < least_m2 or len(into) < JOINED:
                 continue
@@ -655,7 +657,7 @@ def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
 
 def enclosed_area(walls: BaseGeometry) -> float:
     """Square metres of free space that the walls close all round."""
-    return float(sum(r.area for r in enclosed(walls)[1]))
+    return float(sum(r.area for r in enclosed_pieces(walls)[1]))
 
 
 def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:

@@ -12,7 +12,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clipped, polygons_of
+from pipeline.geometry.areas import clip_to_box, polygons_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import Passage
@@ -103,7 +103,7 @@ def _straight_cut(
 def _around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:
     """What of a shape lies in the square of ``reach_m`` to each side of a point: a storey has hundreds of walls."""
     x, y = point
-    return clipped(shape, x - reach_m, y - reach_m, x + reach_m, y + reach_m)
+    return clip_to_box(shape, x - reach_m, y - reach_m, x + reach_m, y + reach_m)
 
 
 def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:

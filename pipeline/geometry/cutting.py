@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.geometry.meshes import Mesh, closed_pieces, connected
+from pipeline.geometry.meshes import Mesh, closed_pieces, label_pieces
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -90,7 +90,7 @@ class Cutter:
 
     @cached_property
     def _body(self) -> npt.NDArray[np.int64]:
-        return connected(self.mesh.faces, len(self.mesh.vertices))
+        return label_pieces(self.mesh.faces, len(self.mesh.vertices))
 
     @property
     def heights(self) -> npt.NDArray[np.float64]:
@@ -170,7 +170,7 @@ def _signature(cut: Segments, bodies: int) -> npt.NDArray[np.float64]:
     return np.stack([np.bincount(cut.body, w, bodies) for w in (np.ones(len(x)), x, y, x * x, y * y)])
 
 
-def merged(*meshes: Mesh | None) -> Mesh:
+def merge_meshes(*meshes: Mesh | None) -> Mesh:
     """One mesh of several; those that are None are left out."""
     parts = [m for m in meshes if m is not None and len(m.faces)]
     if not parts:

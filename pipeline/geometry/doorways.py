@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clipped, overlap
+from pipeline.geometry.areas import clip_to_box, overlap
 from pipeline.geometry.meshes import Box
 
 PLAY_M = 0.35
@@ -86,7 +86,7 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
     """
     reach = box.width / 2 + PLAY_M + NEAR_M
     (x, y) = box.centre
-    near = clipped(walls, x - reach, y - reach, x + reach, y + reach)
+    near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
     if near.is_empty:
         return None
     faces, ends = [], []
@@ -102,7 +102,7 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
         return None
     low, high = min(f[0] for f in faces), max(f[1] for f in faces)
     if high - low > SKEW_M + min(f[1] - f[0] for f in faces):
-        turned = _turned(box, ends, faces, near)  # R1
+        turned = _doorway_across(box, ends, faces, near)  # R1
         if turned is not None:
             return turned
         low, high = min(faces, key=lambda f: f[1] - f[0])  # R2
@@ -112,7 +112,7 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
     return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
 
 
-def _turned(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
+def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
     """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf, or None if these are two walls."""
     if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > ALIKE_M:
         return None

@@ -12,7 +12,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, clipped, opened, overlap, polygons_of, united
+from pipeline.geometry.areas import buffer_mitred, clip_to_box, drop_thinner, overlap, polygons_of, union_of
 from pipeline.geometry.doorways import Doorway, box_of, doorway, fit_into_wall, rectangle
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 
@@ -277,7 +277,7 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     before a wall that goes on (a shelf, a pile of boards) makes none.
     """
     found = [pair for pair in _recesses(lintels, walls, RECESS_WIDTH_M) if _has_jambs(pair[0], walls)]
-    return polygons_of(united(_with_lintel(leaf, lintel) for lintel, leaf in found))
+    return polygons_of(union_of(_with_lintel(leaf, lintel) for lintel, leaf in found))
 
 
 def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
@@ -290,7 +290,7 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
 
 def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
-    bare = opened(lintels, SEAM_M)  # without the seams of a ceiling that end at them
+    bare = drop_thinner(lintels, SEAM_M)  # without the seams of a ceiling that end at them
     return [lintel for lintel, _ in _recesses(bare, walls, (RECESS_WIDTH_M[1], np.inf))]
 
 
@@ -305,7 +305,7 @@ def _recesses(
         if not slim or lintel.area < STRAIGHT * box.width * box.thickness:
             continue
         x1, y1, x2, y2 = lintel.bounds
-        near = clipped(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
+        near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
         for sign in (-1.0, 1.0):
             thickness = _thickness_beside(box, sign, near)
             if thickness is not None:
@@ -315,7 +315,7 @@ def _recesses(
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
     """A leaf and the lintel beside it as one area."""
-    return buffer_mitred(buffer_mitred(united([leaf, lintel]), JOIN_M), -JOIN_M)
+    return buffer_mitred(buffer_mitred(union_of([leaf, lintel]), JOIN_M), -JOIN_M)
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
@@ -404,7 +404,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
             found.append(plan)
         else:
             things.append(plan)
-    return Judged(tuple(doorways), tuple(found), tuple(pieces), united(things))
+    return Judged(tuple(doorways), tuple(found), tuple(pieces), union_of(things))
 
 
 def _is_framed(leaf: Leaf, wall_m: float) -> bool:
@@ -415,7 +415,7 @@ def _is_framed(leaf: Leaf, wall_m: float) -> bool:
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
-    near = clipped(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
+    near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
     if overlap(rectangle(box, depth=LEAST_DEPTH_M), near).area < ABOVE * box.width * LEAST_DEPTH_M:
         return 0.0
     wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
@@ -426,7 +426,7 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     """Return whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
     reach = box.width / 2 + HINGE_M
     x, y = box.centre
-    near = clipped(hanging, x - reach, y - reach, x + reach, y + reach)
+    near = clip_to_box(hanging, x - reach, y - reach, x + reach, y + reach)
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     if near.is_empty:
         return False

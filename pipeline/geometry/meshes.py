@@ -41,7 +41,7 @@ class Mesh:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def connected(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
+def label_pieces(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
     """For each face (m, 3) a number of the piece that it is connected to by its corners."""
     i, j = np.concatenate([faces[:, :2], faces[:, 1:]]).T
     links = coo_matrix((np.ones(len(i), np.int8), (i, j)), shape=(n_vertices, n_vertices))
@@ -112,11 +112,11 @@ class Bodies:
         if not len(faces) or len(faces) > MAX_FACES:
             low = mesh.vertices.min(axis=0, initial=np.inf)[None]
             return cls(mesh, np.zeros(len(faces), np.int64), low, mesh.vertices.max(axis=0, initial=-np.inf)[None])
-        label = connected(faces, len(mesh.vertices))
+        label = label_pieces(faces, len(mesh.vertices))
         loose = ~closed_pieces(faces, label)[label]
         if loose.any():  # R2
             place = _places(mesh.vertices)
-            joined = connected(place[faces[loose]], len(mesh.vertices))
+            joined = label_pieces(place[faces[loose]], len(mesh.vertices))
             label = label.copy()
             label[loose] = len(faces) + joined
         of_face = np.unique(label, return_inverse=True)[1].astype(np.int64)

@@ -251,7 +251,7 @@ def _of_band(points: Floats) -> Floats:
     cell = np.floor(at).astype(np.int64)
     flat = cell[:, 1] * columns + cell[:, 0]
     sums = [np.bincount(flat, weight, rows * columns) for weight in (None, at[:, 0], at[:, 1])]
-    mass, x, y = (_blurred(each.reshape(rows, columns).astype(np.float64), REACH_M / pixel) for each in sums)
+    mass, x, y = (_blur(each.reshape(rows, columns).astype(np.float64), REACH_M / pixel) for each in sums)
     middle = np.stack([x, y], axis=2) / np.maximum(mass, 1e-6)[:, :, None]
     for _ in range(STEPS):  # R1
         cell = np.floor(at).astype(np.int64)
@@ -262,7 +262,7 @@ def _of_band(points: Floats) -> Floats:
     return np.column_stack([at[kept] * pixel + low, points[kept, 2]])
 
 
-def _blurred(image: Floats, sigma_px: float) -> Floats:
+def _blur(image: Floats, sigma_px: float) -> Floats:
     return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma_px), np.float64)
 
 

@@ -13,7 +13,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import areas, buffer_mitred, subtract, united
+from pipeline.geometry.areas import areas, buffer_mitred, subtract, union_of
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -40,22 +40,22 @@ def line(angle: float, cells: int) -> Pixels:
     return kernel
 
 
-def grown(mask: Bools, cells: int) -> Bools:
+def grow_mask(mask: Bools, cells: int) -> Bools:
     """A mask and all cells at most so far from it."""
-    return dilated(mask, square(2 * cells + 1))
+    return dilate_mask(mask, square(2 * cells + 1))
 
 
-def dilated(mask: Bools, kernel: Pixels) -> Bools:
+def dilate_mask(mask: Bools, kernel: Pixels) -> Bools:
     """A mask drawn with a kernel."""
     return np.asarray(cv2.dilate(mask.view(np.uint8), kernel).view(bool))
 
 
-def closed(mask: Bools, cells: int) -> Bools:
+def close_mask(mask: Bools, cells: int) -> Bools:
     """A mask with all that is narrower than so many cells filled."""
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, square(cells)).view(bool))
 
 
-def opened(mask: Bools, kernel: Pixels) -> Bools:
+def open_mask(mask: Bools, kernel: Pixels) -> Bools:
     """A mask without all that a kernel does not fit into."""
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel).view(bool))
 
@@ -129,12 +129,12 @@ def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *
 
 def _holes(found: Bools, reaching: Bools) -> Bools:
     """Return what was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
-    return touching(found & ~reaching, ~grown(reaching, ALONGSIDE))
+    return touching(found & ~reaching, ~grow_mask(reaching, ALONGSIDE))
 
 
 def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
     """R1: return straight runs continued to what stands before their ends, and to their corners with others."""
-    below = grown(body, 1)
+    below = grow_mask(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
     runs = _runs(reaching, raster)
     found, beyond = reaching.copy(), []
@@ -144,10 +144,10 @@ def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
             continue
         ending = runs[turn] & ~_across(runs, turn)
         lanes = _lanes(reaching, ending, angle, raster.size(HOLE_M))
-        found |= touching(mostly(lanes, traces, TRACED), grown(ending, 1))
+        found |= touching(mostly(lanes, traces, TRACED), grow_mask(ending, 1))
         lanes = _lanes(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
-        found |= touching(lanes, grown(ending, 1))
-        beyond.append(dilated(ending, line(angle, raster.size(HOLE_M))) & below)
+        found |= touching(lanes, grow_mask(ending, 1))
+        beyond.append(dilate_mask(ending, line(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
         found |= going_on & _across(beyond, turn)
     return _as_sheets(found, reaching)
@@ -158,22 +158,22 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
     found = reaching.copy()
     for turn, run in enumerate(_runs(reaching, raster)):
         angle = np.pi * turn / TURNS
-        crossing = opened(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
-        ending = run & ~grown(crossing, 2)
+        crossing = open_mask(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
+        ending = run & ~grow_mask(crossing, 2)
         if ending.any():
-            found |= touching(_lanes(reaching, ending, angle, raster.size(HOLE_M)), grown(ending, 1))
+            found |= touching(_lanes(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
     return _as_sheets(found, reaching)
 
 
 def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
     """Return the straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
-    wavy = grown(reaching, 2)
+    wavy = grow_mask(reaching, 2)
     long = raster.size(STRAIGHT_M)
-    straight = wavy & grown(opened(wavy, line(0.0, long)) | opened(wavy, line(np.pi / 2, long)), 1)
+    straight = wavy & grow_mask(open_mask(wavy, line(0.0, long)) | open_mask(wavy, line(np.pi / 2, long)), 1)
     found = []
     for turn in range(TURNS):
         oblique = turn % (TURNS // 2) != 0
-        run = opened(reaching, line(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
+        run = open_mask(reaching, line(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
         found.append(run & ~straight if oblique else run)
     return found
 
@@ -184,13 +184,13 @@ def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Boo
     gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
     if within is not None:
         gaps &= within
-    return np.asarray(gaps & dilated(ending, line(angle, 2 * cells)))
+    return np.asarray(gaps & dilate_mask(ending, line(angle, 2 * cells)))
 
 
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
     """Return what was found beyond what reaches the top, as wide as what was seen."""
-    thin = found & ~reaching & ~opened(found, square(SHEET))
-    return found | grown(thin, SPREAD)
+    thin = found & ~reaching & ~open_mask(found, square(SHEET))
+    return found | grow_mask(thin, SPREAD)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
@@ -216,16 +216,16 @@ def _close_by(walls: Bools, raster: Raster) -> Bools:
     near, far = (raster.size(m) for m in CLOSE_BY_M)
     reach = np.zeros((2 * far + 1, 1), np.uint8)
     reach[: far - near] = reach[far + near + 1 :] = 1
-    return dilated(walls, reach)
+    return dilate_mask(walls, reach)
 
 
 def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
     """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
     least, most = (raster.size(m) for m in DOOR_M)
     jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
-    in_line = opened(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
+    in_line = open_mask(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
     thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
-    solid = opened(closed(np.ascontiguousarray(walls | standing), thick), square(thin))
+    solid = open_mask(close_mask(np.ascontiguousarray(walls | standing), thick), square(thin))
     for row in np.flatnonzero((standing & ~walls).any(axis=1)):
         at = np.flatnonzero(walls[row])
         for k in np.flatnonzero((np.diff(at) > least + jamb) & (np.diff(at) <= longest)):
@@ -317,13 +317,13 @@ def wall_masks(columns: Columns) -> WallMasks:
     reaching = _without_specks(high, raster)  # R1
     seen = (body >= PASSED) | (columns.share(lowest, top) > 0)
     reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
-    thick = closed(reaching, raster.size(WALL_M))  # R3
+    thick = close_mask(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
-    band = outside & grown(~outside, raster.size(OUTER_M))  # R4
-    house = closed(thick | band, raster.size(WALL_M))
+    band = outside & grow_mask(~outside, raster.size(OUTER_M))  # R4
+    house = close_mask(thick | band, raster.size(WALL_M))
     solid = house | _unseen(~(house | outside), columns)  # R5
-    standing = closed((body >= PASSED) & thick, raster.size(WALL_M)) & thick
-    behind = grown(standing, raster.size(OUTER_M)) & solid & ~thick
+    standing = close_mask((body >= PASSED) & thick, raster.size(WALL_M)) & thick
+    behind = grow_mask(standing, raster.size(OUTER_M)) & solid & ~thick
     free = solid & ~(standing | behind)
     walls = _shrunk(solid)
     return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
@@ -340,10 +340,10 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 def _outside(inside: Bools, raster: Raster) -> Bools:
     """R4: return the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
     half = raster.size(LEAK_M / 2)
-    air = (~grown(inside, half)).view(np.uint8)
+    air = (~grow_mask(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
     around = (label == label[0, 0])[1:-1, 1:-1]
-    return grown(around, half) & ~inside
+    return grow_mask(around, half) & ~inside
 
 
 def _unseen(air: Bools, columns: Columns) -> Bools:
@@ -359,8 +359,8 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
 
 def _shrunk(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
-    core = opened(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
-    return core | (solid & ~grown(core, SPREAD + 1))
+    core = open_mask(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
+    return core | (solid & ~grow_mask(core, SPREAD + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
@@ -373,7 +373,7 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
             continue
         box = _box(np.argwhere(label[y : y + h, x : x + w] == k)[:, ::-1] + (x, y), pixels)
         if all(_share(air, side) > HALF for side in _sides(box)):
-            found.append(_stretched(box))
+            found.append(_stretch_to_jambs(box))
     return tuple(found)
 
 
@@ -401,7 +401,7 @@ def _share(mask: Bools, line: Floats) -> float:
     return float(mask[rows, columns].mean())
 
 
-def _stretched(box: Floats) -> Floats:
+def _stretch_to_jambs(box: Floats) -> Floats:
     """From jamb to jamb: faces were spread by so much along the wall, and the wall may bulge across."""
     centre = box.mean(axis=0)
     along, across = box[1] - box[0], box[3] - box[0]
@@ -442,8 +442,8 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
         ring = _ring(np.asarray(contour[:, 0], float), raster)
         if len(ring) >= 3:
             inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
-            shapes.append(subtract(shapely.make_valid(Polygon(ring)), united(inner)))
-    pixels = buffer_mitred(buffer_mitred(united(shapes), 0.5), EDGE - 0.5)
+            shapes.append(subtract(shapely.make_valid(Polygon(ring)), union_of(inner)))
+    pixels = buffer_mitred(buffer_mitred(union_of(shapes), 0.5), EDGE - 0.5)
     return areas(shapely.transform(pixels, raster.placed))
 
 
@@ -452,11 +452,13 @@ def _ring(points: Floats, raster: Raster) -> Floats:
     loose = ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
     return (
-        _squared(_sharpened(corners, CUT_M / raster.cell_m), SLACK_M / raster.cell_m) if len(corners) >= 3 else corners
+        _square_edges(_sharpen_corners(corners, CUT_M / raster.cell_m), SLACK_M / raster.cell_m)
+        if len(corners) >= 3
+        else corners
     )
 
 
-def _sharpened(corners: Floats, longest: float) -> Floats:
+def _sharpen_corners(corners: Floats, longest: float) -> Floats:
     """A short edge between a level and an upright one is their corner, which noise has cut off."""
     d = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*d.T)
@@ -476,7 +478,7 @@ def _sharpened(corners: Floats, longest: float) -> Floats:
     return np.array(found)
 
 
-def _squared(corners: Floats, slack: float) -> Floats:
+def _square_edges(corners: Floats, slack: float) -> Floats:
     """Return a ring in which each nearly level or upright edge is exactly so, at the mean of its ends."""
     ends = np.roll(corners, -1, axis=0)
     d = np.abs(ends - corners)

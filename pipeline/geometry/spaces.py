@@ -20,11 +20,11 @@ from pipeline.geometry.areas import (
     areas,
     buffer_mitred,
     differences,
-    opened,
+    drop_thinner,
     overlap,
     polygons_of,
     subtract,
-    united,
+    union_of,
 )
 from pipeline.geometry.bridges import Bridge, Vector, strips_of
 from pipeline.geometry.walls import close_cracks
@@ -117,7 +117,7 @@ def cells(spaces: Spaces) -> list[list[int]]:
 REACH_M = 0.15
 
 
-def fitted(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
+def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
     """Return the bridges with their faces where the rooms' are now; on the outside, where they were."""
     limits = [[-bridge.depth / 2, bridge.depth / 2] for bridge in bridges]
     ends = [(i, k) for i, bridge in enumerate(bridges) for k in (0, 1) if bridge.sides[k] != OUTSIDE]
@@ -183,12 +183,12 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
     ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
     own rooms cover; plan areas in the level frame.
     """
-    bare = opened(subtract(room, united([buffer_mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
+    bare = drop_thinner(subtract(room, union_of([buffer_mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
     voids = [hole for hole in polygons_of(bare) if overlap(hole, below).area > SHOWN * hole.area]  # R1
     if not voids:
         return [room]
-    left = polygons_of(subtract(room, buffer_mitred(united(voids), EDGE_M)))
-    return [part for part in left if part.area > MIN_M2 and not opened(part, STANDING_M).is_empty]  # R3
+    left = polygons_of(subtract(room, buffer_mitred(union_of(voids), EDGE_M)))
+    return [part for part in left if part.area > MIN_M2 and not drop_thinner(part, STANDING_M).is_empty]  # R3
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -240,7 +240,7 @@ SEAM_M = 1e-3
 def floor_of(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
     strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=LAP_M)
-    floor = united([*spaces.rooms, *strips])
+    floor = union_of([*spaces.rooms, *strips])
     return close_cracks(floor, SEAM_M) if spaces.joins else floor
 
 
@@ -253,7 +253,7 @@ def sample(pieces: list[Polygon], count: int, rng: np.random.Generator) -> npt.N
     """``count`` points (n, 2) uniform over all pieces, and one more inside each."""
     low = np.min([p.bounds[:2] for p in pieces], axis=0)
     high = np.max([p.bounds[2:] for p in pieces], axis=0)
-    whole = united(pieces)
+    whole = union_of(pieces)
     shapely.prepare(whole)
     found: list[npt.NDArray[np.float64]] = []
     while sum(len(f) for f in found) < count:

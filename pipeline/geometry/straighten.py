@@ -65,7 +65,7 @@ def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> li
     result, at = [], 0
     for room in cleaned:
         count = 1 + len(room.interiors)
-        result.append(_accepted(room, drawn[at : at + count], offset_m))
+        result.append(_accept_if_sound(room, drawn[at : at + count], offset_m))
         at += count
     return result
 
@@ -115,13 +115,13 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
         if not free[leader]:
             continue
         same = free & (np.abs(own - own[leader]) <= offset_m) & (np.abs(np.sin((angle - angle[leader]) / 2)) < 1e-6)
-        group = _reached(low, high, same, int(leader))
+        group = _within_reach(low, high, same, int(leader))
         result[group] = (own[group] * length[group]).sum() / length[group].sum()
         free[group] = False
     return result
 
 
-def _reached(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leader: int) -> npt.NDArray[np.int64]:
+def _within_reach(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leader: int) -> npt.NDArray[np.int64]:
     """Candidates on the leader's line, each within reach of the stretch that the others cover already."""
     index = np.flatnonzero(candidates)
     start, end = low[leader], high[leader]
@@ -178,7 +178,7 @@ def _parallel(normal: Floats, a: int, b: int) -> bool:
     return bool(normal[a] @ normal[b] > 1 - 1e-9)
 
 
-def _accepted(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
+def _accept_if_sound(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
     """R4: return the redrawn room if it is sound and close to what it was."""
     if any(len(ring) < 3 for ring in rings[:1]):
         return room

@@ -18,12 +18,12 @@ from pipeline.geometry.areas import (
     Shapes,
     areas,
     buffer_mitred,
-    clipped,
-    opened,
+    clip_to_box,
+    drop_thinner,
     overlap,
     polygons_of,
     subtract,
-    united,
+    union_of,
 )
 from pipeline.geometry.cutting import OVER_FLOOR_M, Cutter, Segments, winding_number
 from pipeline.geometry.doorways import box_of
@@ -91,10 +91,10 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     if not len(snapped):
         return Section(EMPTY, EMPTY)
     if _is_dense(snapped):
-        return _arranged(replace(cut, ends=snapped, body=body), _drawn(snapped), sheet_m, solid_m, sheets=sheets)
+        return _arrange(replace(cut, ends=snapped, body=body), _lines_of(snapped), sheet_m, solid_m, sheets=sheets)
     rings, rest = closed_rings(snapped, body, GRID_M, solid_m / 2)
     if rings is None:
-        return _arranged(
+        return _arrange(
             replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
         )
     strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < SLIM * sheet_m), sheet_m))
@@ -102,8 +102,8 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     if not rest.any():
         return Section(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
-    others = _arranged(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    return Section(close_cracks(united([thin, others.walls])), others.solids, others.closets)
+    others = _arrange(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
+    return Section(close_cracks(union_of([thin, others.walls])), others.solids, others.closets)
 
 
 def _is_dense(segments: Floats) -> bool:
@@ -112,7 +112,7 @@ def _is_dense(segments: Floats) -> bool:
     return bool(length[length < DENSE_M].sum() > length.sum() / 2)
 
 
-def _drawn(segments: Floats) -> npt.NDArray[np.object_]:
+def _lines_of(segments: Floats) -> npt.NDArray[np.object_]:
     """R5: return the segments as lines with as few corners as ``DETAIL_M`` allows."""
     order = np.lexsort((segments[:, :, 1], segments[:, :, 0]), axis=1)
     once = np.unique(np.take_along_axis(segments, order[:, :, None], axis=1), axis=0)  # two sheets may coincide
@@ -146,24 +146,22 @@ def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     return np.atleast_1d(shapely.linestrings(np.stack([middles[rows, first], middles[rows, first + 2]], axis=1)))
 
 
-def _arranged(
-    cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool
-) -> Section:
+def _arrange(cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
     lines = shapely.get_parts(shapely.union_all(drawn, grid_size=GRID_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
-    solids = united(faces[solid])
-    massive = opened(solids, solid_m)
+    solids = union_of(faces[solid])
+    massive = drop_thinner(solids, solid_m)
     thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > SLIT_M)
-    body = united([*_not_too_slim(faces[thin], sheet_m), opened(subtract(solids, massive), CRACK_M)])
+    body = union_of([*_not_too_slim(faces[thin], sheet_m), drop_thinner(subtract(solids, massive), CRACK_M)])
     if not sheets:
         return Section(close_cracks(body), massive)
-    closed = united([*faces[thin], solids])
+    closed = union_of([*faces[thin], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
-    walls = close_cracks(united([body, thicken(loose, sheet_m)]))
+    walls = close_cracks(union_of([body, thicken(loose, sheet_m)]))
     return Section(walls, massive, closets(faces[thin], solids, cut.ends))
 
 
@@ -319,7 +317,7 @@ def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
     found = Rings.of(closed.to_polygons())
     shells = [ring for ring, area in zip(found.rings, found.area, strict=True) if area > 0]
     holes = [ring for ring, area in zip(found.rings, found.area, strict=True) if area <= 0]
-    return united(_with_holes(shells, holes))
+    return union_of(_with_holes(shells, holes))
 
 
 def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
@@ -358,10 +356,10 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
     spaces = faces[wide & (winds == 0)]
     if not len(spaces):
         return EMPTY
-    walls = united([*faces[winds > 0], solids])
+    walls = union_of([*faces[winds > 0], solids])
     around = shapely.difference(buffer_mitred(spaces, AROUND_CLOSET_M), spaces)
     closed = np.array([overlap(band, walls).area > ALL_ROUND * band.area for band in around], np.bool_)
-    return united(spaces[closed])
+    return union_of(spaces[closed])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -387,34 +385,34 @@ FEW_M2 = 0.05
 
 def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
-    thick = opened(walls, LIKE_A_SHEET * sheet_m)
-    sheets = opened(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
+    thick = drop_thinner(walls, LIKE_A_SHEET * sheet_m)
+    sheets = drop_thinner(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
     if sheets.area < FEW_M2:
         return walls
-    slits = united(p for p in _slits(sheets, walls) if _closed(p, walls) > CLOSED)  # R1
+    slits = union_of(p for p in _slits(sheets, walls) if _walled_share(p, walls) > CLOSED)  # R1
     if slits.is_empty:
         return walls
     around = buffer_mitred(slits, sheet_m + EPS_M)
     outer = overlap(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
-    more = opened(subtract(walls, buffer_mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
-    left = subtract(united([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
+    more = drop_thinner(subtract(walls, buffer_mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
+    left = subtract(union_of([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
     return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:
     """Return the slits between walls that are longer than any is wide."""
-    return united(p for p in _slits(walls, walls) if box_of(p).width > WIDEST_SLIT_M)
+    return union_of(p for p in _slits(walls, walls) if box_of(p).width > WIDEST_SLIT_M)
 
 
 def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = buffer_mitred(buffer_mitred(faces, WIDEST_SLIT_M / 2), -WIDEST_SLIT_M / 2)
-    return polygons_of(opened(subtract(closed, walls), THINNEST_M))
+    return polygons_of(drop_thinner(subtract(closed, walls), THINNEST_M))
 
 
-def _closed(slit: Polygon, walls: BaseGeometry) -> float:
+def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
     """Return the share of a slit's edge that lies along walls."""
     x1, y1, x2, y2 = slit.bounds
-    near = clipped(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
+    near = clip_to_box(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
     return float(shapely.intersection(slit.exterior, shapely.buffer(near, EPS_M)).length / slit.exterior.length)
 
 
@@ -439,7 +437,7 @@ class Sections:
     def foot(self, height: float) -> BaseGeometry:
         """Return all that stands at a height near the floor, massive bodies included."""
         found = section(self.cutter.cut(height), sheet_m=self.sheet_m, solid_m=self.solid_m)
-        return united([joined_sheets(found.walls, self.sheet_m), found.solids])
+        return union_of([joined_sheets(found.walls, self.sheet_m), found.solids])
 
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
@@ -449,13 +447,13 @@ class Sections:
             massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
             walls = joined_sheets(found.walls, self.sheet_m)
             self._closets[height] = found.closets
-            self._made[height] = united([walls, *massive]) if massive else walls
+            self._made[height] = union_of([walls, *massive]) if massive else walls
         return self._made[height]
 
     @property
     def closets(self) -> BaseGeometry:
         """What of all sections made so far is narrow space in a closed body, and no wall."""
-        return united([closet for closet in self._closets.values() if not closet.is_empty])
+        return union_of([closet for closet in self._closets.values() if not closet.is_empty])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -476,15 +474,15 @@ def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseG
     found: list[BaseGeometry] = []
     higher, kept = EMPTY, EMPTY
     for here in reversed(above):
-        closing = opened(subtract(here, standing), SLIVER_M)
-        ending = opened(subtract(closing, kept), SLIVER_M)
+        closing = drop_thinner(subtract(here, standing), SLIVER_M)
+        ending = drop_thinner(subtract(closing, kept), SLIVER_M)
         walls = overlap(here, standing)
         house_goes_on = overlap(walls, higher).area > GOES_ON * walls.area
         loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
-        kept = subtract(closing, united(loose)) if loose else closing
+        kept = subtract(closing, union_of(loose)) if loose else closing
         found.append(kept)
         higher = here
-    return opened(united(found), SLIVER_M) if found else EMPTY
+    return drop_thinner(union_of(found), SLIVER_M) if found else EMPTY
 
 
 @dataclass(frozen=True, eq=False)
@@ -507,7 +505,7 @@ def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights:
         house_goes_on = still.area > 0.5 * present.area
         found += [
             Ending(part, below_m)
-            for part in polygons_of(opened(subtract(present, still), SLIVER_M))
+            for part in polygons_of(drop_thinner(subtract(present, still), SLIVER_M))
             if _walls_go_on(part, subtract(_around(part, present), part), here, alone=house_goes_on)
         ]
         present = still
@@ -516,7 +514,7 @@ def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights:
 
 def _around(part: Polygon, walls: BaseGeometry) -> BaseGeometry:
     x1, y1, x2, y2 = part.bounds
-    return clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
+    return clip_to_box(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
 
 
 def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, alone: bool) -> bool:
@@ -537,7 +535,7 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     plan_m2 = np.abs(normal[:, 2]) / 2
     low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > LARGE_M2)
-    return united(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
+    return union_of(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
 def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = OVER_FLOOR_M) -> bool:

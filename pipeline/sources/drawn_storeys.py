@@ -24,7 +24,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, opened, polygons_of, triangulate
+from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of, triangulate
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -165,7 +165,7 @@ def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[
     taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
     free = polygons_of(shapely.difference(whole, taken))
-    slits = shapely.union_all([part for part in free if opened(part, THICKEST_WALL_M).is_empty])
+    slits = shapely.union_all([part for part in free if drop_thinner(part, THICKEST_WALL_M).is_empty])
     deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
     top = float(np.median([wall.top_m for wall in walls]))
     return [Wall(part, 0.0, top) for part in polygons_of(slits)], deeper

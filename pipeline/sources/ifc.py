@@ -47,8 +47,8 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, filled, united
-from pipeline.geometry.cutting import merged
+from pipeline.geometry.areas import buffer_mitred, fill_enclosed, union_of
+from pipeline.geometry.cutting import merge_meshes
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
 from pipeline.sources.files import base_id, level_id, list_files
@@ -201,7 +201,7 @@ def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
 
 
 def _enclosed(walls: Iterable[Part]) -> float:
-    return float(filled(united(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
+    return float(fill_enclosed(union_of(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:
@@ -294,7 +294,7 @@ def _level(
     standing_walls = StandingWalls([part.mesh for part in here])
     panes = closed_holes(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
-    walls = merged(*(part.mesh for part in here), *beams, *panes)
+    walls = merge_meshes(*(part.mesh for part in here), *beams, *panes)
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
     return IfcLevel(

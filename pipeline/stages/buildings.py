@@ -27,7 +27,7 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
     near = nx.Graph()
     near.add_nodes_from(range(len(outlines)))
     pairs = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=config.distance_m).T
-    entered = _entered(spaces)
+    entered = _outlines_with_entrance(spaces)
     near.add_edges_from(
         (a, b)
         for a, b in pairs.tolist()
@@ -53,7 +53,7 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
     return found
 
 
-def _entered(spaces: Spaces) -> set[int]:
+def _outlines_with_entrance(spaces: Spaces) -> set[int]:
     """Return which outlines have an entrance of their own (R1)."""
     doors = [shapely.Point(p.bridge.centre) for p in spaces.passages if p.leads_outside]
     return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < TOUCH_M for door in doors)}

@@ -34,7 +34,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, clipped, overlap, united
+from pipeline.geometry.areas import OUTSIDE, clip_to_box, overlap, union_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import GAPS
 from pipeline.geometry.spaces import odd, with_loose_ends
@@ -147,9 +147,9 @@ def room_features(planned: Planned) -> list[Features]:
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
     is_odd, jutting = odd(rooms), with_loose_ends(rooms)
-    given = united(c.polygon for c in layout.closers if c.kind in GIVEN)
-    patches = united(c.polygon for c in layout.closers if c.bridge is None and c.kind not in GIVEN)
-    mouths = united(c.polygon for c in layout.closers if c.kind == "mouth")
+    given = union_of(c.polygon for c in layout.closers if c.kind in GIVEN)
+    patches = union_of(c.polygon for c in layout.closers if c.bridge is None and c.kind not in GIVEN)
+    mouths = union_of(c.polygon for c in layout.closers if c.kind == "mouth")
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
     found = []
@@ -228,7 +228,7 @@ def _along(edge: BaseGeometry, what: BaseGeometry) -> float:
 def _share(place: Polygon, what: BaseGeometry) -> float:
     if what.is_empty or not place.area > 0:
         return 0.0
-    return float(overlap(place, clipped(what, *place.bounds)).area / place.area)
+    return float(overlap(place, clip_to_box(what, *place.bounds)).area / place.area)
 
 
 def _ramp(more: float, whole: float) -> float:

@@ -29,7 +29,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import clipped, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
 from pipeline.geometry.spaces import SPECK_M2, floor_of, piece_of, sample, standing_pieces
@@ -96,7 +96,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
-    outer = united([p.bridge.strip(deeper_m=BESIDE_M, wider_m=BESIDE_M) for p in spaces.passages if p.leads_outside])
+    outer = union_of([p.bridge.strip(deeper_m=BESIDE_M, wider_m=BESIDE_M) for p in spaces.passages if p.leads_outside])
     return all(shape.within(outer) for shape in seen)
 
 
@@ -116,7 +116,7 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
     """Leave out the last piece, and the rooms that only this piece reaches (R7)."""
     part = shapely.buffer(pieces[-1], radius_m + 0.01)
-    others = shapely.buffer(united(pieces[:-1]), radius_m + 0.01)
+    others = shapely.buffer(union_of(pieces[:-1]), radius_m + 0.01)
     kept, rooms = [], list(spaces.rooms)
     for k, room in enumerate(spaces.rooms):
         if not overlap(room, part).area:
@@ -191,8 +191,8 @@ def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radiu
     strip = cut.strip(deeper_m=0.01)
     x1, y1, x2, y2 = strip.bounds
     reach = AROUND * radius_m
-    near = clipped(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
-    parts = standing_pieces(united([near, strip]), radius_m)
+    near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
+    parts = standing_pieces(union_of([near, strip]), radius_m)
     return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
 
 
@@ -201,6 +201,6 @@ def _with_cut(spaces: Spaces, cut: Bridge, why: str = "") -> Spaces:
     rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
     sides = (int(rooms[0]), int(rooms[1]))
     if sides[0] == sides[1]:  # a pinch inside one room is widened: no door
-        wider = polygons_of(united([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
+        wider = polygons_of(union_of([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
         return replace(spaces, rooms=(*spaces.rooms[: sides[0]], wider, *spaces.rooms[sides[0] + 1 :]))
     return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut", why)))

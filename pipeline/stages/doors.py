@@ -20,7 +20,7 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, united
+from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, union_of
 from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closing import GAPS, LAP_M
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
@@ -44,7 +44,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         kind = _kind(closer, bridge, level, leaves)
         bare = closer.kind == "lintel" and bridge.width > config.jambless_m and not bridge.ends_at_walls(planes.door)
         if not outside and (span > config.widest_m or kind is None or bare):  # R3
-            rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _shared(bridge, rooms)
+            rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _share_strip(bridge, rooms)
             joins.add((min(bridge.sides), max(bridge.sides)))
         elif bridge.width >= config.narrowest_m:  # R1
             passages.append(Passage(bridge, "entrance" if outside else kind or "opening", closer=closer.kind))
@@ -78,7 +78,7 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
     return None if level.named_openings else "door"
 
 
-def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
+def _share_strip(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
     """Return the two rooms beside a wide bridge, each with its half of the strip (R3).
 
     A closer laps over its strip, so that the rooms begin behind that; the halves go on into them.
@@ -87,6 +87,6 @@ def _shared(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
     aside = bridge.across * (bridge.depth / 4 + LAP_M)
     near = replace(half, centre=bridge.centre - aside).strip()
     far = replace(half, centre=bridge.centre + aside).strip()
-    first = polygons_of(united([rooms[bridge.sides[0]], near]))[0]
-    second = polygons_of(subtract(united([rooms[bridge.sides[1]], far]), first))[0]
+    first = polygons_of(union_of([rooms[bridge.sides[0]], near]))[0]
+    second = polygons_of(subtract(union_of([rooms[bridge.sides[1]], far]), first))[0]
     return first, second

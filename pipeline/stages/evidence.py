@@ -29,7 +29,16 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.areas import EMPTY, buffer_mitred, clipped, opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import (
+    EMPTY,
+    buffer_mitred,
+    clip_to_box,
+    drop_thinner,
+    overlap,
+    polygons_of,
+    subtract,
+    union_of,
+)
 from pipeline.geometry.closing import LAP_M
 from pipeline.geometry.cutting import Cutter, between, clear_of
 from pipeline.geometry.doorways import box_of, doorway
@@ -79,41 +88,41 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     foot = sections.foot(heights.sill)
     above = [sections.at(height, foot) for height in heights.above]
     full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
-    over = united(above)
+    over = union_of(above)
     full = _without_slits(full, over)  # R4
-    beside = united([full, over])
+    beside = union_of([full, over])
     ends = [] if level.only_walls else ending_below(full, above, [heights.head, *heights.above])
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
-    cupboards = united(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
+    cupboards = union_of(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
-        full = opened(subtract(full, cupboards), CREASE_M)
-    hanging = subtract(hanging_free(above, united([full, cupboards])), sections.closets)  # R6
+        full = drop_thinner(subtract(full, cupboards), CREASE_M)
+    hanging = subtract(hanging_free(above, union_of([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
         again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
-        full = close_cracks(united([full, again.foot(heights.breast)]))
-    windows = _in_walls(opened(overlap(hanging, foot), SLIVER_M), full)  # R2
-    low = opened(subtract(foot, united([full, hanging, cupboards])), SLIVER_M)
+        full = close_cracks(union_of([full, again.foot(heights.breast)]))
+    windows = _in_walls(drop_thinner(overlap(hanging, foot), SLIVER_M), full)  # R2
+    low = drop_thinner(subtract(foot, union_of([full, hanging, cupboards])), SLIVER_M)
     sloped = [part for part in polygons_of(low) if meets_slope(part, cutter)]  # R3
-    walls = close_cracks(united([full, windows, *sloped]))
-    lintels = opened(subtract(hanging, walls), SLIVER_M)
+    walls = close_cracks(union_of([full, windows, *sloped]))
+    lintels = drop_thinner(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls)  # R2
-    walls, lintels = united([walls, *glazed]), subtract(lintels, united(glazed))
+    walls, lintels = union_of([walls, *glazed]), subtract(lintels, union_of(glazed))
     doorways, found_leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
-    standing = opened(subtract(united(rails), united([walls, lintels, cupboards])), SLIVER_M)
-    thick = opened(standing, WIDEST_RAIL_M)
+    standing = drop_thinner(subtract(union_of(rails), union_of([walls, lintels, cupboards])), SLIVER_M)
+    thick = drop_thinner(standing, WIDEST_RAIL_M)
     return Evidence(
         walls=walls,
         tall=full,
         lintels=lintels,
         rails=subtract(standing, thick),
-        furniture=united([cupboards, thick, judged.furniture, _furniture(level)]),
+        furniture=union_of([cupboards, thick, judged.furniture, _furniture(level)]),
         doorways=tuple(doorways),
         leaves=tuple(found_leaves),
         floor=level.floor,
         low=without_headroom(level.walls),
-        lower=opened(subtract(full, above[-1]), SLIVER_M),
+        lower=drop_thinner(subtract(full, above[-1]), SLIVER_M),
         slight=_slight(above, heights, level.ceiling_m),
         heights=heights.recorded,
     )
@@ -123,11 +132,11 @@ def _slight(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> B
     """Return what hangs from the ceiling by less than ``SLIGHT_M``. It occurs only in the highest section."""
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
         return EMPTY
-    return opened(subtract(above[-1], united(above[:-1])), SLIVER_M)
+    return drop_thinner(subtract(above[-1], union_of(above[:-1])), SLIVER_M)
 
 
 def _furniture(level: Level) -> BaseGeometry:
-    return united([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
+    return union_of([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
 
 
 @dataclass(frozen=True)
@@ -156,9 +165,9 @@ class _Heights:
 
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
-    slits = opened(overlap(long_slits(full), above), SLIVER_M)
+    slits = drop_thinner(overlap(long_slits(full), above), SLIVER_M)
     long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
-    return united([full, *long]) if long else full
+    return union_of([full, *long]) if long else full
 
 
 def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
@@ -167,7 +176,7 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
     if not parts:
         return EMPTY
     near = shapely.STRtree(polygons_of(full)).query(parts, predicate="dwithin", distance=SLIVER_M)[0]
-    return united([parts[k] for k in sorted(set(near.tolist()))])
+    return union_of([parts[k] for k in sorted(set(near.tolist()))])
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
@@ -176,10 +185,10 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
     A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
-    if whole.area > LARGEST_CUPBOARD_M2 or opened(whole, CUPBOARD_M).area < whole.area / 2:
+    if whole.area > LARGEST_CUPBOARD_M2 or drop_thinner(whole, CUPBOARD_M).area < whole.area / 2:
         return False
     x1, y1, x2, y2 = part.bounds
-    near = clipped(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
+    near = clip_to_box(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
     rest = subtract(near, shapely.buffer(part, 0.01, join_style="mitre"))
     if _goes_on(whole, rest):
         return False
@@ -194,7 +203,7 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
     on above, such as that of a facade, is none of these walls.
     """
-    if opened(part, DEEP_M).area > part.area / 2:
+    if drop_thinner(part, DEEP_M).area > part.area / 2:
         return False
-    ends = polygons_of(overlap(subtract(buffer_mitred(part, BESIDE_M), part), opened(walls, SHEET_M)))
+    ends = polygons_of(overlap(subtract(buffer_mitred(part, BESIDE_M), part), drop_thinner(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / BESIDE_M < ENDS * part.exterior.length

@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import opened, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import drop_thinner, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.spaces import floor_of
 from pipeline.values import Evidence, Level, Obstacle, Spaces
@@ -29,13 +29,13 @@ UNNAMED = "object"
 
 def furnish(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
     """Return the spaces without the area that furniture covers, and the furniture."""
-    obstacles = [*_named(level), *_unnamed(level, evidence)]
-    floor = united(spaces.rooms)
+    obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
+    floor = union_of(spaces.rooms)
     inside = [o for o in obstacles if overlap(o.polygon, floor).area > SMALLEST_M2]
     if not inside:
         return spaces, ()
-    taken = united(o.polygon for o in inside)
-    parts = [polygons_of(opened(subtract(room, taken), CRACK_M)) for room in spaces.rooms]
+    taken = union_of(o.polygon for o in inside)
+    parts = [polygons_of(drop_thinner(subtract(room, taken), CRACK_M)) for room in spaces.rooms]
     left = replace(spaces, rooms=tuple(part for room in parts for part in room))
     reached = polygons_of(floor_of(left))
     if not reached:
@@ -46,7 +46,7 @@ def furnish(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, t
     return replace(furnished, rooms=tuple(kept)), tuple(inside)
 
 
-def _named(level: Level) -> list[Obstacle]:
+def _named_obstacles(level: Level) -> list[Obstacle]:
     """R1."""
     found = []
     for each in level.furniture:
@@ -57,12 +57,12 @@ def _named(level: Level) -> list[Obstacle]:
     return [obstacle for obstacle in found if obstacle.polygon.area > SMALLEST_M2]
 
 
-def _unnamed(level: Level, evidence: Evidence) -> list[Obstacle]:
+def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:
     """R3."""
     if level.sills:
         return []
-    named = united(footprint(each.mesh) for each in level.furniture)
-    parts = polygons_of(opened(subtract(united([evidence.furniture, evidence.rails]), named), CRACK_M))
+    named = union_of(footprint(each.mesh) for each in level.furniture)
+    parts = polygons_of(drop_thinner(subtract(union_of([evidence.furniture, evidence.rails]), named), CRACK_M))
     return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
 
 

@@ -29,7 +29,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import odd, with_loose_ends
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
@@ -49,7 +49,7 @@ NEAR_M: Final = 0.1
 
 def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made."""
-    rooms, inner = united(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
+    rooms, inner = union_of(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
     left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
@@ -106,7 +106,7 @@ def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
     """Return the share of the walls that stand beside no room (R5). A wall is at most ``THICKEST_M`` thick."""
     if walls.is_empty:
         return 0.0
-    return _share(subtract(walls, buffer_mitred(united(rooms), THICKEST_M)).area, walls.area)
+    return _share(subtract(walls, buffer_mitred(union_of(rooms), THICKEST_M)).area, walls.area)
 
 
 def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
@@ -117,7 +117,7 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     wide = [p for p in wide if p.intersects(here)]
     if not wide:
         return 0.0
-    used = united(closer.polygon for closer in layout.closers)
+    used = union_of(closer.polygon for closer in layout.closers)
     return _share(sum(overlap(p, used).area < IN_USE * p.area for p in wide), len(wide))
 
 

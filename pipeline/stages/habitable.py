@@ -21,7 +21,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, OUTSIDE, filled, overlap, overlaps, too_narrow, united
+from pipeline.geometry.areas import EMPTY, OUTSIDE, fill_enclosed, overlap, overlaps, too_narrow, union_of
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
 from pipeline.values import Closer, Evidence, Level, Planes
@@ -54,12 +54,12 @@ def habitable(
     known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
     doors = [c.polygon for c in closers if c.kind in KNOWN]
     lintels = [c.polygon for c in closers if c.kind == "lintel"]
-    walls = cache(lambda: shapely.buffer(united([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
-    over = cache(lambda: shapely.buffer(united([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
+    walls = cache(lambda: shapely.buffer(union_of([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
+    over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
-    house = EMPTY if planes.rails.is_empty else filled(united([planes.door, planes.rails, *rooms]))
+    house = EMPTY if planes.rails.is_empty else fill_enclosed(union_of([planes.door, planes.rails, *rooms]))
     outer = overlap(fences, shapely.buffer(house.boundary, OUTER_M, quad_segs=2))
-    edge = shapely.buffer(united([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
+    edge = shapely.buffer(union_of([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     kept = []
@@ -87,7 +87,7 @@ def _gardens(
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
-    band = shapely.buffer(united([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
+    band = shapely.buffer(union_of([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > FENCED}
     return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
 
@@ -118,7 +118,7 @@ def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     covered = sum(overlap(room, level.floor).area for room in rooms)
     if covered < KNOWN_FLOOR * sum(room.area for room in rooms):
         return rooms
-    named = united([room.polygon for room in level.rooms if room.polygon is not None])
+    named = union_of([room.polygon for room in level.rooms if room.polygon is not None])
     return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
 
 

@@ -40,12 +40,12 @@ from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
     OUTSIDE,
     buffer_mitred,
-    enclosed,
+    enclosed_pieces,
     overlap,
     polygons_of,
     subtract,
     too_narrow,
-    united,
+    union_of,
 )
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
@@ -91,23 +91,23 @@ BESIDE_M = 0.25
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = candidates(level, planes, config)
-    whole = enclosed(closed_plane(planes.door, pieces))
+    whole = enclosed_pieces(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, whole[1])
 
     def within(fixed: list[Closer]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
-        ground, rooms = enclosed(closed_plane(standing, pieces)) if fixed else whole
+        ground, rooms = enclosed_pieces(closed_plane(standing, pieces)) if fixed else whole
         strips, rest = bridges_and_rests(standing, pieces, ground, rooms)
-        strips, ground, rooms = _settled(standing, evidence.slight, strips, rest, config)
+        strips, ground, rooms = _keep_separating(standing, evidence.slight, strips, rest, config)
         if not level.sills and (slits := [slit for room in rooms for slit in _slits(room, config.area_m2)]):  # R15
-            ground, rooms = enclosed(united([ground, *slits]))
+            ground, rooms = enclosed_pieces(union_of([ground, *slits]))
         for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
             closers = [Closer(mouth, "mouth") for mouth in row]
-            closed, parts = enclosed(closed_plane(ground, closers))
+            closed, parts = enclosed_pieces(closed_plane(ground, closers))
             ways = bridges_and_rests(ground, closers, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
@@ -146,7 +146,7 @@ def _boundaries(
     A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
     """
     rails = _railings(level, planes, *whole, config)
-    ground, rooms = enclosed(closed_plane(whole[0], rails)) if rails else whole
+    ground, rooms = enclosed_pieces(closed_plane(whole[0], rails)) if rails else whole
     edges = _edges(level, ground, rooms, config)
     if edges or closes_most(rooms, planes.tall):
         yield [*rails, *edges]
@@ -164,7 +164,7 @@ def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
     if len(large) < 2:
         return []
     between = [overlap(one, other) for one, other in combinations(large, 2)]
-    rest = polygons_of(subtract(room, united(parts)))
+    rest = polygons_of(subtract(room, union_of(parts)))
     between += [slit for slit in rest if sum(slit.distance(part) < EPS_M for part in large) > 1]
     return grow_by_lap([slit for shape in between for slit in polygons_of(shape)])
 
@@ -190,7 +190,7 @@ def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Close
     filled = [planes.door, *(p.polygon for p in pieces)]
     found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
     wide = gaps(planes.tall, [*filled, *found], config.entrance_m, planes.leaves)
-    closed = united([p.polygon for p in pieces] + found)
+    closed = union_of([p.polygon for p in pieces] + found)
     gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
     return pieces + [Closer(gap, "gap") for gap in real] + [Closer(gap, "gate") for gap in gates]
@@ -225,7 +225,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
     if len(strokes) < STROKES or planes.doorways or not (planes.high.is_empty and planes.low.is_empty):
         return
-    spanned = shapely.convex_hull(united(strokes)).area
+    spanned = shapely.convex_hull(union_of(strokes)).area
     inside = sum(room.area for room in rooms)
     if inside < 0.5 * spanned and _are_side_by_side(strokes, spanned):
         raise Rejection(
@@ -240,10 +240,10 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
     """Return whether each stroke is small compared with the whole, and all lie apart, as letters do (R7)."""
     hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
     each = shapely.area(hulls)
-    return bool(each.max() < LETTER * spanned and united(hulls).area > APART * each.sum())
+    return bool(each.max() < LETTER * spanned and union_of(hulls).area > APART * each.sum())
 
 
-def _settled(
+def _keep_separating(
     door: BaseGeometry, slight: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
 ) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
     """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
@@ -252,7 +252,7 @@ def _settled(
     """
     pruned = not rest
     while True:
-        plane, rooms = enclosed(closed_plane(door, strips + rest))
+        plane, rooms = enclosed_pieces(closed_plane(door, strips + rest))
         strips = with_sides(strips, rooms, plane)
         useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, slight, config)}  # R5
         if not useless:
@@ -346,15 +346,15 @@ def _railings(
     """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R2)."""
     if level.sills or planes.rails.is_empty:
         return []
-    known = united(rooms)
+    known = union_of(rooms)
     fenced = [
         r
-        for r in enclosed(united([ground, planes.rails]))[1]
+        for r in enclosed_pieces(union_of([ground, planes.rails]))[1]
         if r.area >= config.area_m2 and not r.representative_point().intersects(known)
     ]
     if not fenced:
         return []
-    near = shapely.buffer(united(fenced), 0.05)
+    near = shapely.buffer(union_of(fenced), 0.05)
     return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 

@@ -12,7 +12,7 @@ R4  No cut runs through coplanar faces; the heights used are recorded.
 from __future__ import annotations
 
 from pipeline.config import PlanesConfig
-from pipeline.geometry.areas import EMPTY, opened, subtract, united
+from pipeline.geometry.areas import EMPTY, drop_thinner, subtract, union_of
 from pipeline.geometry.cutting import Cutter, Segments, differing, near
 from pipeline.geometry.walls import Section, section
 from pipeline.rejection import Reason, Rejection
@@ -42,11 +42,11 @@ def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     ground_height = near(config.ground_m, cutter.heights)
     standing_cut, ground_cut = cutter.cut(door_height), cutter.cut(ground_height)
     standing = _section(standing_cut, config)
-    door = united([standing.walls, standing.solids])
+    door = union_of([standing.walls, standing.solids])
     ground = _section(differing(ground_cut, standing_cut), config, sheets=False).walls
     return Planes(
         door=door,
-        low=opened(subtract(ground, door), SLIVER_M),
+        low=drop_thinner(subtract(ground, door), SLIVER_M),
         high=EMPTY,
         rails=EMPTY,
         tall=standing.walls,
@@ -60,14 +60,14 @@ def _section(cut: Segments, config: PlanesConfig, *, sheets: bool = True) -> Sec
 
 def _from_evidence(evidence: Evidence) -> Planes:
     """R2."""
-    known = united([doorway.polygon for doorway in evidence.doorways])
+    known = union_of([doorway.polygon for doorway in evidence.doorways])
     door = subtract(evidence.walls, known)
     return Planes(
         door=door,
         low=EMPTY,
-        high=opened(subtract(evidence.lintels, united([door, known])), SLIVER_M),
-        rails=opened(subtract(evidence.rails, united([evidence.lintels, known])), SLIVER_M),
-        tall=united([evidence.tall, known]),
+        high=drop_thinner(subtract(evidence.lintels, union_of([door, known])), SLIVER_M),
+        rails=drop_thinner(subtract(evidence.rails, union_of([evidence.lintels, known])), SLIVER_M),
+        tall=union_of([evidence.tall, known]),
         heights=evidence.heights,
         doorways=evidence.doorways,
         leaves=evidence.leaves,

@@ -15,8 +15,8 @@ import shapely
 from shapely import Polygon
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.areas import each_opened, polygons_of, subtract, united
-from pipeline.geometry.spaces import fitted
+from pipeline.geometry.areas import each_opened, polygons_of, subtract, union_of
+from pipeline.geometry.spaces import fit_to_rooms
 from pipeline.geometry.straighten import straighten
 from pipeline.geometry.walls import close_cracks
 from pipeline.values import Spaces
@@ -34,7 +34,7 @@ def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
-    bridges = fitted([p.bridge for p in spaces.passages], rooms)  # R2
+    bridges = fit_to_rooms([p.bridge for p in spaces.passages], rooms)  # R2
     passages = [replace(p, bridge=bridge) for p, bridge in zip(spaces.passages, bridges, strict=True)]
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
@@ -45,9 +45,9 @@ def _without_spurs(rooms: Sequence[Polygon]) -> list[Polygon]:
 
 
 def _meeting(room: Polygon, other: Polygon) -> Polygon:
-    both = united([room, other])
+    both = union_of([room, other])
     between = subtract(close_cracks(both, SEAM_M), both)
-    return polygons_of(united([room, between]))[0]
+    return polygons_of(union_of([room, between]))[0]
 
 
 def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:

@@ -17,7 +17,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
-from pipeline.geometry.areas import overlap, polygons_of, subtract, united
+from pipeline.geometry.areas import overlap, polygons_of, subtract, union_of
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
 MIN_SHARE = 0.3
@@ -28,7 +28,7 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     """Return the rooms with labels and words, in the order of ``spaces.rooms``; parts of a divided room follow."""
     drawn = [r for r in level.rooms if r.polygon is not None]
     boxed = [r for r in level.rooms if r.polygon is None and r.box is not None]
-    rooms = [part for room in spaces.rooms for part in _divided(room, drawn)]
+    rooms = [part for room in spaces.rooms for part in _divide_by_source(room, drawn)]
     named = [NamedRoom(room) for room in rooms]
     for source in drawn:  # R2
         shares = [overlap(room, source.polygon).area for room in rooms]
@@ -45,24 +45,24 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
     return replace(room, labels=labels, words=room.words + source.words)
 
 
-def _divided(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
+def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """Return a space as its source divides it, or the space itself if the source does not (R1)."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
     inside = [p for p in inside if overlap(p, room).area > max(MIN_M2, MIN_SHARE * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []
-    taken = united([])
+    taken = union_of([])
     for polygon in sorted(inside, key=lambda p: (p.area, p.bounds)):
         core = subtract(overlap(polygon, room), taken)
         if core.area > MIN_M2:
             cores.append(polygons_of(core)[0])
-            taken = united([taken, cores[-1]])
+            taken = union_of([taken, cores[-1]])
     parts = [[core] for core in cores]
     for scrap in polygons_of(subtract(room, taken)):
         touching = [shapely.intersection(scrap.buffer(1e-6), core).area for core in cores]
         parts[int(np.argmax(touching))].append(scrap)
-    grown = [polygons_of(shapely.buffer(united(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
+    grown = [polygons_of(shapely.buffer(union_of(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
     return [g[0] for g in grown]
 
 

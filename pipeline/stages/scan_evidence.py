@@ -10,7 +10,7 @@ from __future__ import annotations
 from shapely import Polygon
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.areas import EMPTY, overlap, subtract, united
+from pipeline.geometry.areas import EMPTY, overlap, subtract, union_of
 from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.scan_columns import columns_of, columns_of_points
@@ -30,7 +30,7 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
         columns = columns_of(mesh, LOWEST_M, top, CELL_M)
     masks = wall_masks(columns)
     closed = area_of(masks.walls, masks.raster)
-    doorways = united([Polygon(masks.raster.placed(box)) for box in masks.doorways])
+    doorways = union_of([Polygon(masks.raster.placed(box)) for box in masks.doorways])
     walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
     judged = judge_leaves([], walls, lintels)
     known, leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
@@ -39,7 +39,7 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
         tall=walls,
         lintels=lintels,
         rails=EMPTY,
-        furniture=united([footprint(each.mesh) for each in level.furniture]),
+        furniture=union_of([footprint(each.mesh) for each in level.furniture]),
         doorways=tuple(known),
         leaves=tuple(leaves),
         heights={"columns": [LOWEST_M, round(top_of_walls(columns), 4)]},

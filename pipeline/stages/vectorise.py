@@ -20,7 +20,7 @@ from houseexpo.inference.tiling import Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
 from houseexpo.tolerances import GRID_M
-from pipeline.geometry.areas import OUTSIDE, polygons_of, united
+from pipeline.geometry.areas import OUTSIDE, polygons_of, union_of
 from pipeline.geometry.spaces import opening_polygons
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
@@ -83,8 +83,8 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     """Return rooms and doors on the grid; if they form several parts, those of the largest part."""
     inner = [p for p in spaces.passages if not p.leads_outside]
     openings = opening_polygons([p.bridge for p in inner], spaces.rooms)
-    room_shapes, door_shapes = _tiled([r.polygon for r in named], openings)
-    outline = polygons_of(united([*room_shapes, *door_shapes]))[0]
+    room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
+    outline = polygons_of(union_of([*room_shapes, *door_shapes]))[0]
     rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
     entrances = [p for p in spaces.passages if p.leads_outside]
@@ -115,7 +115,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         found += 1
 
 
-def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
+def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
     """Return rooms and doors on the grid, with shared vertices."""
     shapes = [*doors, *rooms]
     faces = faces_between(shapely.boundary(shapes))
@@ -130,7 +130,7 @@ def _tiled(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], l
 
 def _whole(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     """Return the faces of one shape in one piece; a shape that vanishes on the grid is returned rounded."""
-    found = polygons_of(united(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
+    found = polygons_of(union_of(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
     return found[0] if found else shape
 
 

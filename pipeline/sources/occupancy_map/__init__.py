@@ -26,7 +26,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, opened, polygons_of
+from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of
 from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -193,13 +193,13 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[
 
 def _largest(area: BaseGeometry) -> Polygon:
     """Return the largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
-    return max(polygons_of(opened(area, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
+    return max(polygons_of(drop_thinner(area, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
 
 
 def _smooth(whole: BaseGeometry) -> BaseGeometry:
     """R1: an area without what noise does to its edge, and without small holes."""
     closed = buffer_mitred(buffer_mitred(whole, NARROWEST_M / 2), -NARROWEST_M / 2)
-    parts = [shapely.simplify(part, STRAIGHT_M / 2) for part in polygons_of(opened(closed, NARROWEST_M))]
+    parts = [shapely.simplify(part, STRAIGHT_M / 2) for part in polygons_of(drop_thinner(closed, NARROWEST_M))]
     kept = [
         Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= CLUTTER_M2]) for part in parts
     ]

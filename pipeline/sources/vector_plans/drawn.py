@@ -25,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import opened, polygons_of
+from pipeline.geometry.areas import drop_thinner, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
@@ -124,7 +124,7 @@ def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
     body = shapely.union_all(list(shapes), grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
-    slits = [void for void in voids if opened(void, THICKEST_WALL_M).is_empty]
+    slits = [void for void in voids if drop_thinner(void, THICKEST_WALL_M).is_empty]
     return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
 
 

@@ -1,7 +1,7 @@
 import pytest
 import shapely
 
-from pipeline.geometry.areas import united
+from pipeline.geometry.areas import union_of
 from pipeline.geometry.closing import closes_most, enclosed_area, from_floor, from_hull, from_wall_ends
 
 FLOOR = shapely.box(0, 0, 5, 4)
@@ -10,7 +10,7 @@ FLOOR = shapely.box(0, 0, 5, 4)
 def u_shape(thickness: float) -> shapely.Geometry:
     """Three walls round the floor, open below."""
     t = thickness
-    return united([shapely.box(-t, 0, 0, 4 + t), shapely.box(-t, 4, 5 + t, 4 + t), shapely.box(5, 0, 5 + t, 4 + t)])
+    return union_of([shapely.box(-t, 0, 0, 4 + t), shapely.box(-t, 4, 5 + t, 4 + t), shapely.box(5, 0, 5 + t, 4 + t)])
 
 
 @pytest.mark.parametrize("thickness", [0.05, 0.1, 0.2, 0.4])
@@ -18,17 +18,17 @@ def test_wall_ends_of_any_thickness_are_closed_across_an_open_front(thickness: f
     walls = u_shape(thickness)
     assert enclosed_area(walls) == 0
     bands = from_wall_ends(walls, walls, 2.0)
-    assert enclosed_area(united([walls, *bands])) == pytest.approx(20.0, rel=0.02)
+    assert enclosed_area(union_of([walls, *bands])) == pytest.approx(20.0, rel=0.02)
 
 
 def test_a_closed_house_gets_nothing() -> None:
-    walls = united([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
+    walls = union_of([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
     assert from_wall_ends(walls, walls, 2.0) == []
     assert closes_most([FLOOR], walls)
 
 
 def test_walls_far_apart_are_no_house() -> None:
-    far = united([shapely.box(0, 0, 0.2, 4), shapely.box(30, 0, 30.2, 4)])
+    far = union_of([shapely.box(0, 0, 0.2, 4), shapely.box(30, 0, 30.2, 4)])
     assert from_wall_ends(far, far, 2.0) == []
     assert not closes_most([], far)
 
@@ -36,8 +36,8 @@ def test_walls_far_apart_are_no_house() -> None:
 def test_the_edge_of_the_floor_closes_a_front_and_leaves_the_floor_free() -> None:
     walls = u_shape(0.2)
     bands = from_floor(FLOOR, walls, 2.0)
-    assert enclosed_area(united([walls, *bands])) == pytest.approx(20.0, rel=0.01)
-    assert united(bands).intersection(FLOOR).area < 0.01
+    assert enclosed_area(union_of([walls, *bands])) == pytest.approx(20.0, rel=0.01)
+    assert union_of(bands).intersection(FLOOR).area < 0.01
 
 
 def test_a_slab_in_a_garden_is_no_room() -> None:
@@ -46,7 +46,7 @@ def test_a_slab_in_a_garden_is_no_room() -> None:
 
 
 def test_a_floor_that_is_closed_already_gets_nothing() -> None:
-    walls = united([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
+    walls = union_of([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
     assert from_floor(FLOOR, walls, 2.0) == []
 
 

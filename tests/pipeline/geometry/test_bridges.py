@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.areas import OUTSIDE, enclosed
-from pipeline.geometry.bridges import Bridge, bridges, distance_in_row, free_intervals, joined
+from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
+from pipeline.geometry.bridges import Bridge, bridges, distance_in_row, free_intervals, join_rows
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
 UPPER, LOWER = shapely.box(4.0, 1.9, 4.2, 3.0), shapely.box(4.0, 0.0, 4.2, 1.0)
@@ -12,7 +12,7 @@ LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 
 
 def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Bridge]:
-    plane, rooms = enclosed(shapely.union_all([door, piece]))
+    plane, rooms = enclosed_pieces(shapely.union_all([door, piece]))
     return bridges([piece], rooms, plane, door)[0]
 
 
@@ -28,7 +28,7 @@ def test_a_lintel_is_a_bridge_from_face_to_face() -> None:
 
 def test_across_points_from_the_first_side_to_the_second() -> None:
     (bridge,) = found(LINTEL)
-    rooms = enclosed(DOOR.union(LINTEL))[1]
+    rooms = enclosed_pieces(DOOR.union(LINTEL))[1]
     for side, sign in zip(bridge.sides, (-1, 1), strict=True):
         assert rooms[side].contains(shapely.Point(bridge.centre + sign * 0.2 * bridge.across))
 
@@ -78,7 +78,7 @@ def test_what_stands_in_a_strip_divides_it() -> None:
 def test_neighbours_in_a_row_are_one_bridge(apart: float, sides: tuple[int, int], number: int) -> None:
     first = Bridge(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
     second = Bridge(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
-    result = joined([first, second], shapely.Polygon())
+    result = join_rows([first, second], shapely.Polygon())
     assert len(result) == number
     if number == 1:
         assert result[0].width == pytest.approx(2.0 + apart)

@@ -1,7 +1,7 @@
 import pytest
 import shapely
 
-from pipeline.geometry.areas import enclosed
+from pipeline.geometry.areas import enclosed_pieces
 from pipeline.geometry.closing import bridges_and_rests, needed_to_separate, with_sides
 from pipeline.values import Closer
 
@@ -13,7 +13,7 @@ CORNICE = shapely.box(4.2, 2.8, 7.2, 3.0)
 
 
 def in_its_plane(door: shapely.Geometry, piece: shapely.Geometry) -> tuple[list[Closer], list[Closer]]:
-    return bridges_and_rests(door, [Closer(piece, "lintel")], *enclosed(shapely.union_all([door, piece])))
+    return bridges_and_rests(door, [Closer(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece])))
 
 
 def test_a_piece_is_taken_apart_into_its_bridge_and_the_rest() -> None:
@@ -32,14 +32,14 @@ def test_a_piece_over_one_room_only_has_no_bridge() -> None:
 
 def test_only_what_parts_two_spaces_is_needed() -> None:
     lintel, cornice = Closer(LINTEL, "lintel"), Closer(CORNICE, "lintel")
-    closed = enclosed(shapely.union_all([DOOR, LINTEL, CORNICE]))
+    closed = enclosed_pieces(shapely.union_all([DOOR, LINTEL, CORNICE]))
     assert needed_to_separate(DOOR, [], [lintel, cornice], *closed) == [lintel]
     assert needed_to_separate(DOOR, [lintel], [cornice], *closed) == []
 
 
 def test_sides_are_looked_up_again() -> None:
     (closer,), _ = in_its_plane(DOOR, LINTEL)
-    plane, rooms = enclosed(DOOR.union(LINTEL))
+    plane, rooms = enclosed_pieces(DOOR.union(LINTEL))
     assert rooms[0].bounds[0] == 0.0  # the larger room is the left one
     (found,) = with_sides([closer], rooms[::-1], plane)
     assert found.bridge is not None

@@ -4,7 +4,7 @@ import shapely
 
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.spaces import fitted, opening_polygons
+from pipeline.geometry.spaces import fit_to_rooms, opening_polygons
 
 ROOMS = [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)]
 
@@ -16,13 +16,13 @@ def bridge(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Bridge:
 
 def test_a_bridge_reaches_from_face_to_face() -> None:
     for x, depth in ((4.1, 0.3), (4.08, 0.1), (4.12, 0.22)):
-        (found,) = fitted([bridge(x, depth)], ROOMS)
+        (found,) = fit_to_rooms([bridge(x, depth)], ROOMS)
         assert found.centre == pytest.approx([4.1, 1.5])
         assert found.depth == pytest.approx(0.2)
 
 
 def test_on_the_outside_it_stays_where_it_was() -> None:
-    (found,) = fitted([bridge(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
+    (found,) = fit_to_rooms([bridge(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
     assert (found.centre[0] - found.depth / 2, found.centre[0] + found.depth / 2) == pytest.approx((7.2, 7.37))
 
 
@@ -39,5 +39,5 @@ def test_the_opening_follows_faces_that_are_not_parallel() -> None:
 
 
 def test_a_house_without_passages_needs_no_fitting() -> None:
-    assert fitted([], ROOMS) == []
+    assert fit_to_rooms([], ROOMS) == []
     assert opening_polygons([], ROOMS) == []

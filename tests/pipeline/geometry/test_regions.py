@@ -6,13 +6,13 @@ from pipeline.geometry.areas import (
     OUTSIDE,
     WALL,
     areas,
-    enclosed,
+    drop_thinner,
+    enclosed_pieces,
     locate,
-    opened,
     overlap,
     polygons_of,
     subtract,
-    united,
+    union_of,
 )
 
 FRAME = shapely.box(0, 0, 8, 5).difference(
@@ -25,46 +25,46 @@ def test_overlays_leave_neither_lines_nor_points_behind() -> None:
     assert overlap(a, b).is_empty
     assert overlap(a, b).geom_type in {"Polygon", "MultiPolygon"}
     assert subtract(a, b).area == 1.0
-    assert united([a, b]).area == 2.0
+    assert union_of([a, b]).area == 2.0
     mixed = shapely.GeometryCollection([a, shapely.LineString([(0, 0), (5, 5)]), shapely.MultiPolygon([b])])
     assert areas(mixed).area == 2.0
     assert [p.area for p in polygons_of(shapely.MultiPolygon([a, shapely.box(5, 5, 8, 8)]))] == [9.0, 1.0]
 
 
 def test_what_walls_close_all_round() -> None:
-    walls, rooms = enclosed(FRAME)
+    walls, rooms = enclosed_pieces(FRAME)
     assert [round(r.area, 6) for r in rooms] == [round(4.6 * 4.6, 6), round(2.8 * 4.6, 6)]
     assert walls.equals(FRAME)
-    assert enclosed(shapely.box(0, 0, 1, 1))[1] == []
+    assert enclosed_pieces(shapely.box(0, 0, 1, 1))[1] == []
 
 
 def test_a_pillar_is_no_space_and_a_room_goes_round_it() -> None:
     pillar = shapely.box(5, 2, 5.4, 2.4)
-    rooms = enclosed(united([FRAME, pillar]))[1]
+    rooms = enclosed_pieces(union_of([FRAME, pillar]))[1]
     assert rooms[0].area == pytest.approx(4.6 * 4.6 - 0.16)
     assert len(rooms[0].interiors) == 1
 
 
 def test_a_room_within_a_room_is_a_space_of_its_own() -> None:
     ring = shapely.box(4.5, 1.5, 6.5, 3.5).difference(shapely.box(4.6, 1.6, 6.4, 3.4))
-    assert sorted(round(r.area, 2) for r in enclosed(united([FRAME, ring]))[1]) == [3.24, 12.88, 17.16]
+    assert sorted(round(r.area, 2) for r in enclosed_pieces(union_of([FRAME, ring]))[1]) == [3.24, 12.88, 17.16]
 
 
 def test_specks_between_pieces_of_one_wall_are_wall() -> None:
     crack = shapely.box(0.05, 1, 0.1, 2)
-    walls, rooms = enclosed(subtract(FRAME, crack))
+    walls, rooms = enclosed_pieces(subtract(FRAME, crack))
     assert len(rooms) == 2
     assert walls.area == pytest.approx(FRAME.area)
 
 
 def test_opening_drops_what_is_thin_and_keeps_corners() -> None:
-    shape = united([shapely.box(0, 0, 2, 2), shapely.box(2, 0.9, 5, 0.95)])
-    assert opened(shape, 0.1).symmetric_difference(shapely.box(0, 0, 2, 2)).area < 1e-4
-    assert opened(shapely.box(0, 0, 3, 0.05), 0.1).is_empty
+    shape = union_of([shapely.box(0, 0, 2, 2), shapely.box(2, 0.9, 5, 0.95)])
+    assert drop_thinner(shape, 0.1).symmetric_difference(shapely.box(0, 0, 2, 2)).area < 1e-4
+    assert drop_thinner(shapely.box(0, 0, 3, 0.05), 0.1).is_empty
 
 
 def test_locating_points() -> None:
-    walls, rooms = enclosed(FRAME)
+    walls, rooms = enclosed_pieces(FRAME)
     points = np.array([(1.0, 1.0), (5.0, 1.0), (3.1, 1.0), (-1.0, 0.0)])
     assert locate(points, rooms, walls).tolist() == [1, 0, WALL, OUTSIDE]
     assert locate(np.zeros((0, 2)), rooms, walls).shape == (0,)

@@ -10,7 +10,7 @@ import shapely
 
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import united
+from pipeline.geometry.areas import union_of
 from pipeline.geometry.spaces import floor_of, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect
@@ -159,7 +159,7 @@ def test_buildings_a_metre_apart_are_joined_through_the_air() -> None:
 
 
 def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
-    room = shapely.box(0, 0, 8, 3).difference(united([shapely.box(3.9, 0, 4.1, 1.3), shapely.box(3.9, 1.6, 4.1, 3)]))
+    room = shapely.box(0, 0, 8, 3).difference(union_of([shapely.box(3.9, 0, 4.1, 1.3), shapely.box(3.9, 1.6, 4.1, 3)]))
     walls = shapely.box(-0.2, -0.2, 8.2, 3.2).difference(room)
     found = connected(drawn(walls, room))
     assert found.passages == ()
@@ -169,7 +169,7 @@ def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
 
 def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
     """A corner of 0.9 m x 0.9 m behind a slit of 0.3 m."""
-    shelf = united([shapely.box(0.9, 0, 1.0, 0.6), shapely.box(0, 0.9, 1.0, 1.0)])
+    shelf = union_of([shapely.box(0.9, 0, 1.0, 0.6), shapely.box(0, 0.9, 1.0, 1.0)])
     room = shapely.box(0, 0, 5, 4).difference(shelf)
     walls = shapely.box(-0.2, -0.2, 5.2, 4.2).difference(room)
     found = connected(drawn(walls, room))
@@ -182,7 +182,7 @@ def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
 def test_a_pocket_is_filled_in_the_smaller_room_of_a_house_too() -> None:
     """The way through both rooms is one piece, whose middle lies in the larger one."""
     rooms = before(two_rooms(Hole(1, 1.9)))
-    shelf = united([shapely.box(6.2, 0, 6.3, 0.6), shapely.box(6.2, 0.9, 7.2, 1.0)])
+    shelf = union_of([shapely.box(6.2, 0, 6.3, 0.6), shapely.box(6.2, 0.9, 7.2, 1.0)])
     spaces = replace(rooms, rooms=tuple(shapely.difference(room, shelf) for room in rooms.rooms))
     found = connected(spaces)
     assert found.notes["filled_pockets"] == 1
@@ -193,7 +193,7 @@ def test_a_wall_on_the_way_between_two_walls_is_cut_at_right_angles() -> None:
     oblique = shapely.affinity.rotate(shapely.box(3.95, -2, 4.05, 6), 20)
     room = shapely.box(0, 0, 8, 4)
     left, right = sorted(room.difference(oblique).geoms, key=lambda p: p.bounds)
-    walls = united([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
+    walls = union_of([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
     (cut,) = connected(drawn(walls, left, right)).passages
     assert abs(cut.bridge.along @ [-np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))]) == pytest.approx(1, abs=1e-6)
     assert cut.bridge.depth == pytest.approx(0.1, abs=1e-6)

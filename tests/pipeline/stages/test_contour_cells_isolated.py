@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
-from pipeline.geometry.areas import united
+from pipeline.geometry.areas import union_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.spaces import cells
 from pipeline.rejection import Rejection
@@ -22,7 +22,7 @@ def door(first: int, second: int) -> Passage:
 def house(*rooms: tuple[float, float, float, float], passages: tuple[Passage, ...] = (), **values: object) -> Spaces:
     """Rooms of which each has a wall of 0.1 m all round."""
     boxes = [shapely.box(*r) for r in rooms]
-    walls = united([b.buffer(0.1, join_style="mitre") for b in boxes]).difference(united(boxes))
+    walls = union_of([b.buffer(0.1, join_style="mitre") for b in boxes]).difference(union_of(boxes))
     return Spaces(walls, tuple(boxes), passages, **values)
 
 
@@ -36,7 +36,7 @@ def test_the_contour_is_the_outside_of_each_part_largest_first() -> None:
 
 def test_a_court_is_inside_and_a_garden_wall_has_no_contour() -> None:
     ring = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 6, 6))
-    walls = united([shapely.box(-0.1, -0.1, 9.1, 9.1).difference(ring), shapely.box(20, 0, 30, 0.2)])
+    walls = union_of([shapely.box(-0.1, -0.1, 9.1, 9.1).difference(ring), shapely.box(20, 0, 30, 0.2)])
     (outline,) = trace_contour(Spaces(walls, (ring,), ())).outlines
     assert outline.area == pytest.approx(9.2**2)
 
