@@ -126,7 +126,7 @@ def _field_value(hint: Any, value: object, key: str, convert: Convert | None) ->
     if convert is not None:
         return convert(value, hint, key)
     if kinds := _alternatives(hint):
-        return _one_of(kinds, value, key)
+        return None if value is None and type(None) in get_args(hint) else _one_of(kinds, value, key)
     if get_origin(hint) in {Union, types.UnionType}:
         return None if value is None else _field_value(get_args(hint)[0], value, key, None)
     if get_origin(hint) is tuple:
@@ -142,7 +142,8 @@ def _field_value(hint: Any, value: object, key: str, convert: Convert | None) ->
 def _alternatives(hint: Any) -> dict[str, type]:
     """Return the dataclasses of a union by their names in a mapping, none if the type is something else."""
     kinds = get_args(hint) if get_origin(hint) in {Union, types.UnionType} else ()
-    return {kind.__name__.lower(): kind for kind in kinds} if kinds and all(map(is_dataclass, kinds)) else {}
+    kinds = tuple(kind for kind in kinds if kind is not type(None))
+    return {kind.__name__.lower(): kind for kind in kinds} if len(kinds) > 1 and all(map(is_dataclass, kinds)) else {}
 
 
 def _one_of(kinds: Mapping[str, type], value: object, key: str) -> object:
@@ -155,7 +156,8 @@ def _one_of(kinds: Mapping[str, type], value: object, key: str) -> object:
 
 def _plain(value: object, hint: Any) -> Any:
     """Return the value of a field as plain values; one of several dataclasses is named."""
-    return {type(value).__name__.lower(): mapping_from(value)} if _alternatives(hint) else mapping_from(value)
+    named = value is not None and _alternatives(hint)
+    return {type(value).__name__.lower(): mapping_from(value)} if named else mapping_from(value)
 
 
 def _join(key: str, name: str) -> str:

@@ -105,6 +105,10 @@ class Metrics(NamedTuple):
         turn: Floats = np.abs(self.pose[:, 2] - before.pose[:, 2])
         return np.minimum(turn, 2.0 * np.pi - turn)
 
+    def velocity(self) -> Floats:
+        """Return the velocity of a drive (N, 2): m/s; and rad/s, or the steering angle in radians."""
+        return np.stack([self.readings["speed"] * self.cell_m, self.readings["turning"]], axis=1)
+
     def since_start(self) -> Floats:
         """Return the believed pose relative to the start (N, 3): x, y in metres, heading in radians."""
         scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config import FURTHEST_M, SimulatorConfig
+from houseexpo.pseudoslam.config import FURTHEST_M, Differential, SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
@@ -97,12 +97,50 @@ class Simulator:
 
         A blocked robot stops at the obstacle, and ``state.blocked`` is true until the next step.
         """
+        if self.config.robot.drive:
+            motion = self.config.robot.motion
+            raise ConfigError(f"action: a robot with the motion {motion!r} takes commands; call drive() instead")
         if not (abs(turn_rad) <= 2 * math.pi and abs(forward_m) <= FURTHEST_M):
             raise ConfigError(
                 f"action: expected at most a full turn and {FURTHEST_M:g} m, "
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
-        step_one(state, float(turn_rad), float(forward_m * self._ppm), self.params, self._scratch)
+        step_one(state, np.array([[float(turn_rad), float(forward_m * self._ppm)]]), self.params, self._scratch)
+
+    def drive(self, state: State, speed_m_s: float, turning: float) -> None:
+        """Let a robot with a drive follow a command for ``config.step_s``; changes the state.
+
+        A robot that something blocks stops there, its speed is 0, and ``state.blocked`` is true until the next step. A
+        differential drive goes on turning.
+
+        Parameters
+        ----------
+        speed_m_s
+            Speed, negative for backward.
+        turning
+            Speed of turning to the left, radians per second, or a car's steering angle, radians.
+
+        Raises
+        ------
+        ConfigError
+            The robot has no drive, or the command exceeds its limits.
+        """
+        drive = self.config.robot.drive
+        if drive is None:
+            raise ConfigError("drive: expected a robot with a drive, found none; set robot.drive, or use move()")
+        if not (abs(speed_m_s) <= drive.max_speed_m_s and abs(turning) <= drive.most_turning):
+            unit = "rad/s" if isinstance(drive, Differential) else "rad"
+            raise ConfigError(
+                f"drive: expected at most {drive.max_speed_m_s:g} m/s and {drive.most_turning:g} {unit}, "
+                f"found {speed_m_s!r} and {turning!r}"
+            )
+        command = np.array([[speed_m_s * self._ppm, turning, math.inf]])
+        step_one(state, command, self.params, self._scratch)
+
+    def velocity(self, state: State) -> tuple[float, float]:
+        """Return a drive's velocity: m/s, and rad/s or the steering angle in radians."""
+        readings = state.episode.readings[0]
+        return float(readings.speed) / self._ppm, float(readings.turning)
 
     def pose(self, state: State) -> tuple[float, float, float]:
         """Return the pose: (x, y) in the plan's metres, and the heading in radians, counter-clockwise from x."""

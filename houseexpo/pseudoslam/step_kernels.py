@@ -23,7 +23,7 @@ import numpy as np
 
 import houseexpo
 from houseexpo.kernel_cache import is_missing
-from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.config import Differential, SimulatorConfig
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.collision import no_tracks
 from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
@@ -31,7 +31,18 @@ from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
 from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
-from houseexpo.pseudoslam.kernels.types import Errors, Robot, Scratch, Sensor, known_ways_of
+from houseexpo.pseudoslam.kernels.types import (
+    ACKERMANN,
+    DIFFERENTIAL,
+    NO_DRIVE,
+    Drive,
+    Errors,
+    Floats,
+    Robot,
+    Scratch,
+    Sensor,
+    known_ways_of,
+)
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
@@ -68,7 +79,19 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: Plan
         clearance_m * ppm,
         config.observation.global_size_m / config.observation.global_cells * ppm,
         plan or no_rules(),
+        _drive_of(config),
     )
+
+
+def _drive_of(config: SimulatorConfig) -> Drive:
+    """Return the limits of the robot's drive."""
+    drive, ppm = config.robot.drive, float(config.pixels_per_metre)
+    if drive is None:
+        return Drive(NO_DRIVE, 0.0, 0.0, 0.0)
+    acceleration, rate = float(drive.acceleration_m_s2 * ppm), drive.turning_rate
+    if isinstance(drive, Differential):
+        return Drive(DIFFERENTIAL, acceleration, rate, 0.0)
+    return Drive(ACKERMANN, acceleration, rate, float(drive.wheelbase_m * ppm))
 
 
 def scratch_of(config: SimulatorConfig) -> Scratch:
@@ -120,9 +143,13 @@ def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool
 
 
 def kernel_named(name: str) -> Any:
-    """Return a kernel for steps or for planners' actions, by its name."""
+    """Return a kernel for steps, for planners' actions or for drives, by its name."""
+    if name.startswith("drives"):
+        from houseexpo.pseudoslam.kernels import driving  # import only what is needed
+
+        return getattr(driving, name)
     if name.startswith("travels"):
-        from houseexpo.pseudoslam.kernels import planner_action  # import only what is needed
+        from houseexpo.pseudoslam.kernels import planner_action
 
         return getattr(planner_action, name)
     return getattr(step, name)
@@ -130,10 +157,11 @@ def kernel_named(name: str) -> Any:
 
 def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> Any:
     """Return the kernel for such steps, so that features that are not used need not be compiled."""
-    kind = "travels" if travels else "steps"
+    driven = params.drive.kind != NO_DRIVE
+    kind = "travels" if travels else "drives" if driven else "steps"
     if moves:
         return kernel_named(f"{kind}_with_people")
-    if params.errors.any or ranges:
+    if params.errors.any or ranges or driven:
         return kernel_named(f"{kind}_in_full")
     return kernel_named(f"{kind}_by_rays" if params.sensor.by_rays else f"{kind}_by_sector")
 
@@ -147,21 +175,19 @@ def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
     return compiled
 
 
-def step_one(state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch) -> None:
-    """Step one episode: turn, then move forward."""
-    kernel_for(state.episode, params)(*arguments_of(state, turn_rad, forward_px, params, scratch))
+def step_one(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> None:
+    """Step one episode by a motion (1, 2), or by a drive's command (1, 3), as the kernels take them."""
+    kernel_for(state.episode, params)(*arguments_of(state, motion, params, scratch))
 
 
-def arguments_of(
-    state: State, turn_rad: float, forward_px: float, params: StepParams, scratch: Scratch
-) -> tuple[Any, ...]:
+def arguments_of(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> tuple[Any, ...]:
     """Return the kernels' arguments for a step of one episode."""
-    return state.pool, state.sizes, np.array([[turn_rad, forward_px]]), _ONE_STEP, params, scratch, 0, 1
+    return state.pool, state.sizes, motion, _ONE_STEP, params, scratch, 0, 1
 
 
 def look_round(state: State, params: StepParams, scratch: Scratch) -> None:
     """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
-    step_one(state, 0.0, 0.0, params, scratch)
+    step_one(state, np.zeros((1, 2)), params, scratch)
 
 
 _MOST_S: Final = 120.0  # longest wait for the other process
@@ -218,7 +244,7 @@ def example() -> tuple[Any, ...]:
     raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
     moving = new_bodies(0, 0), no_tracks(), no_flow(), no_field()
     episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)
-    return arguments_of(State(episode, 0), 0.0, 0.0, step_params_of(config), scratch_of(config))
+    return arguments_of(State(episode, 0), np.zeros((1, 2)), step_params_of(config), scratch_of(config))
 
 
 def compile_to_disk(name: str) -> None:

@@ -172,7 +172,7 @@ class ObstacleAvoidance(Task):
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the paper's reward, or the one for the distance travelled."""
         if self.reward == "way":
-            share = np.minimum(after.way_since(before) / after.config.robot.step_m, 1.0) * ahead
+            share = np.minimum(after.way_since(before) / after.config.full_step_m, 1.0) * ahead
             return np.where(after.collided, -1.0, share * (0.9 * self._safety(after) + 0.1))
         return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
 

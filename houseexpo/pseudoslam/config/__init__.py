@@ -1,5 +1,6 @@
 """Configuration of simulations with the paper's defaults, and reading it from mappings and YAML."""
 
+from houseexpo.pseudoslam.config.drive import Ackermann, Differential
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,
     MAX_BEAMS,
@@ -18,6 +19,8 @@ __all__ = [
     "FURTHEST_M",
     "MAX_BEAMS",
     "MAX_SIDE_PX",
+    "Ackermann",
+    "Differential",
     "GoalConfig",
     "LaserConfig",
     "NoiseConfig",

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
+from houseexpo.pseudoslam.config.drive import Ackermann, Differential, Motion
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
@@ -21,16 +22,30 @@ FURTHEST_M = 100.0
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """The robot: a disc with a radius in metres, and the distance and the angle of one action."""
+    """The robot: a disc with a radius in metres, and how it moves.
+
+    Without a ``drive``, an action turns it and moves it on exactly, by ``turn_deg`` and ``step_m`` or shares of them.
+    With one, an action is a command that the drive follows for ``SimulatorConfig.step_s``; the other two have no
+    effect.
+    """
 
     radius_m: float = 0.2
     step_m: float = 0.3
     turn_deg: float = 10.0
+    drive: Differential | Ackermann | None = None
 
     def __post_init__(self) -> None:
         number(self.radius_m, "robot.radius_m", above=0.0, at_least=0.01, at_most=10.0)
         number(self.step_m, "robot.step_m", above=0.0, at_most=FURTHEST_M)
         number(self.turn_deg, "robot.turn_deg", above=0.0, at_most=360.0)
+        if not (self.drive is None or isinstance(self.drive, (Differential, Ackermann))):
+            raise ConfigError(f"robot.drive: expected a Differential, an Ackermann or None, found {self.drive!r}")
+
+    @property
+    def motion(self) -> Motion:
+        """The name of how the robot moves."""
+        names: dict[type, Motion] = {Differential: "differential", Ackermann: "ackermann"}
+        return names.get(type(self.drive), "discrete")
 
 
 @dataclass(frozen=True)

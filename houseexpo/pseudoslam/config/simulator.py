@@ -12,6 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import number, whole
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.robot import (
+    FURTHEST_M,
     MAX_SIDE_PX,
     GoalConfig,
     LaserConfig,
@@ -33,7 +34,7 @@ class SimulatorConfig:
     known_map
         Whether the robot knows the whole map, without moving obstacles, from the start (the paper's navigation mode).
     step_s
-        Duration of an action in seconds, for moving obstacles.
+        Duration of an action in seconds, for moving obstacles and for robots with a drive.
     max_steps
         Number of steps after which an episode is truncated.
     """
@@ -66,6 +67,12 @@ class SimulatorConfig:
         for i, trajectory in enumerate(self.trajectories):
             if not isinstance(trajectory, Trajectory):
                 raise ConfigError(f"trajectories[{i}]: expected a Trajectory, found {trajectory!r}")
+        drive = self.robot.drive
+        if drive and drive.max_speed_m_s * self.step_s > FURTHEST_M:
+            raise ConfigError(
+                f"step_s: a robot of {drive.max_speed_m_s:g} m/s goes more than {FURTHEST_M:g} m in {self.step_s:g} s; "
+                "choose a shorter step_s or a lower max_speed_m_s"
+            )
         if self.side_px < 2:
             raise ConfigError(
                 f"observation.size_m: {self.observation.size_m:g} m "
@@ -110,6 +117,12 @@ class SimulatorConfig:
         from houseexpo.configuration import mapping_from
 
         return dict(mapping_from(self))
+
+    @property
+    def full_step_m(self) -> float:
+        """The greatest distance of an action, metres."""
+        drive = self.robot.drive
+        return drive.max_speed_m_s * self.step_s if drive else self.robot.step_m
 
     @property
     def side_px(self) -> int:

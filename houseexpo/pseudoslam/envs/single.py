@@ -53,7 +53,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     - *Action* and *observation*: see ``spec.EnvSpec``, for the parameters ``actions`` and ``observation``.
     - *Reward* and *terminated*: defined by the task; *truncated*: after ``config.max_steps`` steps.
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
-      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, and the entries of the task.
+      in the plan's metres, heading in radians), ``is_success``, ``plan_id``, ``velocity`` of a drive, and the entries
+      of the task.
 
     The seed of ``reset(seed=...)`` determines plan, start, obstacles, people and noise.
     ``options={"plan_id": ..., "pose": ...}`` sets the plan, and the start as x, y in the plan's metres and heading in
@@ -67,7 +68,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         The configuration of the simulation, or the name of one of ``config.PRESETS``, which sets the laser and
         the view. By default, the values of the task.
     actions
-        "discrete", "continuous", "frontier", "waypoint" or "neighbour".
+        "discrete", "continuous", "frontier", "waypoint" or "neighbour"; by default "discrete", or "continuous" for a
+        robot with a drive (``options.EnvOptions.motion``).
     observation
         "map", "dict", "scales" or "graph".
     planning
@@ -92,7 +94,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
         *,
-        actions: Actions = "discrete",
+        actions: Actions | None = None,
         observation: Kind = "map",
         planning: PlanningConfig | None = None,
         render_mode: str | None = None,
@@ -103,7 +105,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         check_options(type(self), more)
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
-        self.actions, self.observation = actions, observation
+        self.actions, self.observation = self._env_spec.actions, observation
         self.action_space, self.observation_space = self._env_spec.action_space(), self._env_spec.observation_space()
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
         self._pictures = self._env_spec.pictures(1)
@@ -164,8 +166,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         state = self.state
         moves, ahead = self._env_spec.motions(action)
         before = self._after
-        turn_rad, forward_px = moves[0].tolist()
-        step_one(state, turn_rad, forward_px, self._params, self._scratch)
+        step_one(state, moves, self._params, self._scratch)
         after = self._after = self._metrics()
         success = self.task.success(after)
         reward = float(self.task.rewards(before, after, ahead, success)[0])

@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import one_of, whole
+from houseexpo.pseudoslam.config.drive import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
 from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
 from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
@@ -49,6 +50,9 @@ class EnvOptions(TypedDict, total=False):
     """Ids of the plans for episodes; None for all plans of the data set."""
     plan_order: Order
     """"random", or "in_turn": each plan once, in the order of the list, then again from the first, as after a seed."""
+    motion: Motion | None
+    """How the robot moves: "discrete", by exact turns and distances, or with a drive, "differential" or "ackermann",
+    with the default values of ``config.drive``; None for what ``config.robot.drive`` says."""
     max_episode_steps: int | None
     """Number of steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` does not
     pass this argument on: it uses it for its own wrapper, which can only shorten episodes. For longer ones, set
@@ -58,7 +62,7 @@ class EnvOptions(TypedDict, total=False):
 class AllOptions(EnvOptions, total=False):
     """All arguments of the environments of a task, other than the data set, the configuration and the task's own."""
 
-    actions: Actions
+    actions: Actions | None
     observation: Kind
     planning: PlanningConfig | None
     render_mode: str | None
@@ -101,15 +105,17 @@ class EnvSpec:
     ----------
     actions
         "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of the distance of
-        a step (negative for backward) and of its turn (positive for left); the robot turns first. "frontier",
-        "waypoint" and "neighbour": travels on the robot's own map, see ``planners.PlannerSpec``.
+        a step (negative for backward) and of its turn (positive for left); the robot turns first. With a drive, they
+        are shares of its largest speed, and of its largest speed of turning or steering angle. "frontier", "waypoint"
+        and "neighbour": travels on the robot's own map, see ``planners.PlannerSpec``.
     kind
         "map": the map around the robot, (1, side, side) uint8, with its heading up: 0 unknown, 127 free, 255 obstacle.
         "dict": "map" as above; "global_map" (1, cells, cells) uint8, the whole map around the start; "pose" (3,)
         float32, the pose by odometry relative to the start (m, m, rad); and "ranges" (beams,) float32, metres, from the
         right edge of the fan.
         "graph": "map" as above, and a graph of the known area, see ``planners.PlannerSpec``.
-        With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left.
+        With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left. With a
+        drive, each also has "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
         "scales": pictures (4, side, side) uint8: the map near the robot and the one ``observation.far_size_m`` wide
         around it, both with its heading up; the whole map around the start, with the plan's y up; and the mark of the
         robot's pose by odometry on the latter, 255, with a disc of 127 in front of it. With a goal, a fifth picture has
@@ -170,6 +176,9 @@ class EnvSpec:
             parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
         if config.goal and not several:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
+        if (drive := config.robot.drive) and not several:
+            most = np.array([drive.max_speed_m_s, drive.most_turning], np.float32)
+            parts["velocity"] = spaces.Box(-most, most, (2,), np.float32)
         if self.planner:
             parts |= self.planner.spaces()
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
@@ -181,6 +190,7 @@ class EnvSpec:
     def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return the turns and distances (N, 2) of actions, in radians and pixels, and which actions go forward.
 
+        With a drive, return the commands (N, 3) in the form of ``kernels.driving`` instead of turns and distances.
         ``actions`` are (N,) or (N, 2); without ``number`` they are a single one, () or (2,). Raise ConfigError for an
         invalid action.
         """
@@ -213,6 +223,11 @@ class EnvSpec:
             wanted = "(linear, angular), numbers from -1 to 1"
             raise ConfigError(f"action: expected {wanted}, found {values[strange].item(0)!r}")
         shares = values.reshape(-1, 2).astype(np.float64)
+        if drive := self.config.robot.drive:
+            commands = np.full((len(shares), 3), np.inf)
+            most = drive.max_speed_m_s * self.config.pixels_per_metre, drive.most_turning
+            np.multiply(shares, most, commands[:, :2])
+            return commands, shares[:, 0] > 0
         return np.ascontiguousarray(shares[:, ::-1] * self._full), shares[:, 0] > 0
 
     @cached_property
@@ -236,6 +251,8 @@ class EnvSpec:
             parts["ranges"] = (episode.ranges * metrics.cell_m).astype(np.float32)
         if self.config.goal and self.kind != "scales":
             parts["goal"] = metrics.goal_ahead().astype(np.float32)
+        if self.config.robot.drive and self.kind != "scales":
+            parts["velocity"] = metrics.velocity().astype(np.float32)
         if self.planner:
             parts |= self.planner.observe(episode, metrics)
         return parts if len(parts) > 1 else parts["map"]
@@ -268,6 +285,8 @@ class EnvSpec:
     def report(self, episode: Episode, metrics: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Return the ``info`` of a pool of episodes, as new arrays."""
         found = self.task.report(metrics, success)
+        if self.config.robot.drive:
+            found["velocity"] = metrics.velocity()
         return {**found, **self.planner.report(episode, metrics.cell_m)} if self.planner else found
 
     def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
@@ -302,30 +321,50 @@ def make_env_spec(
     task: Task,
     dataset: Plans,
     config: SimulatorConfig | str | None,
-    actions: Actions,
+    actions: Actions | None,
     observation: Kind,
     *,
+    motion: Motion | None = None,
     planning: PlanningConfig | None = None,
     layout: Layout = "CHW",
     plan_ids: Iterable[str] | None = None,
     plan_order: Order = "random",
     max_episode_steps: int | None = None,
 ) -> EnvSpec:
-    """Return the specification of an environment; raise ConfigError if an argument is invalid."""
+    """Return the specification of an environment; raise ConfigError if an argument is invalid.
+
+    Without ``actions``, they are "continuous" for a robot with a drive, and otherwise "discrete".
+    """
+    houses = open_houses(dataset)
+    kept = own_resolution(houses) if config is None or isinstance(config, str) else None
+    config = _in_motion(_make_config(task, config, observation, max_episode_steps, kept), motion)
+    actions = actions if actions is not None else "continuous" if config.robot.drive else "discrete"
     for name, value, kinds in (
         ("actions", actions, Actions),
         ("observation", observation, Kind),
         ("layout", layout, Layout),
     ):
         one_of(value, name, get_args(kinds))
-    houses = open_houses(dataset)
-    kept = own_resolution(houses) if config is None or isinstance(config, str) else None
-    config = _make_config(task, config, observation, max_episode_steps, kept)
+    if config.robot.drive and actions != "continuous":
+        raise ConfigError(
+            f"actions: a robot with a drive takes continuous actions, found {actions!r}; leave actions out, or take "
+            'motion="discrete" and no robot.drive'
+        )
     planner = make_planner_spec(actions, observation, planning, config, task)
     choice = PlanChoice(WorldCache(houses, config), plan_ids, plan_order)
     spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
     prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
     return spec
+
+
+def _in_motion(config: SimulatorConfig, motion: str | None) -> SimulatorConfig:
+    """Return the configuration with the drive of a motion; raise ConfigError if it has another one."""
+    if motion is None or motion == config.robot.motion:
+        return config
+    one_of(motion, "motion", get_args(Motion))
+    if config.robot.drive is not None:
+        raise ConfigError(f"motion: expected that of config.robot.drive, {config.robot.motion!r}, found {motion!r}")
+    return replace(config, robot=replace(config.robot, drive=DRIVES[motion]()))
 
 
 def _make_config(

@@ -100,7 +100,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         config: SimulatorConfig | str | None = None,
         *,
         num_envs: int = 1,
-        actions: Actions = "discrete",
+        actions: Actions | None = None,
         observation: Kind = "map",
         planning: PlanningConfig | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,

@@ -11,15 +11,18 @@ from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.people import Walk
 from houseexpo.pseudoslam.kernels.planning.fields import Field, Flow
 from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans
-from houseexpo.pseudoslam.kernels.types import Counts, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
+from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
 
 POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
 """The robot's pose and the believed pose, pixels and radians."""
 COUNTS = row_type(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
 """Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
 the episode's noise."""
-READINGS = row_type(path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float)
-"""The distance travelled, the clearance, the remaining distance to the goal, and the start, pixels."""
+READINGS = row_type(
+    path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float
+)
+"""The distance travelled, the clearance, the remaining distance to the goal, and the start, pixels; a drive's speed,
+pixels per second, and its speed of turning, radians per second, or its steering angle, radians."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
 """Kinds of random numbers, each with its own key (``key_of``)."""
 
@@ -65,6 +68,7 @@ class StepParams(NamedTuple):
     overview_px: float
     """Side of an overview's cell, pixels."""
     plan: PlanRules
+    drive: Drive
 
 
 @njit(inline="always")

@@ -176,11 +176,11 @@ def step(
     counts.blocked = 1 if way < abs(forward) else 0
     counts.collisions += counts.blocked
     readings.path_length += way
-    _read(episode, params)
+    update_readings(episode, params)
 
 
 @njit(inline="always")
-def _read(episode: Episode, params: StepParams) -> None:
+def update_readings(episode: Episode, params: StepParams) -> None:
     """Update the clearance and the distance to the goal at the robot's pose, as far as the task needs them."""
     pose, readings = episode.pose, episode.readings
     if params.clearance_px > 0.0:

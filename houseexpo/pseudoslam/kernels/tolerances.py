@@ -113,6 +113,14 @@ LATTICE_M, MAX_PLACES, PLACE_CELLS = 0.5, 600, 4
 TOUR_AGAIN_M, SERVED_SHARE = 1.0, 0.99
 """Metres after which the oracle plans its tour again, and the share of a place's purpose that counts as fulfilled."""
 
+# Decisions: how drives are followed
+
+SAGITTA_PX = 0.05
+"""Largest distance of an arc of the robot's path from the chord along which collisions are looked for, pixels: a
+twentieth of a cell."""
+SLICE_S = 0.05
+"""Longest time for which a velocity that changes is taken as its mean, seconds: the period of a controller at 20 Hz."""
+
 # Decisions: how people walk
 
 SUBSTEP_S = 0.1

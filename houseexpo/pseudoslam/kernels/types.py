@@ -41,6 +41,24 @@ class Robot(NamedTuple):
     between_rad: float
 
 
+NO_DRIVE, DIFFERENTIAL, ACKERMANN = range(3)
+"""Values of ``Drive.kind``."""
+
+
+class Drive(NamedTuple):
+    """How the robot follows its commands: nothing to follow, or the limits of a drive.
+
+    Largest changes of the speed, pixels per second squared, and of the second part of the velocity: of the speed of
+    turning, radians per second squared, or of the steering angle, radians per second; and the distance of a car's
+    axles, pixels.
+    """
+
+    kind: int
+    acceleration: float
+    turning_rate: float
+    wheelbase_px: float
+
+
 class Sensor(NamedTuple):
     """The laser: whether it follows single rays or fills its sector, and its fan from right to left."""
 

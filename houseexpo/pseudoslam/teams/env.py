@@ -44,7 +44,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         report_m: float = 1.0,
         success_coverage: float | None = 0.95,
         reward: ExplorationReward = "area",
-        actions: Actions = "discrete",
+        actions: Actions | None = None,
         observation: Kind = "map",
         **more: Unpack[EnvOptions],
     ) -> None:
@@ -53,7 +53,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         number(report_m, "report_m", above=0.0)
         if not isinstance(radio, Radio):
             raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
-        if actions not in {"discrete", "continuous"}:
+        if actions not in {None, "discrete", "continuous"}:
             raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
         if observation == "graph":
             raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")

@@ -39,7 +39,7 @@ def parallel_env(
     radio
         How the robots communicate, or the name of ``Radio.model`` with its default values.
     options
-        ``config``, ``actions`` ("discrete" or "continuous"), ``observation`` ("map", "dict" or "scales"),
+        ``config``, ``motion``, ``actions`` ("discrete" or "continuous"), ``observation`` ("map", "dict" or "scales"),
         ``success_coverage``, ``reward`` and ``envs.spec.EnvOptions``, as in the single environment.
 
         ``until`` says when an episode terminates. "team": the maps of all robots together know ``success_coverage``.

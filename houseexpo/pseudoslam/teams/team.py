@@ -16,6 +16,7 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
 from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
+from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
 from houseexpo.pseudoslam.kernels.episode import Episode
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
@@ -99,6 +100,7 @@ class Team:
     ) -> None:
         self.spec, self.world, self.radio = spec, world, radio
         self.params, self.scratch = spec.params(), spec.scratch()
+        self._drives = spec.config.robot.drive is not None
         self.ppm, self.radius_px = spec.config.pixels_per_metre, self.params.robot.radius_px
         self.states: list[State] = []
         self._place(robots, rng, list(starts))
@@ -118,12 +120,12 @@ class Team:
         self.heard = np.zeros((robots, robots), bool)
         """Who could hear whom in the last exchange (n, n)."""
         self.measures = TeamMeasures()
-        self._reach_px = self.params.sensor.range_px + spec.config.robot.step_m * self.ppm + 2.0
+        self._reach_px = self.params.sensor.range_px + spec.config.full_step_m * self.ppm + 2.0
         self._rest = [np.flatnonzero(np.arange(robots) != k) for k in range(robots)]
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
-            self._act(k, 0.0, 0.0)
+            self._act(k, np.zeros(3 if self._drives else 2))
         self.measures.found = int(self.pool.counts["known"].sum())
         self._exchange()
 
@@ -131,9 +133,9 @@ class Team:
         return len(self.states)
 
     def _kernel(self, robot: int) -> tuple[Callable[..., None], tuple[Any, ...]]:
-        """Return the compiled step of a robot, and its arguments, of which the third is its motion (1, 2)."""
+        """Return the compiled step of a robot, and its arguments, of which the third is its motion or command."""
         state = self.states[robot]
-        given = arguments_of(state, 0.0, 0.0, self.params, self.scratch)
+        given = arguments_of(state, np.zeros((1, 3 if self._drives else 2)), self.params, self.scratch)
         return entry_point(kernel_for(state.episode, self.params, moves=self._has_people(robot)), *given), given
 
     def _has_people(self, robot: int) -> bool:
@@ -202,13 +204,13 @@ class Team:
         return Metrics.of(self.constants, self.pool, self.spec.config)
 
     def step(self, motions: Floats) -> Metrics:
-        """Let each robot turn and go forward (n, 2), radians and pixels; exchange maps.
+        """Let each robot turn and go forward (n, 2), radians and pixels, or follow a command (n, 3); exchange maps.
 
         Return the metrics after the motions and before the exchange, so that rewards are for what a robot saw itself.
         """
         before = self.pool.counts["known"][:, 0].copy()
-        for k, (turn, forward) in enumerate(motions.tolist()):
-            self._act(k, turn, forward)
+        for k, motion in enumerate(motions):
+            self._act(k, motion)
         after = self.metrics()
         self.measures.steps += 1
         self.measures.found += int((after.counts["known"] - before).sum())
@@ -216,22 +218,17 @@ class Team:
         self._measure(after)
         return after
 
-    def _act(self, robot: int, turn: float, forward: float) -> None:
+    def _act(self, robot: int, motion: Floats) -> None:
         """Take one robot's step, and add what it saw to what the team knows."""
-        state = self.states[robot]
-        free = abs(forward)
+        state, meets = self.states[robot], False
+        kernel, given = self._steps[robot]
+        given[2][0] = motion
         if len(self) > 1:
             others = self._poses[self._rest[robot], :2]
             self._refresh(robot, others)
-            x, y, heading = self._poses[robot, :3].tolist()
-            sign = -1.0 if forward < 0.0 else 1.0
-            course = sign * math.cos(heading + turn), -sign * math.sin(heading + turn)
-            free = way_past((others - (x, y)).tolist(), 2.0 * self.radius_px, course, free, _TOUCH_PX)
-        way = math.copysign(free, forward)
-        kernel, given = self._steps[robot]
-        given[2][0] = turn, way
+            meets = self._keep_off(robot, others, given[2][0])
         kernel(*given)
-        if free < abs(forward):
+        if meets:
             counts = state.counts
             counts.collisions += 1 - counts.blocked
             counts.blocked = 1
@@ -240,6 +237,22 @@ class Team:
         new, covered = merge_map(self.known, state.episode.observable, state.known, box, _ALL)
         self.explored += new
         self.covered += covered
+
+    def _keep_off(self, robot: int, others: Floats, motion: Floats) -> bool:
+        """Shorten a robot's motion, in place, so that it does not overlap another; return whether it would have."""
+        if self._drives:
+            speed, turning, _ = motion.tolist()
+            readings, pose = self.pool.readings[robot, 0], self.pool.pose[robot, 0]
+            path = path_of(readings, speed, turning, self.params.drive, self.params.robot, self.params.seconds)
+            motion[2] = way_past_discs(path, pose, np.ascontiguousarray(others), 2.0 * self.radius_px, _TOUCH_PX)
+            return bool(motion[2] < math.inf)
+        turn, forward = motion.tolist()
+        x, y, heading = self._poses[robot, :3].tolist()
+        sign = -1.0 if forward < 0.0 else 1.0
+        course = sign * math.cos(heading + turn), -sign * math.sin(heading + turn)
+        free = way_past((others - (x, y)).tolist(), 2.0 * self.radius_px, course, abs(forward), _TOUCH_PX)
+        motion[1] = math.copysign(free, forward)
+        return bool(free < abs(forward))
 
     def _refresh(self, robot: int, others: Floats) -> None:
         """Draw the others, and people, into a robot's cells."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from houseexpo.kernel_cache import is_missing
@@ -66,7 +67,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 def test_it_is_compiled_for_what_environments_call_it_with(given: dict[str, Any]) -> None:
     env = ExplorationEnv(**{**GIVEN, **given})
     env.reset(seed=0)
-    called = arguments_of(env.state, 0.0, 0.0, env._params, env._scratch)
+    called = arguments_of(env.state, np.zeros((1, 2)), env._params, env._scratch)
     assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, example()))
 
 

@@ -12,6 +12,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
+from houseexpo.pseudoslam.config.drive import Motion
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.collision import MOVING
@@ -33,6 +34,9 @@ def test_pettingzoo_accepts_it() -> None:
 
     parallel_api_test(parallel_env(robots=3, dataset=HALL, radio="sight"), num_cycles=150)
     parallel_seed_test(lambda: parallel_env(robots=3, dataset=HALL, radio="signal", observation="dict"), 60)
+    for motion in ("differential", "ackermann"):
+        parallel_api_test(parallel_env(robots=3, dataset=HALL, motion=motion), num_cycles=80)
+    parallel_seed_test(lambda: parallel_env(robots=3, dataset=HALL, motion="ackermann"), 40)
 
 
 @pytest.mark.parametrize(
@@ -43,6 +47,8 @@ def test_pettingzoo_accepts_it() -> None:
         (NOISY, {"reward": "coverage"}),
         (SimulatorConfig(people=PeopleConfig(2), obstacles=ObstaclesConfig(random=RandomObstacles((1, 2)))), {}),
         (SimulatorConfig(), {"observation": "scales"}),
+        (SimulatorConfig(), {"motion": "differential", "observation": "dict"}),
+        (NOISY, {"motion": "ackermann"}),
     ],
 )
 def test_one_robot_has_the_bits_of_the_single_environment(config: SimulatorConfig, options: dict[str, Any]) -> None:
@@ -74,13 +80,17 @@ def _same(one: Any, other: Any) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-def test_robots_never_overlap_and_count_their_collisions() -> None:
+@pytest.mark.parametrize("motion", ["discrete", "differential", "ackermann"])
+def test_robots_never_overlap_and_count_their_collisions(motion: Motion) -> None:
     env = parallel_env(robots=6, dataset=FloorPlan("cell", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {}), until="robot",
-                       success_coverage=None)  # fmt: skip
+                       success_coverage=None, motion=motion)  # fmt: skip
     env.reset(seed=0)
     rng, radius_px = np.random.default_rng(0), env.team.radius_px
     for _ in range(150):
-        _, _, _, _, infos = env.step({agent: rng.choice([0, 0, 0, 1, 2]) for agent in env.agents})
+        drawn = {agent: rng.choice([0, 0, 0, 1, 2]) for agent in env.agents}
+        if motion != "discrete":
+            drawn = {agent: np.clip(rng.normal((0.7, 0.0), 0.7), -1, 1) for agent in env.agents}
+        _, _, _, _, infos = env.step(drawn)
         places = np.array([state.pose_px[:2] for state in env.team.states])
         gaps = np.hypot(*(places[:, None] - places[None]).T)
         np.fill_diagonal(gaps, math.inf)

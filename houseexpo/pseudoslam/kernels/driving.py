@@ -1,0 +1,249 @@
+"""Steps of robots with a drive, in some of the environments of a pool.
+
+A drive follows a command, the velocity that the robot is to have, within its limits of acceleration. The step is
+planned as arcs (``path_of``), shortened at what is in the way (``shorten``), and then driven, with scans on the way.
+The other parts of a step are those of ``step``; the kernels take the same arguments and are compiled only when used.
+
+R1  Speed and turning change linearly until they are as commanded, as fast as the limits allow (``ramp``).
+R2  A step is divided into equal slices of time, in each of which the curvature is constant: the mean over the slice.
+    At a constant velocity, the path is therefore an exact arc. Distances, and a differential drive's turns, are always
+    exact.
+R3  Collisions are looked for along the chord of each slice, which is at most ``SAGITTA_PX`` away from its arc. All ends
+    of chords lie on the arcs.
+R4  Where something blocks the robot, it stops: its speed is 0. A differential drive goes on turning. A car does not,
+    but its steering goes on.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, wrap_angle
+from houseexpo.pseudoslam.kernels.episode import ODOMETRY, Episode, StepParams, key_of
+from houseexpo.pseudoslam.kernels.sensing.noise import noisy_odometry
+from houseexpo.pseudoslam.kernels.step import (
+    Look,
+    Move,
+    act_in_each,
+    look,
+    move_people,
+    sense,
+    stand_still,
+    update_readings,
+)
+from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX, SLICE_S
+from houseexpo.pseudoslam.kernels.types import ACKERMANN, Counts, Drive, Floats, Grid, Robot, Rows, Scratch
+
+CHORD, ASIDE, TURN, WAY = range(4)
+"""Columns of a path: the length of the chord, negative for backward, pixels; its angle from the heading before the
+slice; the turn; and the length of the arc, negative for backward, pixels."""
+
+
+@njit(cache=True, nogil=True)
+def ramp(start: float, target: float, rate: float, seconds: float) -> tuple[float, float]:
+    """Return a value that goes from ``start`` to ``target`` at ``rate`` per second (R1), and its integral."""
+    change = target - start
+    if abs(change) <= rate * seconds:
+        ramp_s = abs(change) / rate
+        return target, (start + target) / 2.0 * ramp_s + target * (seconds - ramp_s)
+    end = start + math.copysign(rate * seconds, change)
+    return end, (start + end) / 2.0 * seconds
+
+
+@njit(cache=True, nogil=True)
+def path_of(readings: Rows, speed: float, turning: float, drive: Drive, robot: Robot, seconds: float) -> Floats:
+    """Return the path of a command, ``speed`` and ``turning``, that nothing blocks (n, 4), see ``CHORD``.
+
+    ``readings`` has the velocity before the step and is not changed. A slice is no longer than the distance and the
+    turn between two scans.
+    """
+    old_speed, old_turning = readings.speed, readings.turning
+    new_speed, _ = ramp(old_speed, speed, drive.acceleration, seconds)
+    new_turning, _ = ramp(old_turning, turning, drive.turning_rate, seconds)
+    way = max(abs(old_speed), abs(new_speed)) * seconds
+    turn = max(abs(old_turning), abs(new_turning))
+    turn = math.tan(turn) / drive.wheelbase_px * way if drive.kind == ACKERMANN else turn * seconds
+    slices = max(way / robot.between_px, turn / robot.between_rad, math.sqrt(way * turn / (8.0 * SAGITTA_PX)))  # R3
+    if way * turn > 0.0 and (new_speed != old_speed or new_turning != old_turning):
+        slices = max(slices, seconds / SLICE_S)
+    n = max(math.ceil(slices - 1e-9), 1)
+    path = np.empty((n, 4))
+    gone, turned = 0.0, 0.0
+    for i in range(n):
+        until = seconds * (i + 1) / n
+        _, way = ramp(old_speed, speed, drive.acceleration, until)
+        _, turn = ramp(old_turning, turning, drive.turning_rate, until)
+        arc, angle = way - gone, turn - turned
+        if drive.kind == ACKERMANN:
+            angle = math.tan(angle * n / seconds) / drive.wheelbase_px * arc  # R2
+        half = angle / 2.0
+        path[i, CHORD] = arc if half == 0.0 else arc * math.sin(half) / half
+        path[i, ASIDE], path[i, TURN], path[i, WAY] = half, angle, arc
+        gone, turned = way, turn
+    return path
+
+
+@njit(cache=True, nogil=True)
+def shorten(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, reach_px: float, radius_px: float,
+            most_px: float) -> bool:  # fmt: skip
+    """Shorten a path, in place, to where something blocks the robot (R3, R4); return whether something does.
+
+    Parameters
+    ----------
+    car
+        Whether the robot does not turn when it stands.
+    people, reach_px
+        People, and their radius.
+    most_px
+        Length of chords after which something is in the way that is not in the cells.
+    """
+    x, y, heading = pose.x, pose.y, pose.heading
+    for i in range(len(path)):
+        distance = abs(path[i, CHORD])
+        if distance > 0.0:
+            course = heading + path[i, ASIDE]
+            sign = 1.0 if path[i, CHORD] > 0.0 else -1.0
+            right, down = sign * math.cos(course), -sign * math.sin(course)
+            free = free_way(occupied, x, y, right, down, distance, radius_px)
+            free = min(free, way_past_people(people, reach_px, Disc(x, y, radius_px), right, down, distance), most_px)
+            if free < distance:
+                share = free / distance
+                path[i, CHORD] *= share
+                path[i, WAY] *= share
+                path[i + 1 :, CHORD], path[i + 1 :, WAY] = 0.0, 0.0
+                if car:
+                    path[i, TURN] *= share
+                    path[i + 1 :, TURN] = 0.0
+                return True
+            most_px -= distance
+            x, y = x + distance * right, y + distance * down
+        heading += path[i, TURN]
+    return False
+
+
+@njit(cache=True, nogil=True)
+def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, touch: float) -> float:
+    """Return the length of a path's chords until a disc touches one of others, infinite if it does not.
+
+    Parameters
+    ----------
+    discs, reach, touch
+        The centres (n, 2) of the others, the sum of the radii of two, and the distance that they keep, pixels.
+    """
+    x, y, heading, gone = pose.x, pose.y, pose.heading, 0.0
+    for i in range(len(path)):
+        distance = float(abs(path[i, CHORD]))
+        course = heading + path[i, ASIDE]
+        sign = 1.0 if path[i, CHORD] > 0.0 else -1.0
+        right, down = sign * math.cos(course), -sign * math.sin(course)
+        free = distance
+        for k in range(len(discs)):
+            off_x, off_y = discs[k, 0] - x, discs[k, 1] - y
+            along = off_x * right + off_y * down
+            inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
+            if along > 0.0 and inside > 0.0:
+                free = min(free, max(along - math.sqrt(inside) - touch, 0.0))
+        if free < distance:
+            return gone + free
+        gone += distance
+        x, y = x + distance * right, y + distance * down
+        heading += path[i, TURN]
+    return math.inf
+
+
+@njit(cache=True, nogil=True)
+def drives_in_full(
+    pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Drive in environments without moving obstacles, with the scans and the noise of the parameters.
+
+    Parameters
+    ----------
+    pool, sizes, wanted, params, scratch, first, end
+        Arguments of ``steps_by_sector``.
+    commands
+        (N, 3): speed, pixels per second; turning, radians per second, or steering angle, radians; and the distance
+        after which something is in the way that is not in the cells, pixels. Episodes that have not begun need none.
+    """
+    act_in_each(pool, sizes, commands, wanted, params, scratch, first, end, _drive, stand_still, look, True)
+
+
+@njit(cache=True, nogil=True)
+def drives_with_people(
+    pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
+    first: int, end: int,
+) -> None:  # fmt: skip
+    """Do the same as ``drives_in_full`` after people and bodies on trajectories have moved."""
+    act_in_each(pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_people, look, True)
+
+
+@njit(inline="always")
+def _drive(
+    episode: Episode,
+    command: Floats,
+    params: StepParams,
+    scratch: Scratch,
+    move: Move,
+    look: Look,
+    full: bool,  # noqa: ARG001
+) -> None:
+    """Follow a command; an episode that has not begun begins with a first scan, which is not a step."""
+    move(episode, params)
+    counts, readings, drive, robot = episode.counts, episode.readings, params.drive, params.robot
+    begins = counts.steps < 0
+    counts.steps += 1
+    path, blocked = np.zeros((1, 4)), False
+    if not begins:
+        path = path_of(readings, command[0], command[1], drive, robot, params.seconds)
+        blocked = shorten(
+            path, drive.kind == ACKERMANN, episode.pose, episode.occupied, episode.bodies.people,
+            params.walk.radius_px, robot.radius_px, command[2],
+        )  # fmt: skip
+        readings.speed, _ = ramp(readings.speed, command[0], drive.acceleration, params.seconds)
+        readings.turning, _ = ramp(readings.turning, command[1], drive.turning_rate, params.seconds)
+    if blocked:
+        readings.speed = 0.0
+        counts.collisions += 1
+    counts.blocked = 1 if blocked else 0
+    _follow(episode, path, params, scratch, look)
+    readings.path_length += np.abs(path[:, WAY]).sum()
+    update_readings(episode, params)
+    sense(episode, params, math.inf if begins else 2.0 * params.sensor.range_px)
+
+
+@njit(inline="always")
+def _follow(episode: Episode, path: Floats, params: StepParams, scratch: Scratch, look: Look) -> None:
+    """Move along a path, and merge scans on the way, as far apart as those of ``step``, and one at the end.
+
+    The error of odometry is spread evenly over the slices.
+    """
+    pose, robot, errors = episode.pose, params.robot, params.errors
+    n, i, more_turn, more_way = len(path), 0, 0.0, 0.0
+    if errors.odometry:
+        turn, way = path[:, TURN].sum(), path[:, WAY].sum()
+        key = key_of(episode.counts.key, ODOMETRY)
+        seen_turn, seen_way = noisy_odometry(errors, key, episode.counts.steps, turn, way)
+        more_turn, more_way = (seen_turn - turn) / n, (seen_way - way) / n
+    while i < n:
+        before, gone, turned = i, 0.0, 0.0
+        while i < n:
+            gone, turned = gone + abs(path[i, WAY]), turned + abs(path[i, TURN])
+            if i > before and (gone > robot.between_px + 1e-9 or turned > robot.between_rad + 1e-9):
+                break
+            course = pose.heading + path[i, ASIDE]
+            pose.x += path[i, CHORD] * math.cos(course)
+            pose.y -= path[i, CHORD] * math.sin(course)
+            pose.heading = wrap_angle(pose.heading + path[i, TURN])
+            if errors.odometry:
+                course = pose.seen_heading + path[i, ASIDE] + more_turn / 2.0
+                pose.seen_x += (path[i, CHORD] + more_way) * math.cos(course)
+                pose.seen_y -= (path[i, CHORD] + more_way) * math.sin(course)
+                pose.seen_heading = wrap_angle(pose.seen_heading + path[i, TURN] + more_turn)
+            else:
+                pose.seen_x, pose.seen_y, pose.seen_heading = pose.x, pose.y, pose.heading
+            i += 1
+        look(episode, params, scratch)
