@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from houseexpo.pseudoslam.worlds.maps import Plans
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
+MotionName = Literal["discrete", "differential", "ackermann"]
 
 
 def environment(
@@ -27,17 +28,20 @@ def environment(
     interface: Interface | None = None,
     ranges: bool = False,
     resolution: float | None = None,
+    motion: MotionName | None = None,
 ) -> tuple[PseudoSlamEnv, dict[str, Any]]:
     """Return an environment and the options for its resets; ``max_steps`` applies if no configuration is given.
 
     Parameters
     ----------
     interface
-        The driver's observations and actions; None for single steps and the map.
+        The driver's observations and actions; None for single steps, or the commands of a drive, and the map.
     ranges
         Whether the observation is a dictionary with the laser's ranges, which also contains the map.
     resolution
         The side of a cell of maps that do not say it, metres.
+    motion
+        How the robot moves; None for what the configuration says.
     """
     from houseexpo.pseudoslam.agents.protocol import Interface
     from houseexpo.pseudoslam.config import SimulatorConfig
@@ -58,7 +62,8 @@ def environment(
     if wanted.view is not None:
         given = replace(given, observation=wanted.view)
     observation = "dict" if ranges and wanted.observation == "map" else wanted.observation
-    env = make(houses, given, actions=wanted.actions, observation=observation)
+    actions = interface.actions if interface else None
+    env = make(houses, given, actions=actions, observation=observation, motion=motion)
     return env, {"plan_id": plan} if plan else {}
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.commands.arguments import REPLACE_HELP
-from houseexpo.commands.environment import TaskName
+from houseexpo.commands.environment import MotionName, TaskName
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.terminal import Terminal
@@ -30,6 +30,10 @@ def play(
         float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
     ] = None,
     task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
+    motion: Annotated[
+        MotionName | None,
+        typer.Option(help="How the robot moves: exactly, or with a drive.", show_default="the file's, else discrete"),
+    ] = None,
     window: Annotated[
         bool, typer.Option("--window", help="Show a window (needs pygame) instead of the terminal.")
     ] = False,
@@ -58,7 +62,7 @@ def play(
     screen = _screen(window)  # first, since nothing else makes sense without one
     printed = console()
     with printed.status("making the house ready"):
-        env, options = environment(dataset, plan, task, config, _NO_END, resolution=resolution)
+        env, options = environment(dataset, plan, task, config, _NO_END, resolution=resolution, motion=motion)
         session = Drive(env, seed, options)
     with screen:
         drive(session, screen)

@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal
 import typer
 
 from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
-from houseexpo.commands.environment import TaskName
+from houseexpo.commands.environment import MotionName, TaskName
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
@@ -53,6 +53,10 @@ def record(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
     ] = None,
+    motion: Annotated[
+        MotionName | None,
+        typer.Option(help="How the robot moves: exactly, or with a drive.", show_default="the file's, else discrete"),
+    ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag with its robot's map and sensor data."""
@@ -73,7 +77,12 @@ def record(
         with Output(out, [dataset], replace=replace), printed.status(f"recording {counted(steps, 'step')}"):
             interfaces = [interface_for(name, task) for name in names]
             racers = [
-                (name, *environment(dataset, plan, task, config, steps, interface=interface, resolution=resolution))
+                (
+                    name,
+                    *environment(
+                        dataset, plan, task, config, steps, interface=interface, resolution=resolution, motion=motion
+                    ),
+                )
                 for name, interface in zip(names, interfaces, strict=True)
             ]
             runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
@@ -90,8 +99,9 @@ def record(
         opened.enter_context(printed.status(f"recording {counted(steps, 'step')}"))
         interface = interface_for(names[0], task)
         env, options = environment(
-            dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution
-        )
+            dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution,
+            motion=motion,
+        )  # fmt: skip
         acts = policy_of(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag

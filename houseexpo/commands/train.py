@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from houseexpo.commands.environment import TaskName
+from houseexpo.commands.environment import MotionName, TaskName
 from houseexpo.errors import INTERRUPTED, ConfigError
 
 
@@ -35,6 +35,12 @@ def train(
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.", show_default="the file's")] = None,
     steps: Annotated[int | None, typer.Option(help="Number of steps of training.", show_default="the file's")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Number of threads.", show_default="one per core")] = None,
+    motion: Annotated[
+        MotionName | None,
+        typer.Option(
+            help="How the robot moves; with a drive, actions are continuous.", show_default="the file's, else discrete"
+        ),
+    ] = None,
 ) -> None:
     """Train a policy by PPO on the robot's map, with or without a memory, and evaluate it on other plans.
 
@@ -51,11 +57,13 @@ def train(
     check_apart(out, [dataset])
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
+    if task == "chooser" and motion not in {None, "discrete"}:
+        raise ConfigError(f"train chooser: frontiers are reached by discrete motions, found --motion {motion}")
     try:
         if task == "chooser":
             _chooser(out, config, dataset, seed, resume=resume, threads=threads)
         else:
-            _policy(task, out, config, dataset, seed, steps, threads, resume=resume)
+            _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume)
     except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
         again = typed_command() + ("" if resume else " --resume")
         typer.echo(f"interrupted; it goes on by: {again}", err=True)
@@ -70,6 +78,7 @@ def _policy(
     seed: int | None,
     steps: int | None,
     threads: int | None,
+    motion: MotionName | None,
     *,
     resume: bool,
 ) -> None:
@@ -88,6 +97,9 @@ def _policy(
     changes = {"seed": seed, "steps": steps}
     given = read_config(TrainConfig, config) if config else TrainConfig()
     given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
+    if motion is not None:
+        driven = {} if motion == "discrete" else {"actions": "continuous"}
+        given = replace(given, environment=replace(given.environment, motion=motion, **driven))  # type: ignore[arg-type]
     try:
         check_options(task, given.environment)
     except ConfigError as error:

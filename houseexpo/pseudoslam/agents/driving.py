@@ -24,6 +24,13 @@ from houseexpo.words import counted
 KEYS: Final[dict[str, Action]] = {
     "up": "forward", "w": "forward", "left": "left", "a": "left", "right": "right", "d": "right",
 }  # fmt: skip
+NAMES: Final[dict[str, str]] = {**KEYS, "down": "backward", "s": "backward"}
+"""What the keys mean for a robot with a drive."""
+COMMANDS: Final[dict[str, dict[str, tuple[float, float]]]] = {
+    "differential": {"forward": (1.0, 0.0), "backward": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)},
+    "ackermann": {"forward": (1.0, 0.0), "backward": (-1.0, 0.0), "left": (1.0, 1.0), "right": (1.0, -1.0)},
+}
+"""The actions of drives by motion and name; a car turns only while it moves."""
 HELP: Final = "arrows or w a d: drive   r: again   t: truth   q: quit"
 FILES: Final = ("map.pgm", "map.png", "map.yaml", "trajectory.csv")
 """The files of a recorded drive."""
@@ -64,7 +71,7 @@ class Drive:
     Parameters
     ----------
     env
-        An environment with discrete actions.
+        An environment with discrete actions, or of a robot with a drive.
     seed, options
         Arguments of the first ``reset``; later resets continue with the same generator.
     """
@@ -92,6 +99,9 @@ class Drive:
             self._start_episode()
         elif key == "t":
             self._shows = "both" if self._shows == "map" else "map"
+        elif not self._ended and (commands := COMMANDS.get(self._env.config.robot.motion)):
+            if key in NAMES:
+                self.act(np.array(commands[NAMES[key]], np.float32), NAMES[key])
         elif key in KEYS and not self._ended:
             self.act(ACTIONS.index(KEYS[key]), KEYS[key])
 

@@ -24,6 +24,7 @@ from typing import Any, Literal, get_args
 from houseexpo.configuration import mapping_from
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
+from houseexpo.pseudoslam.config.drive import Motion
 
 Network = Literal["cnn", "cnn-lstm", "set"]
 Moves = Literal["discrete", "continuous", "waypoint", "frontier"]
@@ -101,6 +102,8 @@ class EnvironmentConfig:
         The data set's lists of plans for training and for evaluation, which must not have common plans.
     actions, observation, preset
         Arguments of the environments; a preset is a named configuration.
+    motion
+        How the robot moves; None for what ``simulator`` says. A drive takes continuous actions.
     simulator
         Changes to the preset or, without one, to the task's ``SimulatorConfig``: its keys, nested.
     task
@@ -113,12 +116,19 @@ class EnvironmentConfig:
     actions: Moves = "discrete"
     observation: Sight = "map"
     preset: str | None = None
+    motion: Motion | None = None
     simulator: Mapping[str, Any] = field(default_factory=dict)
     task: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         one_of(self.actions, "environment.actions", get_args(Moves))
         one_of(self.observation, "environment.observation", get_args(Sight))
+        if self.motion is not None:
+            one_of(self.motion, "environment.motion", get_args(Motion))
+        if self.motion not in {None, "discrete"} and self.actions != "continuous":
+            raise ConfigError(
+                f"environment.actions: expected continuous for the motion {self.motion!r}, found {self.actions!r}"
+            )
         for name in ("dataset", "preset"):
             if getattr(self, name) is not None:
                 _words(getattr(self, name), f"environment.{name}")

@@ -107,6 +107,7 @@ def environments(
         num_envs=number,
         actions=config.actions,
         observation=config.observation,
+        motion=config.motion,
         autoreset_mode="SameStep",
         threads=threads,
         **config.task,

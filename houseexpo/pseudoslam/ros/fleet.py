@@ -99,6 +99,8 @@ class Fleet:
             raise ConfigError(f"starts: expected at most one for each of {robots} robots, found {len(starts)}")
         if config.trajectories:
             raise ConfigError("trajectories: robots in ROS meet people and obstacles only; leave trajectories out")
+        if config.robot.drive:
+            raise ConfigError("robot.drive: robots in ROS follow their velocities exactly; leave the drive out")
         self.plan, self.seed, self.starts, self.tick_s = plan, seed, tuple(starts), tick_s
         self.noise = config.noise
         slam = replace(config.noise, odometry_way=0.0, odometry_turn=0.0, odometry_deg_per_m=0.0)
