@@ -54,6 +54,18 @@ def test_keys_do_what_they_say() -> None:
     assert driven.rows[1].reward == pytest.approx(driven.rows[1].explored_m2 - driven.rows[0].explored_m2)
 
 
+def test_keys_are_commands_of_a_drive() -> None:
+    driven = Drive(ExplorationEnv(ROOM, CONFIG, motion="differential"), 0)
+    drive(driven, Script(["up", "left", "s", "?", "d"]))
+    assert [row.action for row in driven.rows] == ["", "forward", "left", "backward", "right"]
+    assert driven.rows[1].x_m > driven.rows[0].x_m + 0.1 or driven.rows[1].y_m != driven.rows[0].y_m
+    assert driven.rows[2].heading_rad != driven.rows[1].heading_rad
+    car = Drive(ExplorationEnv(ROOM, CONFIG, motion="ackermann"), 0)
+    drive(car, Script(["left"]))
+    assert car.rows[1].action == "left"
+    assert car.rows[1].heading_rad != car.rows[0].heading_rad  # it moves, or it could not turn
+
+
 def test_the_keyboard_may_interrupt() -> None:
     driven = session()
     drive(driven, Script(["up"]))

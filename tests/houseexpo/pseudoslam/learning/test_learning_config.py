@@ -57,6 +57,8 @@ def test_a_record_gives_the_configuration_again() -> None:
         ('[environment]\nactions = "frontier"', "and only there; found 'cnn-lstm' with 'frontier'"),
         ('[ppo]\ndiscount = "seconds"', "ppo.discount: expected one of actions, steps, metres; found 'seconds'"),
         ('policy = "cnn"\n[ppo]\ndiscount = "steps"', 'ppo.discount: expected "actions", since steps are counted for'),
+        ('[environment]\nmotion = "fly"', "environment.motion: expected one of discrete, differential, ackermann"),
+        ('[environment]\nmotion = "ackermann"', "environment.actions: expected continuous for the motion"),
         ("[environment]\ntask = 3", "environment.task: expected a table, found 3"),
         ("[environment]\ndataset = 3", "environment.dataset: expected a name, found 3"),
         ("steps = ", "expected TOML, found"),
