@@ -35,6 +35,15 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     return sorted(found, key=lambda p: (-p.area, p.bounds)) if len(found) > 1 else found
 
 
+def dot(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
+    """Return the scalar products of plane vectors (..., 2) and (2,), or of as many, written out.
+
+    Of two single vectors, ``@`` rounds as the processor's own kernel of the linear algebra library does: one machine's
+    plan would not be another's.
+    """
+    return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
+
+
 def areas(shape: BaseGeometry) -> BaseGeometry:
     """Return only the areas of a geometry."""
     if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):

@@ -14,7 +14,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, locate, outlines, overlaps
+from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, dot, locate, outlines, overlaps
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A bridge: the straight strip through a wall that joins two spaces, and rows of such strips.
@@ -109,9 +109,9 @@ def join_rows(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
 
 def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
     """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
-    half = abs(other.along @ whole.along) * other.width / 2
+    half = abs(dot(other.along, whole.along)) * other.width / 2
     to = other.centre - whole.centre
-    return float(to @ whole.along - half), float(to @ whole.along + half), float(to @ whole.across)
+    return float(dot(to, whole.along) - half), float(dot(to, whole.along) + half), float(dot(to, whole.across))
 
 
 def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
@@ -128,7 +128,7 @@ def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
 
 def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
     """Metres between the near ends of two bridges between the same spaces, or None if they are not in one row."""
-    if set(whole.sides) != set(other.sides) or abs(whole.along @ other.along) < PARALLEL:
+    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)
     if abs(aside) > (whole.depth + other.depth) / 2:
@@ -151,7 +151,7 @@ def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 
     taken: list[tuple[float, float]] = []
     for part in blocked:
         points = shapely.get_coordinates(part) - bridge.centre
-        across, along = points @ bridge.across, points @ bridge.along
+        across, along = dot(points, bridge.across), dot(points, bridge.along)
         if len(points) and np.ptp(across) > sliver_m:
             taken.append((float(along.min()), float(along.max())))
     free, at, half = [], -bridge.width / 2, bridge.width / 2
@@ -268,16 +268,16 @@ def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
         return None
     d1, d2 = first.b - first.a, second.b - second.a
     u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
-    if u1 @ u2 > -PARALLEL:
+    if dot(u1, u2) > -PARALLEL:
         return None
     along = u1 - u2  # the two run against each other
     along /= math.hypot(*along)
     across = np.array([-along[1], along[0]])  # into the piece, seen from the first stretch
-    depth = float(((second.a + second.b) / 2 - (first.a + first.b) / 2) @ across)
-    low = max(first.a @ along, second.b @ along)
-    high = min(first.b @ along, second.a @ along)
+    depth = float(dot((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
+    low = max(dot(first.a, along), dot(second.b, along))
+    high = min(dot(first.b, along), dot(second.a, along))
     if not 0 < depth <= DEEPEST_M or high - low < SHORT_M:
         return None
-    middle = ((first.a + first.b) / 2 + (second.a + second.b) / 2) @ across / 2
+    middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle
     return Bridge(centre, along, float(high - low), depth, (first.faces, second.faces))

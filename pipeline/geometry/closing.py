@@ -22,6 +22,7 @@ from pipeline.geometry.areas import (
     Shapes,
     areas,
     buffer_mitred,
+    dot,
     drop_thinner,
     each_opened,
     enclosed_pieces,
@@ -256,8 +257,8 @@ class WallEnd:
         """Return whether two ends look at each other in one line, as those of one wall do."""
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
-        beside = abs((other.centre - self.centre) @ aside)
-        return bool(other.out @ self.out < -OPPOSITE and max(abs(width - other_width), beside) < GAP_IN_LINE_M)
+        beside = abs(dot(other.centre - self.centre, aside))
+        return bool(dot(other.out, self.out) < -OPPOSITE and max(abs(width - other_width), beside) < GAP_IN_LINE_M)
 
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
@@ -287,13 +288,13 @@ def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEn
 def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
-    inner = (end.a + aside, end.b - aside) if (end.b - end.a) @ aside > 0 else (end.a - aside, end.b + aside)
+    inner = (end.a + aside, end.b - aside) if dot(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
     far = []
     for point in (*inner, (end.a + end.b) / 2):  # the other wall may stand a little aside
         ray = shapely.linestrings([point + 1e-3 * end.out, point + reach_m * end.out])
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
-            far.append(float(np.min((shapely.get_coordinates(hit) - point) @ end.out)))
+            far.append(float(np.min(dot(shapely.get_coordinates(hit) - point, end.out))))
     if not far:
         return None
     step = end.out * (max(far) + 0.01)  # a little into the wall that it meets, so that they touch
@@ -346,7 +347,7 @@ def _each_once(found: Sequence[Polygon]) -> list[int]:
 
 
 def _width(gap: Polygon, end: WallEnd) -> float:
-    return float(np.ptp(shapely.get_coordinates(gap) @ end.out))
+    return float(np.ptp(dot(shapely.get_coordinates(gap), end.out)))
 
 
 def _lane(end: WallEnd, reach_m: float) -> Polygon:
@@ -359,11 +360,11 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
     near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
     found = []
     for other in ends:
-        if other.out @ end.out >= -OPPOSITE:
+        if dot(other.out, end.out) >= -OPPOSITE:
             continue
         if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
-        away = (other.centre - end.centre) @ end.out
+        away = dot(other.centre - end.centre, end.out)
         if not 0 < away <= reach_m + GAP_LAP_M:
             continue
         sure = end.faces(other) or not (end.is_nib or other.is_nib)  # R3
@@ -375,14 +376,14 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
 def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
     aside = np.array([-end.out[1], end.out[0]])
-    (a, b), (c, d) = (np.sort([side @ aside for side in (each.a, each.b)]) for each in (end, other))
+    (a, b), (c, d) = (np.sort([dot(side, aside) for side in (each.a, each.b)]) for each in (end, other))
     low, high = max(a, c), min(b, d)
     if low - high > ASIDE_M:
         return None
     if high - low < LEAST_OVERLAP * min(b - a, d - c):
         low, high = min(a, c), max(b, d)
-    start = min(end.a @ end.out, end.b @ end.out) - 0.005
-    stop = max(other.a @ end.out, other.b @ end.out) + 0.01
+    start = min(dot(end.a, end.out), dot(end.b, end.out)) - 0.005
+    stop = max(dot(other.a, end.out), dot(other.b, end.out)) + 0.01
     corners = [(start, low), (stop, low), (stop, high), (start, high)]
     return Polygon([step * end.out + side * aside for step, side in corners])
 
@@ -432,7 +433,7 @@ class _Mouth:
         """Return whether two mouths lie in one wall."""
         off = other.middle - self.middle
         aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
-        return bool(aside < ROW_M and abs(self.along @ other.along) > OPPOSITE)
+        return bool(aside < ROW_M and abs(dot(self.along, other.along)) > OPPOSITE)
 
 
 def mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:

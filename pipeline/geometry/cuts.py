@@ -12,7 +12,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clip_to_box, polygons_of
+from pipeline.geometry.areas import clip_to_box, dot, polygons_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import Passage
@@ -83,7 +83,7 @@ def _straight_cut(
     if along is None:
         return None
     across = np.array([-along[1], along[0]])
-    if across @ (end - start) < 0:
+    if dot(across, end - start) < 0:
         along, across = -along, -across
     reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
     near = _around(start, floor, reach)
@@ -126,7 +126,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
     rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
     points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
     depth = np.full(len(feet), np.inf)
-    np.minimum.at(depth, ray, (points - feet[ray]) @ across)
+    np.minimum.at(depth, ray, dot(points - feet[ray], across))
     return np.where(np.isfinite(depth), depth, 0.0)
 
 

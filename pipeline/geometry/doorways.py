@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clip_to_box, overlap
+from pipeline.geometry.areas import clip_to_box, dot, overlap
 from pipeline.geometry.meshes import Box
 
 PLAY_M = 0.35
@@ -151,7 +151,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
         ray = shapely.linestrings([start + half / 2 * on, start + (half + PLAY_M) * on])
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
-            found.append(float(np.min((shapely.get_coordinates(hit) - start) @ on)))
+            found.append(float(np.min(dot(shapely.get_coordinates(hit) - start, on))))
     return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < INTO_M) else None
 
 
@@ -163,7 +163,7 @@ def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | No
     for part in shapely.get_parts(shapely.intersection(line, walls)):
         if part.is_empty:
             continue
-        across = (shapely.get_coordinates(part) - point) @ box.across
+        across = dot(shapely.get_coordinates(part) - point, box.across)
         low, high = float(across.min()), float(across.max())
         if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
             best = (low, high)

@@ -12,7 +12,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, clip_to_box, drop_thinner, overlap, polygons_of, union_of
+from pipeline.geometry.areas import buffer_mitred, clip_to_box, dot, drop_thinner, overlap, polygons_of, union_of
 from pipeline.geometry.doorways import Doorway, box_of, doorway, fit_into_wall, rectangle
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 
@@ -94,7 +94,7 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:
-        same = [each for each in parted if abs(parts[each[0]].along @ parts[k].along) > PARALLEL]
+        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL]
         if same:
             same[0].append(k)
         else:
@@ -113,7 +113,7 @@ def _distance(box: Box, post: Box) -> float:
 
 def _is_square(box: Box, post: Box) -> bool:
     """Return whether a post stands parallel to a box or at right angles to it."""
-    along = abs(box.along @ post.along)
+    along = abs(dot(box.along, post.along))
     return bool(along > PARALLEL or along < SQUARE)
 
 
@@ -131,7 +131,7 @@ def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
 
 def _depth(box: Box, plates: list[Box]) -> float:
     """From the near face of the first plate to the far face of the last, metres across the box."""
-    at = [(float((plate.centre - box.centre) @ box.across), plate.thickness / 2) for plate in plates]
+    at = [(float(dot(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
     return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
 
 
@@ -160,8 +160,8 @@ def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
 
 def _holds(box: Box, part: Box) -> bool:
     to = part.centre - box.centre
-    aside = abs(to @ box.across) < box.thickness / 2 and abs(to @ box.along) < 0.15 * box.width
-    return bool(aside and abs(box.along @ part.along) > PARALLEL)
+    aside = abs(dot(to, box.across)) < box.thickness / 2 and abs(dot(to, box.along)) < 0.15 * box.width
+    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL)
 
 
 def _volume(bodies: Bodies, body: int) -> float:
@@ -182,16 +182,16 @@ def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
 def _plates(leaf: Leaf) -> int:
     """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
     wide = [part for part in leaf.parts if part.width >= WIDTH_M[0]]
-    at = sorted(float((part.centre - leaf.box.centre) @ leaf.box.along) for part in wide)
+    at = sorted(float(dot(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
     return 1 + int((np.diff(at) > WIDTH_M[0] / 2).sum()) if at else 0
 
 
 def _in_row(one: Box, other: Box) -> bool:
     to = other.centre - one.centre
     return bool(
-        abs(one.along @ other.along) > PARALLEL
-        and abs(to @ one.across) < 0.1
-        and abs(to @ one.along) < (one.width + other.width) / 2 + IN_ROW_M
+        abs(dot(one.along, other.along)) > PARALLEL
+        and abs(dot(to, one.across)) < 0.1
+        and abs(dot(to, one.along)) < (one.width + other.width) / 2 + IN_ROW_M
     )
 
 
@@ -248,8 +248,9 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
     """Yield the thin upright boxes among bodies that lie in line with a plate."""
     for k in np.flatnonzero(near):
         each = bodies.box(int(k))
-        aside = abs((each.centre - box.centre) @ box.across)
-        if each.thickness <= CUBICLE_PLATE_M and aside < IN_LINE_M and abs(each.along @ box.along) > CUBICLE_PARALLEL:
+        aside = abs(dot(each.centre - box.centre, box.across))
+        parallel = abs(dot(each.along, box.along)) > CUBICLE_PARALLEL
+        if each.thickness <= CUBICLE_PLATE_M and aside < IN_LINE_M and parallel:
             yield each
 
 
@@ -328,7 +329,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
         parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
         if not parts:
             continue
-        ends = (shapely.get_coordinates(parts[0]) - foot) @ across
+        ends = dot(shapely.get_coordinates(parts[0]) - foot, across)
         if ends.min() <= 0.03 and ends.max() <= LEAF_M + 0.02:
             found.append(float(ends.max() - ends.min()))
     return float(np.median(found)) if len(found) >= len(LOOKS) - 1 else None
@@ -440,10 +441,10 @@ def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < HINGE_M]
     lintels = [(p, box_of(p)) for p in parts]
-    own = any(abs(lintel.along @ box.along) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
+    own = any(abs(dot(lintel.along, box.along)) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
     return not own and any(
         shapely.distance(ends, p).min() < HINGE_M
-        and abs(lintel.along @ box.along) < IN_ONE_LINE
+        and abs(dot(lintel.along, box.along)) < IN_ONE_LINE
         and abs(lintel.width - box.width) < ALIKE * box.width
         for p, lintel in lintels
     )

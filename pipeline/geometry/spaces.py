@@ -20,6 +20,7 @@ from pipeline.geometry.areas import (
     areas,
     buffer_mitred,
     differences,
+    dot,
     drop_thinner,
     overlap,
     polygons_of,
@@ -125,7 +126,7 @@ def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Br
     rays = shapely.linestrings(np.array([_ray(bridges[i], k) for i, k in ends]).reshape(-1, 2, 2))
     for (i, k), hit in zip(ends, shapely.intersection(rays, facing), strict=True):
         if not hit.is_empty:
-            at = (shapely.get_coordinates(hit) - bridges[i].centre) @ bridges[i].across
+            at = dot(shapely.get_coordinates(hit) - bridges[i].centre, bridges[i].across)
             limits[i][k] = float(at.max() if k == 0 else at.min())
     return [_between(bridge, low, high) for bridge, (low, high) in zip(bridges, limits, strict=True)]
 

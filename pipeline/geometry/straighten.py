@@ -20,7 +20,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import dot, polygons_of
 
 Floats = npt.NDArray[np.float64]
 LONG_M = 0.3
@@ -141,17 +141,19 @@ def _redrawn(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m
     kept = [_without_steps(ring, line, normal, length, offset_m) for ring in rings]
     here = np.array([k for ring in kept for k in ring])
     after = np.array([k for ring in kept for k in ring[1:] + ring[:1]])
-    crossing = np.abs(normal[here, 0] * normal[after, 1] - normal[here, 1] * normal[after, 0]) > 0.1
+    (x1, y1), (x2, y2) = normal[here].T, normal[after].T
+    turn = x1 * y2 - y1 * x2
+    crossing = np.abs(turn) > 0.1
     pairs = np.stack([here, after], axis=1)
-    met = np.zeros((len(pairs), 2))
-    met[crossing] = np.linalg.solve(normal[pairs[crossing]], line[pairs[crossing]][:, :, None])[:, :, 0]
+    one, other = line[here], line[after]
+    met = np.stack([one * y2 - other * y1, other * x1 - one * x2], axis=1) / np.where(crossing, turn, 1.0)[:, None]
     points: list[list[Floats]] = [[] for _ in rings]
     for k, (first, second) in enumerate(pairs.tolist()):
         if crossing[k]:
             points[edges.ring[first]].append(met[k])
         else:  # (nearly) parallel: a step between two lines
             corner = edges.end[first] if second == first + 1 else (edges.end[first] + edges.start[second]) / 2
-            step = [corner + (line[i] - corner @ normal[i]) * normal[i] for i in (first, second)]
+            step = [corner + (line[i] - dot(corner, normal[i])) * normal[i] for i in (first, second)]
             points[edges.ring[first]] += step
     return [np.array(ring).reshape(-1, 2) for ring in points]
 
@@ -175,7 +177,7 @@ def _without_steps(index: list[int], line: Floats, normal: Floats, length: Float
 
 
 def _parallel(normal: Floats, a: int, b: int) -> bool:
-    return bool(normal[a] @ normal[b] > 1 - 1e-9)
+    return bool(dot(normal[a], normal[b]) > 1 - 1e-9)
 
 
 def _accept_if_sound(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:

@@ -40,6 +40,7 @@ from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
     OUTSIDE,
     buffer_mitred,
+    dot,
     enclosed_pieces,
     overlap,
     polygons_of,
@@ -336,7 +337,7 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
 
 def _is_closet(room: Polygon, bridge: Bridge) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R6)."""
-    breadth = np.ptp(shapely.get_coordinates(room.exterior) @ bridge.along)
+    breadth = np.ptp(dot(shapely.get_coordinates(room.exterior), bridge.along))
     return bool(room.area >= CLOSET_M2 and bridge.width < JAMBS * breadth)
 
 

@@ -26,7 +26,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of
+from pipeline.geometry.areas import buffer_mitred, dot, drop_thinner, polygons_of
 from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -233,7 +233,7 @@ def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
     for share in (-0.9, 0.0, 0.9):
         start = slot.middle + share * slot.half
         lane = LineString([start - REACH_M * slot.across, start + REACH_M * slot.across])
-        met = [(shapely.get_coordinates(part) - start) @ slot.across for part in shapely.get_parts(room_ & lane)]
+        met = [dot(shapely.get_coordinates(part) - start, slot.across) for part in shapely.get_parts(room_ & lane)]
         nearest = min(((float(t.min()), float(t.max())) for t in met if len(t)), key=_from_zero, default=None)
         if nearest is not None:
             ends.append(nearest)

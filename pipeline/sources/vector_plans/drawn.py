@@ -25,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import drop_thinner, polygons_of
+from pipeline.geometry.areas import dot, drop_thinner, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
@@ -191,7 +191,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     for probe in probes:
         ray = LineString([probe - across * DEEPEST_WALL_M, probe + across * DEEPEST_WALL_M])
         for part in shapely.get_parts(shapely.intersection(walls, ray)):
-            ends = (shapely.get_coordinates(part) - probe) @ across
+            ends = dot(shapely.get_coordinates(part) - probe, across)
             if (
                 len(ends)
                 and ends.min() <= OFF_LINE_M
