@@ -64,6 +64,13 @@ def ros(
     ] = True,
     domain: Annotated[int | None, typer.Option(help="ROS domain.", show_default="ROS_DOMAIN_ID, or 0")] = None,
     local: Annotated[bool, typer.Option("--local", help="Talk only to programs on this machine.")] = False,
+    bridge: Annotated[
+        str | None,
+        typer.Option(help="Address of a rosbridge, such as ws://localhost:9090, in place of DDS.", show_default="none"),
+    ] = None,
+    stamped: Annotated[
+        bool, typer.Option("--stamped", help="With --bridge, cmd_vel is a TwistStamped, not a Twist.")
+    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(help="YAML file of a SimulatorConfig.", show_default="a laser of 12 m that looks all round"),
@@ -79,9 +86,10 @@ def ros(
     out.
     """
     from houseexpo.commands.printing import console
+    from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
-    from houseexpo.pseudoslam.ros.node import EVENTS, Node, NodeConfig
+    from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS, Node, NodeConfig
 
     shown = console()
 
@@ -90,9 +98,14 @@ def ros(
 
     if not 1.0 <= rate <= 1000.0:
         raise ConfigError(f"rate: expected a number from 1 to 1000, found {rate:g}")
+    if bridge is None and stamped:
+        raise ConfigError("stamped: with DDS, both types of cmd_vel are heard; --stamped is for --bridge")
+    if bridge is not None and (domain is not None or local):
+        raise ConfigError("bridge: the rosbridge chooses the domain; leave --domain and --local out")
     node_config = NodeConfig(
         scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
         localised=map_odom_tf, base=base_frame, scan=scan_frame,
+        commands=COMMANDS if bridge is None else COMMANDS[int(stamped) :][:1],
     )  # fmt: skip
     simulated = _config(config, people, laser_noise, odometry_noise)
     starts = [_pose(text) for text in start or ()]
@@ -101,17 +114,16 @@ def ros(
     def fleet_in(one: FloorPlan, starts: list[Pose]) -> Fleet:
         return Fleet(one, simulated, robots=robots, seed=seed, starts=starts, tick_s=1.0 / rate)
 
-    network = Network(domain, local=True if local else None, warn=say)
+    network = Bridge(bridge, warn=say) if bridge else Network(domain, local=True if local else None, warn=say)
+    where = f"rosbridge {network.url}" if isinstance(network, Bridge) else f"ROS domain {network.domain}"
     try:
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
-            network.refuse_second(EVENTS)
+            if isinstance(network, Network):
+                network.refuse_second(EVENTS)
             node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
         with suppress(KeyboardInterrupt), _told_by_signals() as is_told:
-            say(
-                f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, ROS domain {network.domain}; "
-                "Ctrl-C ends it"
-            )
+            say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, {where}; Ctrl-C ends it")
             node.run(float("inf") if seconds is None else seconds, until=is_told)
         say(f"ended after {node.elapsed_s:.1f} simulated seconds")
     finally:

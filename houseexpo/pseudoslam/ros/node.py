@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Final, Literal, Protocol
@@ -64,6 +64,7 @@ from houseexpo.pseudoslam.simulator import OccupancyGrid
 
 Maps = Literal["none", "slam", "house"]
 
+COMMANDS: Final = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 EVENTS: Final = "/houseexpo/event"
 """The topic that shows that a simulator is there."""
 
@@ -125,6 +126,8 @@ class NodeConfig:
         Whether to publish ``map`` to ``odom``; not beside a SLAM or a localisation, which do.
     base, scan
         Frames of the robot and of its laser.
+    commands
+        Types of ``cmd_vel``.
     """
 
     scan_hz: float = 10.0
@@ -137,6 +140,7 @@ class NodeConfig:
     localised: bool = True
     base: str = BASE
     scan: str = SCAN
+    commands: Sequence[str] = COMMANDS
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scan_hz) and self.scan_hz > 0):
@@ -329,8 +333,7 @@ class Node:
         if self._config.static:
             self._advertise(prefix, "tf_static")
             graph.publish(f"{prefix}/tf_static", fixed_frames(self._config.base, self._config.scan))
-        kinds = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
-        commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in kinds)
+        commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in self._config.commands)
         placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
         return _Endpoints(prefix, commands, placed)
 

@@ -1,0 +1,330 @@
+"""Topics and services of a ROS 2 graph over a rosbridge, where DDS cannot be had: protocol v2.0, JSON over a websocket.
+
+The operations are those of rosbridge_suite's ROSBRIDGE_PROTOCOL.md: ``advertise``, ``publish``, ``subscribe``,
+``advertise_service``, ``call_service``, ``service_response`` and ``status``. Numbers:
+
+R1  An infinite range is written as 1e999, which is JSON, and infinite to its readers.
+R2  JSON has no "not a number": a lost beam is 0, below ``range_min``, which LaserScan calls a range to be discarded.
+R3  A type without fields is an empty object. In what comes, null is "not a number", and a missing field is 0 or empty.
+
+If the connection breaks, the simulation goes on, its messages are lost, and the connection is tried again each second.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import queue
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.pseudoslam.io.robot_topics import Quality
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty
+from houseexpo.pseudoslam.ros.dds import Subscription
+from houseexpo.pseudoslam.ros.services import Call, Service
+
+_RETRY_S: Final = 1.0
+_CLOSE_S, _POLL_S = 1.0, 0.2
+_OPTIONS: Final[dict[str, Any]] = {
+    "open_timeout": 5.0, "close_timeout": _CLOSE_S, "max_size": 16 * 2**20, "compression": None, "proxy": None
+}  # fmt: skip
+_WAITING_MOST: Final = 200
+"""Messages that wait for a slow server; further ones are dropped."""
+_NO_FIELDS: Final = "structure_needs_at_least_one_member"
+_PLAIN: Final = {"string": str, "bool": bool}
+_OUTSIDE_TEXT: Final = re.compile(r'"(?:[^"\\]|\\.)*"|-?Infinity|NaN')
+_NUMBERS: Final = {"Infinity": "1e999", "-Infinity": "-1e999", "NaN": "0.0"}
+
+
+class Bridge:
+    """A client of a rosbridge, with the graph that a node needs.
+
+    Parameters
+    ----------
+    url
+        Where the rosbridge listens, such as ``ws://localhost:9090``.
+    warn
+        Called with a sentence when the connection breaks or comes back, and when the rosbridge reports an error.
+
+    Raises
+    ------
+    ConfigError
+        Nobody answers there, or it is no address of a websocket.
+    MissingDependencyError
+        websockets is not installed.
+    """
+
+    def __init__(self, url: str, *, warn: Callable[[str], None]) -> None:
+        try:
+            from websockets.sync.client import connect
+        except ImportError as error:
+            said = f"a rosbridge needs websockets, which is not installed: {installing('bridge')}"
+            raise MissingDependencyError(said) from error
+        self._connect = connect
+        self.url, self._warn, self._warned = url, warn, set[str]()
+        self._kinds: dict[str, str] = {}
+        self._greetings: list[dict[str, Any]] = []
+        self._latched: dict[str, str] = {}
+        self._heard: dict[str, Subscription] = {}
+        self._services: dict[str, tuple[str, Service]] = {}
+        self._outgoing: queue.Queue[str] = queue.Queue(_WAITING_MOST)
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._connection: Any = None
+        if not re.match(r"wss?://[^\s/]", url):
+            raise ConfigError(f"bridge: expected an address such as ws://localhost:9090, found {url!r}")
+        first: queue.Queue[Exception | None] = queue.Queue()
+        self._threads = [
+            threading.Thread(target=self._stay, args=[first.put], name="rosbridge-in", daemon=True),
+            threading.Thread(target=self._write_all, name="rosbridge-out", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+        if (refused := first.get()) is not None:
+            self._closed.set()
+            said = f"bridge: no rosbridge answers at {url}: {refused}; start rosbridge_server there"
+            raise ConfigError(said) from refused
+
+    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+        """Offer messages of a type on a topic, such as ``/robot1/scan``."""
+        self._kinds[topic] = kind
+        if quality.latched:
+            self._latched[topic] = ""
+        asked = {"topic": topic, "type": kind, "latch": quality.latched, "queue_size": quality.depth}
+        self._greet({"op": "advertise", **asked})
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Send a message on a topic that was advertised; while there is no connection, it is lost, unless latched."""
+        assert message.type == self._kinds[topic], (topic, message.type)  # noqa: S101  # our own topics
+        latch = topic in self._latched
+        asked = {"op": "publish", "topic": topic, "msg": _object(message.type, message.fields), "latch": latch}
+        said = _json(asked)
+        if latch:
+            self._latched[topic] = said
+        self._send(said, topic)
+
+    def has_subscribers(self, topic: str) -> bool:
+        """Return True: a rosbridge does not tell."""
+        return topic in self._kinds
+
+    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+        """Listen to messages of a type on a topic; a rosbridge hears only one type on a topic, the first asked for."""
+        subscription = Subscription(kind)
+        if topic not in self._heard:
+            self._heard[topic] = subscription
+            depth = (quality or Quality()).depth
+            self._greet(
+                {"op": "subscribe", "id": f"subscribe:{topic}", "topic": topic, "type": kind, "queue_length": depth}
+            )
+        return subscription
+
+    def offer(self, name: str, kind: str) -> Service:
+        """Offer a service of a type."""
+        service = Service()
+        self._services[name] = kind, service
+        self._greet({"op": "advertise_service", "type": kind, "service": name})
+        return service
+
+    def look(self) -> None:
+        """A rosbridge does not tell who else is there."""
+
+    def close(self) -> None:
+        """Take the services and topics back, and leave."""
+        for name in self._services:
+            self._send(_json({"op": "unadvertise_service", "service": name}), name)
+        for topic in self._kinds:
+            self._send(_json({"op": "unadvertise", "topic": topic}), topic)
+        self._closed.set()
+        self._threads[1].join(_CLOSE_S + _POLL_S)
+        with self._lock:
+            connection = self._connection
+        if connection is not None:
+            connection.close()
+        self._threads[0].join(_CLOSE_S + _POLL_S)
+
+    def _greet(self, operation: dict[str, Any]) -> None:
+        """Send what must be said again on each new connection."""
+        with self._lock:
+            self._greetings.append(operation)
+        self._send(_json(operation), operation["op"])
+
+    def _send(self, said: str, of: str) -> None:
+        with self._lock:
+            if self._connection is None:
+                return
+        try:
+            self._outgoing.put_nowait(said)
+        except queue.Full:
+            self._warn_once(f"{self.url}: the rosbridge is too slow, messages of {of} are dropped")
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned and len(self._warned) < _WAITING_MOST:
+            self._warned.add(text)
+            self._warn(text)
+
+    def _write_all(self) -> None:
+        while not (self._closed.is_set() and self._outgoing.empty()):
+            with contextlib.suppress(queue.Empty):
+                said = self._outgoing.get(timeout=_POLL_S)
+                with self._lock:
+                    connection = self._connection
+                if connection is not None:
+                    with contextlib.suppress(OSError, _refusals()):  # the reader sees it too
+                        connection.send(said)
+
+    def _stay(self, first: Callable[[Exception | None], None]) -> None:
+        """Connect and read until closed; ``first`` is called with how the first attempt ended."""
+        came = 0
+        while not self._closed.is_set():
+            error: Exception | None = None
+            try:
+                with self._connect(self.url, **_OPTIONS) as connection:
+                    self._meet(connection)
+                    came += 1
+                    if came == 1:
+                        first(None)
+                    else:
+                        self._warn(f"{self.url}: connected again")
+                    for said in connection:
+                        self._take(said)
+            except (OSError, _refusals()) as caught:
+                error = caught
+            if came == 0:
+                first(error)
+                return
+            with self._lock:
+                was, self._connection = self._connection, None
+            if was is not None and not self._closed.is_set():
+                self._warn(f"{self.url}: the connection broke: {error or 'it was closed'}; trying again each second")
+            self._closed.wait(_RETRY_S)
+
+    def _meet(self, connection: Any) -> None:
+        """Say on a new connection what must be said again, and forget what was meant for the old one."""
+        with self._lock:
+            for operation in self._greetings:
+                connection.send(_json(operation))
+            for said in filter(None, self._latched.values()):
+                connection.send(said)
+            with contextlib.suppress(queue.Empty):
+                while True:
+                    self._outgoing.get_nowait()
+            self._connection = connection
+
+    def _take(self, said: str | bytes) -> None:
+        """Take what the rosbridge says; other operations than those of the protocol's client are left out."""
+        try:
+            found = json.loads(said)
+        except ValueError:
+            self._warn_once(f"{self.url}: expected JSON, found {said[:40]!r}; check that it is a rosbridge")
+            return
+        operation = found.get("op") if isinstance(found, dict) else None
+        if operation == "publish" and found.get("topic") in self._heard:
+            subscription = self._heard[found["topic"]]
+            with self._told(str(found["topic"])):
+                subscription.add(_fields(subscription.kind, found.get("msg"), "msg"))
+        elif operation == "call_service" and found.get("service") in self._services:
+            self._call(found)
+        elif operation == "status" and found.get("level") in {"error", "warning"}:
+            self._warn_once(f"{self.url}: the rosbridge reports: {str(found.get('msg', ''))[:500]}")
+
+    def _call(self, found: dict[str, Any]) -> None:
+        name, number = found["service"], found.get("id")
+        kind, service = self._services[name]
+
+        def answer(fields: Fields) -> None:
+            told = {
+                "op": "service_response",
+                "service": name,
+                "values": _object(f"{kind}_Response", fields),
+                "result": True,
+            }
+            self._send(_json(told if number is None else {**told, "id": number}), name)
+
+        with self._told(name):
+            args = found.get("args") or {}
+            service.add(Call(_fields(f"{kind}_Request", args, "args"), answer))
+
+    @contextlib.contextmanager
+    def _told(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except ValueError as error:
+            self._warn_once(f"{name}: {error}; it was left out")
+
+
+def _refusals() -> type[Exception]:
+    from websockets.exceptions import WebSocketException
+
+    return WebSocketException
+
+
+def _json(value: Any) -> str:
+    """R1, R2."""
+    return _OUTSIDE_TEXT.sub(lambda found: _NUMBERS.get(found[0], found[0]), json.dumps(value, separators=(",", ":")))
+
+
+def _object(kind: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a message as JSON's values (R3)."""
+    return {name: _value(FIELDS[kind][name], value) for name, value in fields.items() if name != _NO_FIELDS}
+
+
+def _value(kind: str, value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return _object(kind, value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list):
+        return [_value(kind.removesuffix("[]"), one) for one in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _fields(kind: str, found: Any, where: str) -> Fields:
+    """Return the fields of a message of JSON's values (R3).
+
+    Raises
+    ------
+    ValueError
+        A field has another type.
+    """
+    if not isinstance(found, dict):
+        raise ValueError(f"{where}: expected an object of {kind}, found {_short(found)}")  # noqa: TRY004  # of JSON
+    unknown = sorted(set(found) - set(FIELDS[kind]))
+    if unknown:
+        raise ValueError(f"{where}: expected fields of {kind}, found {unknown[0]!r}")
+    given = {name: _plain(FIELDS[kind][name], value, f"{where}.{name}") for name, value in found.items()}
+    return {**empty(kind), **given}
+
+
+def _plain(kind: str, value: Any, where: str) -> Any:
+    if kind in FIELDS:
+        return _fields(kind, value, where)
+    inner, bracket, size = kind.partition("[")
+    if bracket:
+        if not isinstance(value, list) or (size != "]" and len(value) != int(size[:-1])):
+            raise ValueError(f"{where}: expected {kind}, found {_short(value)}")
+        return [_plain(inner, one, where) for one in value]
+    if inner.startswith("float") and (
+        value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+    ):
+        return math.nan if value is None else float(value)
+    expected = {"string": str, "bool": bool}.get(inner, int)
+    if type(value) is not expected or (expected is int and not _fits(inner, value)):
+        raise ValueError(f"{where}: expected {inner}, found {_short(value)}")
+    return value
+
+
+def _fits(kind: str, value: Any) -> bool:
+    if kind.startswith("float"):
+        return False
+    limits = np.iinfo(kind)
+    return bool(limits.min <= value <= limits.max)
+
+
+def _short(value: Any) -> str:
+    return repr(value)[:40]
