@@ -1,4 +1,6 @@
-"""The policies of the paper's two experiments, ``experiments/paper``, and what each scores in twenty episodes.
+"""The policies of ``experiments/paper``, and what each scores in twenty episodes.
+
+They are those of the paper's two experiments, with the paper's memory and without, and of PPO that chooses frontiers.
 
 ``python -m tests.builders.paper_policies`` writes ``experiments/paper/scores.json`` anew, after they were learned anew.
 """
@@ -19,7 +21,7 @@ from tests.builders.shared import DATA
 PAPER = Path(__file__).parents[2] / "experiments" / "paper"
 SCORES = PAPER / "scores.json"
 EPISODES = 20
-EXPERIMENTS = ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn")  # the last two without a memory
+EXPERIMENTS = ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn", "exploration-frontiers")
 SEEDS = (0, 1, 2)
 MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2")}
 

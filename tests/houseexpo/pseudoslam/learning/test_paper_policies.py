@@ -1,4 +1,4 @@
-"""The policies of the paper's two experiments still score what is written down beside them."""
+"""The policies of ``experiments/paper`` still score what is written down beside them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def test_trainings_that_differ_by_their_seed_are_one_row_of_a_table() -> None:
         found = [load_policy(str(PAPER / f"{experiment}-{seed}" / "policy.pt")).training for seed in SEEDS]
         assert [each.seed for each in found if each] == list(SEEDS)
         [rows[experiment]] = {each.family for each in found if each}
-        assert rows[experiment].startswith("PPO cnn " if experiment.endswith("-cnn") else "PPO cnn-lstm ")
+        network = {"cnn": "cnn", "frontiers": "set"}.get(experiment.partition("-")[2], "cnn-lstm")
+        assert rows[experiment].startswith(f"PPO {network} ")
     assert len(set(rows.values())) == len(rows)
 
 
