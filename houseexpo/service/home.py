@@ -20,9 +20,12 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.plan.categories import LABELS, colour
 from houseexpo.plan.parts import SURE
+from houseexpo.release.check_releasable import MADE, OWN
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.service import Service
 
+_KINDS: Final = {"procedural": "homes made by houseexpo"}
+"""Kinds of sources that people know by another name."""
 _BYTES: Final = 4 << 20
 """The largest file that is read."""
 _LETTERS: Final = 600
@@ -104,7 +107,7 @@ def _recorded(now: Opened) -> list[tuple[str, int]]:
 def _sentence(now: Opened, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
-    kinds = ", ".join(f"{names[code]} ({count:,})" for code, count in counts.most_common(_FEW))
+    kinds = ", ".join(f"{_KINDS.get(names[code], names[code])} ({count:,})" for code, count in counts.most_common(_FEW))
     count = len(now.views.table)
     told = [f"{count:,} floor plan{'' if count == 1 else 's'}."]
     if kinds:
@@ -123,10 +126,11 @@ def _described(path: Path) -> dict[str, str]:
     made = [_text(generator.get(key)) for key in ("name", "version")] if isinstance(generator, dict) else []
     # a path would show where somebody keeps files; made houses have none
     named = [_text(each) for each in sources if "/" not in str(each)] if isinstance(sources, list) else []
+    own = OWN if isinstance(sources, list) and sources and all(str(each).startswith(MADE) for each in sources) else ""
     found = {
         "generator": " ".join(made),
         "sources": ", ".join(named[:_FEW]),
-        "license": _text(croissant.get("license")) or _text(manifest.get("licence")),
+        "license": _text(croissant.get("license")) or _text(manifest.get("licence")) or own,
         **{key: _text(croissant.get(key)) for key in ("name", "description", "version")},
     }
     return {key: value.strip() for key, value in found.items()}

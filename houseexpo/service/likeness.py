@@ -41,6 +41,8 @@ _NEAR: Final = 1e-3
 """Keeps the repulsion of equal points finite."""
 _STEP: Final = 4.0
 """The longest step of a coordinate."""
+_FENCE: Final = 2.0
+"""Plans farther than this number of interquartile ranges from the middle half lie at the edge of the map."""
 _KEPT: Final = 8
 """Maps that stay in memory."""
 
@@ -113,7 +115,9 @@ def positions_of(features: Floats) -> Floats:
             square = np.sum(apart**2, axis=1, keepdims=True)
             moved += np.clip(_NEIGHBOURS * apart / ((_NEAR + square) * (1.0 + square)), -_STEP, _STEP)
         places = places + 0.1 * rate * np.clip(moved, -10 * _STEP, 10 * _STEP)
-    low, high = np.quantile(places, (0.002, 0.998), axis=0)
+    low, first, third, high = np.quantile(places, (0.002, 0.25, 0.75, 0.998), axis=0)
+    fence = _FENCE * (third - first)
+    low, high = np.maximum(low, first - fence), np.minimum(high, third + fence)
     inside = np.clip((places - low) / np.maximum(high - low, 1e-9), -0.02, 1.02)
     return np.asarray(0.04 + 0.92 * inside)
 

@@ -174,10 +174,10 @@ def evidence_of(plan: FloorPlan) -> Evidence:
 
 
 def _quality_text(quality: Quality) -> str:
-    how = f"doubtful: below {SURE:g}" if quality.is_doubtful else f"sure: {SURE:g} or more"
-    others = sum(value <= 0 for value in quality.grounds.values())
-    neutral = f" {counted(others, 'ground')} {'does' if others == 1 else 'do'} not speak against it." if others else ""
-    return f"Quality {quality.score:.2f}, {how}.{neutral}"
+    how = f"doubtful, since it is below {SURE:g}" if quality.is_doubtful else f"sure, since it is {SURE:g} or more"
+    against = sum(value > 0 for value in quality.grounds.values())
+    found = f"{against or 'None'} of {counted(len(quality.grounds), 'possible fault')} was found"
+    return f"Quality {quality.score:.2f}: {how}. {found if against < 2 else found.replace('was', 'were')}."
 
 
 def _notes(notes: Any) -> Iterator[str]:

@@ -249,7 +249,7 @@ def unsure_parts(plan: FloorPlan) -> list[str]:
         for door in plan.doors
         if door.is_unsure
     ]
-    return [f"{confidence:.0%} {text}" for confidence, text in sorted(rooms + doors)]
+    return [f"{text}: {confidence:.0%} sure" for confidence, text in sorted(rooms + doors)]
 
 
 def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:

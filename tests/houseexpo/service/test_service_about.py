@@ -43,6 +43,19 @@ def test_a_release_says_itself_what_it_is(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("sources", "said"),
+    [
+        (["procedural:30?style=home"], "Licence: CC-BY-4.0"),
+        (["procedural:30", "house.glb"], "No licence recorded"),
+        ([], "No licence recorded"),
+    ],
+)
+def test_houses_that_the_project_makes_have_its_licence(folder: Path, sources: list[str], said: str) -> None:
+    (folder / "manifest.json").write_text(json.dumps({"sources": sources}))
+    assert said in client_of(folder).get("/homes/about", headers=HTML).text
+
+
+@pytest.mark.parametrize(
     "text",
     [
         '{"name": "<script>alert(1)</script>", "description": "<img src=x onerror=alert(1)>"}',

@@ -40,7 +40,7 @@ def test_evidence_is_said_in_words() -> None:
     cut = replace(plan.doors[0], kind="cut", confidence=0.4)
     quality = Quality(0.74, {"cut_share": 0.5, "guesses": 0.75, "left_out": 0.0, "new_ground": 0.1})
     found = evidence_of(replace(plan, doors=(cut,), provenance=told, quality=quality))
-    assert found.quality == "Quality 0.74, doubtful: below 0.8. 1 ground does not speak against it."
+    assert found.quality == "Quality 0.74: doubtful, since it is below 0.8. 3 of 4 possible faults were found."
     assert found.grounds == [
         ("levels, units, scale or axis guessed", 0.75),
         ("doors that are cuts, not evidence", 0.5),

@@ -27,6 +27,14 @@ def test_like_plans_lie_near_each_other() -> None:
     assert 0.0 <= places.min() <= places.max() <= 1.0
 
 
+def test_a_plan_unlike_all_others_does_not_squeeze_them_together() -> None:
+    features, _ = clusters(30)
+    features[0] *= 40.0
+    places = positions_of(features)
+    middle = np.quantile(places[1:], 0.9, axis=0) - np.quantile(places[1:], 0.1, axis=0)
+    assert (middle > 0.3).all()
+
+
 def test_a_data_set_gives_the_same_map_each_time() -> None:
     features, _ = clusters(100)
     assert positions_of(features).tobytes() == positions_of(features).tobytes()

@@ -142,7 +142,7 @@ def test_an_error_is_a_page_for_people(client: TestClient) -> None:
     found = client.get("/homes/plan/nobody", headers={"accept": "text/html"})
     assert found.status_code == 404
     assert "Not found" in found.text
-    assert "no plan &#39;nobody&#39;" in found.text
+    assert "No plan &#39;nobody&#39;" in found.text
     assert "Traceback" not in found.text
 
 

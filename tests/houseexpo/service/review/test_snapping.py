@@ -36,5 +36,7 @@ def test_unsure_parts_are_named_the_least_sure_first() -> None:
     unsure = replace(PLAN, rooms=rooms, doors=(replace(PLAN.doors[0], confidence=0.2), *PLAN.doors[1:]))
     assert unsure_parts(PLAN) == []
     first, second = unsure_parts(unsure)
-    assert first.startswith(f"20% {PLAN.doors[0].kind} 0, between ")
-    assert second.startswith("45% outline of room 0")
+    assert first.startswith(f"{PLAN.doors[0].kind} 0, between ")
+    assert first.endswith(": 20% sure")
+    assert second.startswith("outline of room 0")
+    assert second.endswith(": 45% sure")
