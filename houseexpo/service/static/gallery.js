@@ -106,7 +106,7 @@ function drawActive(active, facets) {
 }
 
 function columns(total) { // null: tiles
-  const table = state.get("view") === "table", chosen = list("columns").length ? list("columns") : USUAL, by = state.get("sort") ?? "id";
+  const table = state.get("view") === "table", picked = () => (list("columns").length ? list("columns") : USUAL), chosen = picked(), by = state.get("sort") ?? "id";
   document.getElementById("as-table").setAttribute("aria-pressed", String(table));
   document.getElementById("as-tiles").setAttribute("aria-pressed", String(!table));
   document.getElementById("choose").hidden = !table;
@@ -121,7 +121,8 @@ function columns(total) { // null: tiles
   const shown = known.filter((each) => chosen.includes(each.name));
   document.getElementById("column-names").replaceChildren(...known.map((each) => element("label", {},
     element("input", { type: "checkbox", checked: chosen.includes(each.name), on: { change: (event) => {
-      const now = known.map((one) => one.name).filter((one) => (one === each.name ? event.target.checked : chosen.includes(one)));
+      const before = picked(); // not those of the drawing: a second choice may come before the page is drawn again
+      const now = known.map((one) => one.name).filter((one) => (one === each.name ? event.target.checked : before.includes(one)));
       put("columns", now.join(","));
       go(false);
     } } }), each.title)));
