@@ -71,7 +71,7 @@ def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
     """Build, show the outcome, and return the exit code."""
     from pipeline.report import index_rows
 
-    data_set = built(work, others, check)
+    data_set = build_data_set(work, others, check)
     return show_outcomes(data_set, index_rows(data_set.root), work.out)
 
 
@@ -90,12 +90,12 @@ def from_python(
 
     options = {**given, "sources": tuple(sources)}
     chosen = None if config is None else manifest_file(config)
-    return built(
+    return build_data_set(
         Work(chosen, options, overrides, out, workers, "local", None, rehash=False), others, lambda: None
     ).not_done
 
 
-def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
+def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSet:
     """Build a data set folder with its report and the record of how it was made."""
     from houseexpo.dataset.build_record import record_build, recorded_build
     from pipeline.batch.build import build as run_build
@@ -119,7 +119,7 @@ def built(work: Work, others: str, check: Callable[[], None]) -> DataSet:
             others=Others(others),
             rehash=work.rehash,
             execute=work.execute(),
-            ended=display.ended,
+            ended=display.note_outcome,
         )
         record = work.record(add=adds)
         record_build(root, record.beside(recorded_build(root)) if adds else record)
@@ -163,7 +163,7 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
             execute=work.execute(),
             progress=display.progress,
             rehash=work.rehash,
-            ended=display.ended,
+            ended=display.note_outcome,
         )
     if not is_quiet():
         typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {counted(done.inputs, 'house')} done")

@@ -111,7 +111,7 @@ def manifest_file(given: Path) -> Path:
     """
     if given.is_file():
         return given
-    known = _bundled()
+    known = _bundled_manifests()
     if given.stem in known and given.name == str(given) == given.stem:
         return known[given.stem]
     near = difflib.get_close_matches(given.stem, known, n=1)
@@ -119,7 +119,7 @@ def manifest_file(given: Path) -> Path:
     raise ConfigError(f"manifest {str(given)!r}: there is no such file; {advice}{', '.join(known)}")
 
 
-def _bundled() -> dict[str, Path]:
+def _bundled_manifests() -> dict[str, Path]:
     """Return the manifests of builds that come with the project, by name."""
     files = sorted(manifest_path("demo").parent.glob("*.toml"))
     return {file.stem: file for file in files if "." not in file.stem and "build" in read_toml(file)}
@@ -136,8 +136,8 @@ def load_config(path: Path) -> BuildConfig:
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     with of_file(path):
-        stages = config_from(PipelineConfig, tables, convert=checked, beside=("build", "limits"))
-        config = config_from(BuildConfig, own, convert=checked)
+        stages = config_from(PipelineConfig, tables, convert=convert, beside=("build", "limits"))
+        config = config_from(BuildConfig, own, convert=convert)
         for name in ("min_quality", "furnished"):
             if (share := getattr(config.build, name)) > 1:
                 raise ConfigError(f"build.{name} = {share!r}: expected 0 to 1")
@@ -154,7 +154,7 @@ def folders_in_full(folders: str, here: Path) -> str:
     return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 
-def checked(value: Any, hint: Any, key: str) -> Any:
+def convert(value: Any, hint: Any, key: str) -> Any:
     """Convert a value of a manifest or of an override to its type; raise ConfigError if it is out of range.
 
     Numbers must be finite and not negative; integers other than seeds must be at least 1.

@@ -85,7 +85,7 @@ class Display:
         self._check()
         self._shown.show(what, done, total)
 
-    def ended(self, entry: Entry) -> None:
+    def note_outcome(self, entry: Entry) -> None:
         """Count the outcome of an input, and log it (``-v``; with ``-vv`` each stage's seconds too)."""
         self.tally.add(entry)
         for plan in entry.plans:

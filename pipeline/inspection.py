@@ -98,10 +98,10 @@ def inspect_house(
         not to be written over.
     """
     with Output(out, replace=replace, folder=True) as output:
-        return _inspected(config, overrides, number, name, output)
+        return _inspect_input(config, overrides, number, name, output)
 
 
-def _inspected(
+def _inspect_input(
     config: BuildConfig, overrides: Mapping[str, Override], number: int, name: str | None, output: Output
 ) -> Inspection:
     inputs = list(list_inputs(config))
@@ -122,12 +122,12 @@ def _inspected(
     snapshots: list[Snapshot] = []
     rejection_: Rejection | None = None
     try:
-        found = stages(level, override.applied(config.planning), rng_of(level, config.build.seed))
+        found = stages(level, override.apply_to(config.planning), rng_of(level, config.build.seed))
         snapshots.extend(watched(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not snapshots:
-        return Inspection(shown, _picture_of(rejection_.pictured(top_view(level.walls)), output), rejection_)
+        return Inspection(shown, _picture_of(rejection_.with_picture(top_view(level.walls)), output), rejection_)
     snapshots = _of_one_building(snapshots, level.id)
     plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
     return Inspection(shown, _write(snapshots, level, output), rejection_, plans[0] if plans else None)

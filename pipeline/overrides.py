@@ -51,7 +51,7 @@ from houseexpo.plan import Frame
 from houseexpo.plan.overrides import LISTS, NAME, as_list
 from houseexpo.tolerances import MIN_DOOR_M
 from pipeline.config import PipelineConfig
-from pipeline.config_file import checked
+from pipeline.config_file import convert
 from pipeline.sources import OVERRIDABLE
 from pipeline.values import Input, Level, SourceOpening
 
@@ -81,7 +81,7 @@ class Override:
         """Whether an override concerns a whole file rather than one of its levels."""
         return self.scale is not None or bool(self.drop_nodes)
 
-    def applied(self, config: PipelineConfig) -> PipelineConfig:
+    def apply_to(self, config: PipelineConfig) -> PipelineConfig:
         """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
         ground = config.planes.ground_m if self.h_g is None else self.h_g
         door = config.planes.door_m if self.h_d is None else self.h_d
@@ -172,7 +172,7 @@ def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
         table = {key: as_list(value, key) if key in LISTS else value for key, value in table.items()}
     with of_file(path):
-        override = config_from(Override, table, name, convert=checked)
+        override = config_from(Override, table, name, convert=convert)
     place = f"{path}: {name}"
     if override.keep and override.drop:
         raise ConfigError(f"{place}: expected keep or drop, found both; take one out")

@@ -114,19 +114,19 @@ def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
     where = f", {planes.heights['door']:.2f} m" if "door" in planes.heights else ""
     return [
-        ("door plane", door.finished(f"door plane P_d{where}", [("stands", WALL)])),
-        ("ground plane", ground.finished("ground plane P_g: what closes the openings that P_d leaves", legend)),
+        ("door plane", door.finish(f"door plane P_d{where}", [("stands", WALL)])),
+        ("ground plane", ground.finish("ground plane P_g: what closes the openings that P_d leaves", legend)),
     ]
 
 
 def _draw_layout(canvas: Canvas, layout: Layout) -> Picture:
-    _spread(canvas, layout.rooms)
+    _draw_floors(canvas, layout.rooms)
     canvas.fill(layout.door, WALL)
     for closer in layout.closers:
         canvas.fill(closer.polygon, CLOSERS[closer.kind])
     used = {c.kind for c in layout.closers}
     legend = [("wall", WALL), *((kind.replace("_", " "), colour) for kind, colour in CLOSERS.items() if kind in used)]
-    return canvas.finished(f"layout: {len(layout.rooms)} closed spaces", legend)
+    return canvas.finish(f"layout: {len(layout.rooms)} closed spaces", legend)
 
 
 def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Picture:
@@ -136,10 +136,10 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
             canvas.fill(outline, WALL)
     else:
         canvas.fill(spaces.walls, WALL)
-    gone = _gone(spaces, before)
+    gone = _lost_rooms(spaces, before)
     for room in gone:
         canvas.fill(room, GONE)
-    _spread(canvas, spaces.rooms)
+    _draw_floors(canvas, spaces.rooms)
     for passage in spaces.passages:
         canvas.fill(passage.bridge.strip(), DOOR_COLOURS[passage.kind])
     paths = _paths(spaces, spaces.joined[len(before.joined) :]) if before is not None else []
@@ -149,7 +149,7 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
     legend = [(kind, DOOR_COLOURS[kind]) for kind in kinds] + ([("filled or erased", GONE)] if gone else [])
     legend += [("path of a pair", PATH)] if paths else []
     notes = ", ".join(f"{name.replace('_', ' ')}: {value}" for name, value in spaces.notes.items())
-    return canvas.finished(f"{len(spaces.rooms)} rooms, {len(spaces.passages)} passages  {notes}", legend)
+    return canvas.finish(f"{len(spaces.rooms)} rooms, {len(spaces.passages)} passages  {notes}", legend)
 
 
 def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.float64]]:
@@ -161,7 +161,7 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.f
     return [way.points for way in found if way is not None]
 
 
-def _gone(spaces: Spaces, before: Spaces | None) -> list[Polygon]:
+def _lost_rooms(spaces: Spaces, before: Spaces | None) -> list[Polygon]:
     """Return the rooms of the stage before that are gone."""
     if before is None:
         return []
@@ -169,7 +169,7 @@ def _gone(spaces: Spaces, before: Spaces | None) -> list[Polygon]:
     return [r for r in before.rooms if not len(tree.query(r.representative_point(), predicate="within"))]
 
 
-def _spread(canvas: Canvas, rooms: Iterable[BaseGeometry]) -> None:
+def _draw_floors(canvas: Canvas, rooms: Iterable[BaseGeometry]) -> None:
     for room in rooms:
         canvas.fill(room, FLOOR)
 
@@ -244,7 +244,7 @@ class Canvas:
             pen.line((at[0], at[1], at[0] + 4 * FINE, at[1]), fill=RULER, width=FINE)
             pen.text((at[0] + 6 * FINE, at[1]), words, fill=RULER, font=type_, anchor="lm")
 
-    def finished(self, title: str, legend: Legend) -> Picture:
+    def finish(self, title: str, legend: Legend) -> Picture:
         """Scale down, and add title and legend."""
         width, height = self.image.size
         small = self.image.reduce(FINE).crop((0, 0, width // FINE, height // FINE))
@@ -311,4 +311,4 @@ def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame) -> Picture:
     canvas.ruler(frame)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
     axes = "X and Y" if frame.up == "z" else "X and Z"
-    return canvas.finished(f"evidence: what is taken for what; at the edges the source's {axes}, metres", legend)
+    return canvas.finish(f"evidence: what is taken for what; at the edges the source's {axes}, metres", legend)

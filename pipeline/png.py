@@ -38,7 +38,7 @@ def top_view(mesh: Mesh, up: int = 2) -> bytes:
     """
     from scipy.ndimage import minimum_filter
 
-    points = _spread(mesh)
+    points = _sample_points(mesh)
     if not len(points):
         return b""
     if up == 1:
@@ -54,7 +54,7 @@ def top_view(mesh: Mesh, up: int = 2) -> bytes:
     return as_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
 
 
-def _spread(mesh: Mesh) -> npt.NDArray[np.float64]:
+def _sample_points(mesh: Mesh) -> npt.NDArray[np.float64]:
     """Points (about SAMPLES, 3) spread evenly over the faces by area."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)

@@ -42,7 +42,7 @@ class Rejection(Exception):  # noqa: N818 - an outcome that unwinds the stages, 
         super().__init__(stage, reason, detail, advice, picture)  # pickles as it is made
         self.stage, self.reason, self.detail, self.advice, self.picture = stage, reason, detail, advice, picture
 
-    def pictured(self, picture: bytes) -> Rejection:
+    def with_picture(self, picture: bytes) -> Rejection:
         """Return the rejection with a picture, unless it has one."""
         return Rejection(self.stage, self.reason, self.detail, self.advice, self.picture or picture)
 

@@ -75,7 +75,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
     plans |= _kept_apart(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
     images: dict[str, Picture] = {}
     for done, (name, plan) in enumerate(plans.items(), 1):
-        image = _drawn(plan)
+        image = _draw_plan(plan)
         if image is not None:
             images[name] = image
             (folder / f"{name}.png").write_bytes(as_png(image))
@@ -88,7 +88,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
     parts = (
         table((), list(_counts(data_set))),
         section(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
-        *_refused(data_set),
+        *_rejections(data_set),
         section(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
         table(("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MAX_SHOWN:]]),
         section(f"Plans{some}", [_plan_figure(plans[name]) for name in others]) if others else "",
@@ -98,7 +98,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
     write_whole(data_set.root / ".build" / "report.html", html.encode(), durable=True)
 
 
-def _drawn(plan: FloorPlan) -> Picture | None:
+def _draw_plan(plan: FloorPlan) -> Picture | None:
     """Draw a plan; one that cannot be drawn is said and passed over, and costs no other plan its picture."""
     try:
         return draw_plan(plan, size=_TILE_PX)
@@ -153,7 +153,7 @@ def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
     )
 
 
-def _refused(data_set: DataSet) -> Iterator[str]:
+def _rejections(data_set: DataSet) -> Iterator[str]:
     """Yield an example of each stage and reason, with a picture where there is one, and the list of all."""
     found = sorted(refused_of(data_set), key=lambda pair: (pair[1].stage, pair[1].reason))
     figures = []

@@ -104,13 +104,13 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
         Where a plan is not in the store as it was kept.
     """
     folder = parts.folder
-    state, before = parts.state(), folder.finished()
+    state, before = parts.state(), folder.last_finished()
     if before is not None and before.state == state and _stands(folder, before):
         return _as_it_was(parts, before)
     progress("assembling", 0, 1)
-    plans, refused = _settled(parts.entries)
-    kept = _stored(parts, plans)
-    dropped = _dropped(parts, kept)
+    plans, refused = _settle_ids(parts.entries)
+    kept = _store_renamed(parts, plans)
+    dropped = _find_copies(parts, kept)
     for duplicate in dropped:
         del kept[duplicate.id]
     files = files_of(kept, pictured=parts.config.build.keep_stages)
@@ -129,7 +129,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     os.sync()  # the plans, whose names the manifest is about to vouch for
     write_whole(folder.root / MANIFEST, as_json(_manifest(parts, files, stats)), durable=True)
     sync_folder(folder.root)
-    others = {name: folder.described(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
+    others = {name: folder.describe(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**published.written, **others}))
     progress("assembling", 1, 1)
     not_done = stats["outcomes"]["not_done"]
@@ -144,19 +144,19 @@ def _stands(folder: Folder, finished: Finished) -> bool:
 
 def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
     stats = msgspec.json.decode((parts.folder.root / "stats.json").read_bytes())
-    _, refused = _settled(parts.entries)
+    _, refused = _settle_ids(parts.entries)
     ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
     not_done = stats["outcomes"]["not_done"]
     return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
 
 
-def _dropped(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
+def _find_copies(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     return drop_duplicates(list(kept), pairs, keep)
 
 
-def _settled(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:
+def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:
     """Return the plans with their final ids, sorted, and what was refused; no two inputs share an id."""
     plans = [(number, kept) for number, entry in enumerate(entries) for kept in entry.plans]
     own = {(number, kept.id) for number, kept in plans}
@@ -180,7 +180,7 @@ def _settled(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Ref
     return sorted(zip(of_plans, (kept for _, kept in plans), strict=True), key=lambda pair: pair[0]), refused
 
 
-def _stored(parts: Parts, plans: Iterable[tuple[str, Kept]]) -> dict[str, Kept]:
+def _store_renamed(parts: Parts, plans: Iterable[tuple[str, Kept]]) -> dict[str, Kept]:
     """Return the plans by final id; one whose id had to change is kept again."""
     found = {}
     for name, kept in plans:
@@ -384,18 +384,18 @@ def publish(
         rows.append({**row(plan), "split": parts_of.get(name)})
         rules.update(_rules(plan))
         doubtful += plan.quality is not None and plan.quality.is_doubtful
-        unmeasured += not _measured(summaries.values(), plan)
+        unmeasured += not _add_to(summaries.values(), plan)
         reads = {_plan(name): partial(bytes, data), _picture(name): partial(plans.picture, plan_kept)}
         for file, read in reads.items():
             if file in files:
-                written[file] = _written(folder, file, files[file], read, before)
+                written[file] = _write_file(folder, file, files[file], read, before)
     counts: dict[str, Any] = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
     if unmeasured:
         counts["unmeasured"] = unmeasured
     return Published(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
 
 
-def _measured(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
+def _add_to(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
     """Add a plan to the summaries; if it cannot be measured, say so and leave it out."""
     try:
         for summary in summaries:
@@ -414,13 +414,13 @@ def remove_others(folder: Folder, written: Iterable[str]) -> None:
         folder.stages.rmdir()
 
 
-def _written(folder: Folder, file: str, sha256: str, read: Callable[[], bytes], before: Finished | None) -> Written:
+def _write_file(folder: Folder, file: str, sha256: str, read: Callable[[], bytes], before: Finished | None) -> Written:
     """Write a file, unless it stands there as an earlier run wrote it."""
     was = before.files.get(file) if before is not None else None
     if was is not None and was.sha256 == sha256 and folder.stands(file, was):
         return was
     write_whole(folder.root / file, read())
-    return folder.described(file, sha256)
+    return folder.describe(file, sha256)
 
 
 def _rules(plan: FloorPlan) -> list[str]:

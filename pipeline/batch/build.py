@@ -109,7 +109,7 @@ def build(
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
             return replace(
                 data_set,
-                ignored=listing.ignored(),
+                ignored=listing.count_ignored(),
                 passed_over=listing.passed_over,
                 licences=licences(rights),
                 sources=listing.sources,

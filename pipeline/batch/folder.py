@@ -129,7 +129,7 @@ class Folder:
             disk.sweep(folder)
         write_whole(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
 
-    def finished(self) -> Finished | None:
+    def last_finished(self) -> Finished | None:
         """Return the record of the data set as it was last finished."""
         return _read(self.build / "finished.json", Finished)
 
@@ -150,9 +150,9 @@ class Folder:
 
     def written(self, name: str, data: bytes) -> Written:
         """Describe a file that has just been written with these bytes."""
-        return self.described(name, hashlib.sha256(data).hexdigest())
+        return self.describe(name, hashlib.sha256(data).hexdigest())
 
-    def described(self, name: str, sha256: str) -> Written:
+    def describe(self, name: str, sha256: str) -> Written:
         """Describe a file of that hash."""
         found = (self.root / name).stat()
         return Written(sha256, found.st_size, found.st_mtime_ns)
@@ -210,7 +210,7 @@ class Folder:
 
     def _ours(self) -> set[str] | None:
         """Return the plans and pictures that builds wrote, or None if that cannot be told any more (R4)."""
-        finished, manifest = self.finished(), self.manifest()
+        finished, manifest = self.last_finished(), self.manifest()
         records = [
             [*map(_short, finished.files)] if finished else None,
             _read(self.build / "announced.json", list[str]),

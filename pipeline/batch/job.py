@@ -89,7 +89,7 @@ class Job:
     overrides: Mapping[str, Override] = field(default_factory=dict)
     known: Entry | None = None
 
-    def refused(self, rejection: Rejection, *, transient: bool = False) -> Entry:
+    def refusal(self, rejection: Rejection, *, transient: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = Refused.of(self.item.id, rejection)
         file = label_of(self.item, self.source)
@@ -103,14 +103,14 @@ def work(settings: Settings, job: Job) -> Entry:
         for mirror in settings.mirrors:
             mirror.mount()
     except OSError as error:
-        return job.refused(not_yet(error.strerror or str(error)), transient=True)
+        return job.refusal(not_yet(error.strerror or str(error)), transient=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
     with record_files(*folders_of(job.item)) as names, collect_times() as seconds, quiet():
         try:
             outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house
-            return job.refused(not_yet(error.strerror or str(error)), transient=True)
+            return job.refusal(not_yet(error.strerror or str(error)), transient=True)
     return Entry(
         input=job.name,
         source=job.source,
@@ -164,14 +164,14 @@ def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
     """Return what came of a level: an outcome for each of its buildings."""
     override = word_on(level.id, job.overrides)
     if override.drop:
-        return [Refused.of(level.id, _dropped(override))]
+        return [Refused.of(level.id, _drop_by_hand(override))]
     rng = rng_of(level, settings.seed)
     try:
-        found = settings.plan(corrected_level(level, override), override.applied(settings.config), rng)
+        found = settings.plan(corrected_level(level, override), override.apply_to(settings.config), rng)
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
-        return [Refused.of(level.id, told_of(rejection, level.provenance).pictured(top_view(level.walls)))]
+        return [Refused.of(level.id, told_of(rejection, level.provenance).with_picture(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, job.item))]
 
@@ -180,32 +180,32 @@ def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outc
     """Return what came of a building."""
     found, picture = (found.plan, found.stages) if isinstance(found, Drawn) else (found, b"")
     if isinstance(found, RejectedLevel):
-        return Refused.of(found.id, found.rejection.pictured(top_view(level.walls)))
+        return Refused.of(found.id, found.rejection.with_picture(top_view(level.walls)))
     override = job.overrides.get(found.id, Override())
     try:
         if override.drop:
-            raise _dropped(override)
+            raise _drop_by_hand(override)
         if not override.keep:
             check_quality(found, settings.min_quality)
     except Rejection as rejection:
-        return Refused.of(found.id, rejection.pictured(top_view(level.walls)))
-    plan = _furnished(found, settings)
+        return Refused.of(found.id, rejection.with_picture(top_view(level.walls)))
+    plan = _furnish(found, settings)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
     return msgspec.structs.replace(kept, by_hand=override.keep)
 
 
-def _furnished(plan: FloorPlan, settings: Settings) -> FloorPlan:
+def _furnish(plan: FloorPlan, settings: Settings) -> FloorPlan:
     """Furnish a plan of a made house, where its turn comes."""
     if not settings.furnished or (plan.provenance or {}).get("source") != MADE:
         return plan
-    from pipeline.furnish import furnished, is_chosen
+    from pipeline.furnish import furnish_plan, is_chosen
 
     rng = np.random.default_rng([settings.seed, _FURNITURE, *hashlib.sha256(plan.id.encode()).digest()])
-    return furnished(plan, rng) if is_chosen(settings.furnished, rng) else plan
+    return furnish_plan(plan, rng) if is_chosen(settings.furnished, rng) else plan
 
 
-def _dropped(override: Override) -> Rejection:
+def _drop_by_hand(override: Override) -> Rejection:
     why = override.why or "no reason given"
     return Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 

@@ -32,7 +32,7 @@ class Listing:
 
     def __iter__(self) -> Iterator[tuple[str, Input]]:
         """Yield each input once, with its source: the path in full, or ``procedural:COUNT?style=home``."""
-        return islice(self._found(), self.config.build.limit)
+        return islice(self._list_inputs(), self.config.build.limit)
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ class Listing:
         counts = (made_count(source) or len(list(self._inputs(source))) for source in self.config.build.sources)
         return min(sum(counts), self.config.build.limit or sys.maxsize)
 
-    def ignored(self) -> Counter[str]:
+    def count_ignored(self) -> Counter[str]:
         """Count, by suffix, the files of the folders that are no house by themselves; a SUNCG root is left out."""
         counts: Counter[str] = Counter()
         for source in self.config.build.sources:
@@ -88,7 +88,7 @@ class Listing:
                     counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
         return counts
 
-    def _found(self) -> Iterator[tuple[str, Input]]:
+    def _list_inputs(self) -> Iterator[tuple[str, Input]]:
         sources = {full_name(source): source for source in self.config.build.sources}
         seen: set[Input] = set()
         for name, source in sources.items():

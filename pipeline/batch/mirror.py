@@ -78,7 +78,7 @@ class Mirror:
     def fetch(self, file: Path) -> None:
         """Fetch the whole of a file."""
         system, path = file_system_of(self.url)
-        with self._written(file, _WHOLE) as partial, faults(self.url):
+        with self._replacing(file, _WHOLE) as partial, faults(self.url):
             system.get_file(f"{path}/{file.relative_to(self.root).as_posix()}", str(partial))
 
     def fetch_heads(self, folder: Path) -> None:
@@ -95,12 +95,12 @@ class Mirror:
             heads = system.cat_ranges(places, [0] * len(files), [min(size, _HEAD_BYTES) for size in sizes])
         for file, head in zip(files, heads, strict=True):
             if isinstance(head, bytes):
-                with self._written(file, _WHOLE if len(head) == file.stat().st_size else _BEGINNINGS) as partial:
+                with self._replacing(file, _WHOLE if len(head) == file.stat().st_size else _BEGINNINGS) as partial:
                     partial.write_bytes(head)
                     os.truncate(partial, file.stat().st_size)
 
     @contextmanager
-    def _written(self, file: Path, mode: int) -> Iterator[Path]:
+    def _replacing(self, file: Path, mode: int) -> Iterator[Path]:
         """Yield a file to write to, outside of the folder; it then takes the other's place, with its size and time."""
         before = file.stat()
         descriptor, name = tempfile.mkstemp(dir=self.root.parent, prefix=PARTIAL)

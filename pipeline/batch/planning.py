@@ -95,7 +95,7 @@ class Planning:
             for job, result in execute(
                 function, handed_over(), limits=limits, preload=["pipeline.algorithm", __name__]
             ):
-                self._done(_failed(job, result) if isinstance(result, Failure) else result)
+                self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)
                 open_jobs -= 1
                 progress("planning", min(len(self.listed) - open_jobs, total), total)
         progress("planning", len(self.listed), len(self.listed))
@@ -142,7 +142,7 @@ class Planning:
             self.listing.mirrors,
         )
 
-    def _done(self, entry: Entry) -> None:
+    def _finish(self, entry: Entry) -> None:
         self.ended(entry)
         if entry.transient:
             self.unfinished[entry.input] = entry
@@ -150,12 +150,12 @@ class Planning:
             self.known.put(entry)
 
 
-def _failed(job: Job, failure: Failure) -> Entry:
+def _entry_of_failure(job: Job, failure: Failure) -> Entry:
     """Return the outcome of an input whose worker died."""
     if failure.kind == "killed":
-        return job.refused(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
+        return job.refusal(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
     if failure.kind == "untried":
-        return job.refused(not_yet(failure.detail), transient=True)
+        return job.refusal(not_yet(failure.detail), transient=True)
     reason, advice = _REASONS[failure.kind]
-    entry = job.refused(Rejection("executor", reason, failure.detail, advice))
+    entry = job.refusal(Rejection("executor", reason, failure.detail, advice))
     return msgspec.structs.replace(entry, files=files_of(job.item), versions=dict(versions()))

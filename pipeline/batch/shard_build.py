@@ -67,7 +67,7 @@ def build_shard(
     ``ended`` hears what came of each input that was at work.
     """
     store = open_store(out)
-    with store.shared():
+    with store.hold_with_shards():
         journal = ShardJournal(store, shard)
         planning = Planning(Listing(begun.config), journal, Plans(store), begun.overrides, rehash, shard, ended)
         try:

@@ -126,7 +126,9 @@ class Scripts:
         """Return what the cluster has in its queue of the build, or nothing if there is no cluster."""
         if shutil.which("squeue") is None:
             return Queue()
-        lines = [line.split(maxsplit=2) for line in _said("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()]
+        lines = [
+            line.split(maxsplit=2) for line in _output_of("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()
+        ]
         own = [(name.rpartition("-"), task, job) for task, job, name in lines if name.startswith(f"{self.name}-")]
         tasks = [(int(start) + int(task), job) for (_, _, start), task, job in own if start.isdecimal()]
         return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
@@ -139,14 +141,16 @@ class Scripts:
                 "--submit: this machine has no Slurm (no command sbatch); the scripts are written: on a login node, "
                 f"run sh {script}"
             )
-        return _said("sh", str(script))
+        return _output_of("sh", str(script))
 
 
 def array_limit() -> int:
     """Return how many tasks an array of the cluster may have."""
     if shutil.which("scontrol") is None:
         return ARRAY_LIMIT
-    found = [line.split()[-1] for line in _said("scontrol", "show", "config").splitlines() if "MaxArraySize" in line]
+    found = [
+        line.split()[-1] for line in _output_of("scontrol", "show", "config").splitlines() if "MaxArraySize" in line
+    ]
     return int(found[0]) - 1 if found else ARRAY_LIMIT
 
 
@@ -161,7 +165,7 @@ def program() -> list[str]:
     return [sys.executable, "-P", "-m", "houseexpo"]
 
 
-def _said(*command: str) -> str:
+def _output_of(*command: str) -> str:
     """Return the output of a Slurm command; raise HouseExpoError if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our words
     if done.returncode:

@@ -130,7 +130,7 @@ class Store(Protocol):
         """Remove the remains of interrupted writes in the folders of ``under``."""
         ...
 
-    def shared(self) -> AbstractContextManager[None]:
+    def hold_with_shards(self) -> AbstractContextManager[None]:
         """Keep builds out that need the store to themselves; raise ConfigError if one is running."""
         ...
 
@@ -195,7 +195,7 @@ class FolderStore:
             disk.sweep(folder)
 
     @contextlib.contextmanager
-    def shared(self) -> Iterator[None]:
+    def hold_with_shards(self) -> Iterator[None]:
         """Hold the folder's lock together with other shards."""
         Folder(self.root).check_links()
         (self.root / BUILD).mkdir(parents=True, exist_ok=True)
@@ -295,12 +295,12 @@ class ObjectStore:
     def size(self, name: str) -> int | None:
         """Return the size that a plan had when the first one was asked for."""
         if self._sizes is None:
-            self._sizes = self._found(_PLANS)
+            self._sizes = self._sizes_under(_PLANS)
         return self._sizes.get(name)
 
     def names(self, under: str) -> list[str]:
         """Return the objects whose names begin so."""
-        return sorted(self._found(under))
+        return sorted(self._sizes_under(under))
 
     def remove(self, name: str) -> None:
         """Remove an object, if it is there."""
@@ -309,7 +309,7 @@ class ObjectStore:
     def sweep(self, under: str) -> None:
         """Do nothing: interrupted writes leave nothing (R1)."""
 
-    def shared(self) -> AbstractContextManager[None]:
+    def hold_with_shards(self) -> AbstractContextManager[None]:
         """Lock nothing: two writers write the same bytes (R1)."""
         return nullcontext()
 
@@ -319,14 +319,14 @@ class ObjectStore:
         self._check_foreign()
         with tempfile.TemporaryDirectory(prefix="houseexpo-") as scratch:
             root = Path(scratch) / self.url.rstrip("/").rpartition("/")[2]
-            found = set(self._found(_PLANS))
+            found = set(self._sizes_under(_PLANS))
             plans = sorted(found.intersection(names))
-            beside = [name for kind in _BESIDE for name in self._found(kind)]
+            beside = [name for kind in _BESIDE for name in self._sizes_under(kind)]
             self._fetch([*plans, *beside], root)
             yield root
             self._publish(root, set(plans), beside)
 
-    def _found(self, under: str) -> dict[str, int]:
+    def _sizes_under(self, under: str) -> dict[str, int]:
         """Return names and sizes of the objects under a name, or of that one."""
         system, path = file_system_of(self.url)
         with faults(self.url):
@@ -345,7 +345,7 @@ class ObjectStore:
         system, path = file_system_of(self.url)
         manifest = (root / MANIFEST).read_bytes()
         files = msgspec.json.decode(manifest, type=Manifest).files
-        before, there = self._manifest(), self._kept()
+        before, there = self._manifest(), self._kept_names()
         new = [name for name in files if before.get(name) != files[name] or (_is_kept(name) and name not in there)]
         kept = {name: f"{_PLANS}/{files[name][:2]}/{files[name]}" for name in new if _is_kept(name)}
         copies = [name for name in kept if kept[name] in plans]
@@ -367,16 +367,16 @@ class ObjectStore:
 
     def _check_foreign(self) -> None:
         ours = {*(self._read(_ANNOUNCED, list[str]) or []), *self._manifest()}
-        if foreign := sorted(self._kept() - ours):  # R3
+        if foreign := sorted(self._kept_names() - ours):  # R3
             folder = foreign[0].partition("/")[0]
             raise ConfigError(
                 f"{self.url}: {folder}/ holds {len(foreign)} objects that no build wrote ({foreign[0]} ...); "
                 "move them away, or choose another place"
             )
 
-    def _kept(self) -> set[str]:
+    def _kept_names(self) -> set[str]:
         """Return the plans of the data set, and the pictures of their stages, that are there."""
-        return {name for part in PARTS for name in self._found(f"{part}/")}
+        return {name for part in PARTS for name in self._sizes_under(f"{part}/")}
 
     def _manifest(self) -> dict[str, str]:
         found = self._read(MANIFEST, Manifest)

@@ -131,7 +131,7 @@ def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str
     process = context.Process(target=serve, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
     try:
         # Ctrl-C is the parent's business: what starts here never sees it
-        with _uninterrupted(), _without_main(function):
+        with _hold_interrupts(), _without_main(function):
             process.start()
     except BaseException:
         near.close()
@@ -245,7 +245,7 @@ def _context(preload: Sequence[str]) -> BaseContext:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def _hold_interrupts() -> Iterator[None]:
     """Hold Ctrl-C back; processes that start within never get it.
 
     The tracker of multiprocessing is started first: starting it lets Ctrl-C through again.
@@ -366,7 +366,7 @@ class _Pool(Generic[Item, Result]):
         try:
             kind, content = worker.pipe.recv()
         except (EOFError, OSError):
-            yield from self._ended(worker)
+            yield from self._handle_death(worker)
             return
         if kind == "answer":
             worker.since = time.monotonic()
@@ -379,7 +379,7 @@ class _Pool(Generic[Item, Result]):
             if kind == "unfit":
                 self._note_failed_start(content)
 
-    def _ended(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
+    def _handle_death(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
         """Handle a worker's death."""
         task = worker.given[0] if worker.given else None
         self._lose(worker)

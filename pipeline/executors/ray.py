@@ -49,7 +49,7 @@ def run(
     HouseExpoError
         Where the cluster cannot be reached.
     """
-    ray = _connected(address)
+    ray = _connect(address)
     try:
         yield from _run(ray, (function, limits, tuple(preload)), iter(items))
     except (ConnectionError, ray.exceptions.RayError) as error:
@@ -96,7 +96,7 @@ def _task(work: tuple[Any, ...], task: list[Any]) -> list[Any]:
     return results
 
 
-def _connected(address: str | None) -> Any:
+def _connect(address: str | None) -> Any:
     try:
         import ray
     except ImportError:

@@ -32,7 +32,7 @@ def is_chosen(share: float, rng: np.random.Generator) -> bool:
     return bool(rng.random() < share)
 
 
-def furnished(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
+def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
     """Return the plan with furniture as ``objects``; itself where nothing fits, or has furniture already."""
     if plan.objects or not plan.rooms:
         return plan

@@ -91,7 +91,7 @@ class Furnishing:
             places = candidates(piece, width, Surroundings(self._walls, self._bounds, self.standing), self._rng)
             if not len(places.boxes):
                 continue
-            allowed = np.flatnonzero(self._allowed(piece, places.boxes, places.facings))
+            allowed = np.flatnonzero(self._free_places(piece, places.boxes, places.facings))
             clear = (k for k in allowed.tolist() if self._flush_or_clear(places.boxes[k]))
             for k in islice(clear, _TRIES):
                 left = self._left.without(places.boxes[k])
@@ -100,7 +100,7 @@ class Furnishing:
                     self.standing.append(Standing(piece, places.boxes[k], int(places.facings[k])))
                     return
 
-    def _allowed(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def _free_places(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Return whether each place is free and has its front free (R1 to R3, R5)."""
         zones = enlarge_boxes(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
         taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)

@@ -80,7 +80,7 @@ class Bridge:
         beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
         return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
 
-    def narrowed(self, start: float, end: float) -> Bridge:
+    def part_between(self, start: float, end: float) -> Bridge:
         """Return the part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
@@ -122,7 +122,7 @@ def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
         return True
     start, end, _ = _offsets(whole, other)
     half = whole.width / 2
-    between = whole.narrowed(half, start) if start > half else whole.narrowed(end, -half)
+    between = whole.part_between(half, start) if start > half else whole.part_between(end, -half)
     return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
 
 
@@ -141,7 +141,7 @@ def _hull(whole: Bridge, other: Bridge) -> Bridge:
     near, far = -whole.depth / 2, whole.depth / 2
     if other.depth < DEEPER * whole.depth:
         near, far = min(near, aside - other.depth / 2), max(far, aside + other.depth / 2)
-    wider = whole.narrowed(min(start, -whole.width / 2), max(end, whole.width / 2))
+    wider = whole.part_between(min(start, -whole.width / 2), max(end, whole.width / 2))
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
 
 
@@ -223,7 +223,7 @@ def bridges(
     found: list[list[Bridge]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
-        found[k] += [whole.narrowed(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
+        found[k] += [whole.part_between(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
     return [join_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 

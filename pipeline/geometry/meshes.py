@@ -144,13 +144,13 @@ class Bodies:
 
     def without(self, bodies: list[int]) -> Mesh:
         """Return the mesh without these bodies."""
-        return self._chosen(~np.isin(self.of_face, bodies)) if bodies else self.mesh
+        return self._mesh_of(~np.isin(self.of_face, bodies)) if bodies else self.mesh
 
     def only(self, bodies: list[int]) -> Mesh:
         """Return the mesh of these bodies alone."""
-        return self._chosen(np.isin(self.of_face, bodies))
+        return self._mesh_of(np.isin(self.of_face, bodies))
 
-    def _chosen(self, faces: npt.NDArray[np.bool_]) -> Mesh:
+    def _mesh_of(self, faces: npt.NDArray[np.bool_]) -> Mesh:
         return Mesh(self.mesh.vertices, self.mesh.faces[faces])
 
 

@@ -61,7 +61,7 @@ class Raster:
         at = np.floor((points @ self.axes.T - self.origin) / self.cell_m).astype(np.int64)
         return np.asarray(at[:, 1] * self.shape[1] + at[:, 0])
 
-    def placed(self, pixels: Floats) -> Floats:
+    def level_points(self, pixels: Floats) -> Floats:
         """Level-frame points of (column, row) pixel centres (n, 2)."""
         return np.asarray(((pixels + 0.5) * self.cell_m + self.origin) @ self.axes)
 

@@ -444,7 +444,7 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
             inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
             shapes.append(subtract(shapely.make_valid(Polygon(ring)), union_of(inner)))
     pixels = buffer_mitred(buffer_mitred(union_of(shapes), 0.5), EDGE - 0.5)
-    return areas(shapely.transform(pixels, raster.placed))
+    return areas(shapely.transform(pixels, raster.level_points))
 
 
 def _ring(points: Floats, raster: Raster) -> Floats:

@@ -206,13 +206,13 @@ def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
 def _prism(polygon: Polygon, bottom_m: float, top_m: float) -> Mesh:
     points, triangles = triangulate(polygon)
     corners = points[triangles]
-    flat = [_raised(corners, top_m), _raised(corners[:, ::-1], bottom_m)]
+    flat = [_lift_triangles(corners, top_m), _lift_triangles(corners[:, ::-1], bottom_m)]
     sides = [_sides(shapely.get_coordinates(ring), bottom_m, top_m) for ring in (polygon.exterior, *polygon.interiors)]
     vertices = np.concatenate([*flat, *sides]).reshape(-1, 3)
     return Mesh(vertices, np.arange(len(vertices), dtype=np.int64).reshape(-1, 3))
 
 
-def _raised(corners: np.ndarray, z: float) -> np.ndarray:
+def _lift_triangles(corners: np.ndarray, z: float) -> np.ndarray:
     """Triangles (n, 3, 2) at a height: (n, 3, 3)."""
     return np.concatenate([corners, np.full((*corners.shape[:2], 1), z)], axis=2)
 
@@ -264,7 +264,7 @@ def one_each(holes: Sequence[Hole]) -> list[Hole]:
             groups.append([hole])
         else:
             near.append(hole)
-    return [_united(group) for group in groups]
+    return [_unite_holes(group) for group in groups]
 
 
 def _is_one(one: Polygon, other: Polygon) -> bool:
@@ -273,7 +273,7 @@ def _is_one(one: Polygon, other: Polygon) -> bool:
     return bool(shared > SAME_DOOR * other.area and back > SAME_DOOR * one.area)
 
 
-def _united(parts: Sequence[Hole]) -> Hole:
+def _unite_holes(parts: Sequence[Hole]) -> Hole:
     box = shapely.minimum_rotated_rectangle(shapely.union_all([part.shape for part in parts]))
     sides = np.diff(shapely.get_coordinates(box)[:3], axis=0)
     lengths = np.hypot(*sides.T)

@@ -228,7 +228,7 @@ def members(path: Path) -> tuple[str, ...]:
         with zipfile.ZipFile(path) as archive:
             names = tuple(archive.namelist())
     except _FAULTS as error:
-        raise _broken(path, error) from None
+        raise _unreadable(path, error) from None
     outside = next(
         (name for name in names if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts), None
     )
@@ -256,14 +256,14 @@ def read_member(path: Path, names: Iterable[str], most_bytes: int) -> bytes | No
             with archive.open(name) as stream:
                 data = stream.read(most_bytes + 1)
     except _FAULTS as error:
-        raise _broken(path, error) from None
+        raise _unreadable(path, error) from None
     if len(data) > most_bytes:
         detail = f"{path.name}: {name} unpacks to more than {most_bytes >> 20} MB"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected a home; check where the file is from")
     return data
 
 
-def _broken(path: Path, error: Exception) -> Rejection:
+def _unreadable(path: Path, error: Exception) -> Rejection:
     detail = f"{path.name} cannot be unpacked: {type(error).__name__}: {str(error)[:120]}"
     return Rejection("source", Reason.UNREADABLE, detail, "copy or save it again")
 

@@ -149,7 +149,7 @@ def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...
         things = []
         for child in children:
             with left_out.part():
-                thing = _placed(models.get(child.ref), child, name)
+                thing = _place(models.get(child.ref), child, name)
                 things += [thing] if thing else []
         rooms.append(Chamber(room.type, tuple(surfaces[ref] for ref in dict.fromkeys(refs)), tuple(things)))
     loose = tuple(surface for uid, surface in surfaces.items() if uid not in used)
@@ -181,7 +181,7 @@ def _faces(mesh: _Mesh, count: int, what: str) -> npt.NDArray[np.int64]:
     return np.array(mesh.faces, np.int64).reshape(-1, 3)
 
 
-def _placed(model: _Model | None, child: _Child, name: str) -> Placed | None:
+def _place(model: _Model | None, child: _Child, name: str) -> Placed | None:
     """Return a piece of furniture where its size is known; its place is the middle of its underside."""
     if model is None:
         return None

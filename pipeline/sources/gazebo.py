@@ -47,7 +47,7 @@ def read(item: Input) -> Iterator[Level]:
     options = dict(item.options)
     name = options.get("file", Path(item.path).name)
     scene = _scene(item)
-    parts = _sorted(list(scene.bodies()))
+    parts = _sort_bodies(list(scene.bodies()))
     if not len(parts.building.faces):
         detail = f"{name} has no fixed body; left out as missing: {', '.join(scene.missing[:5]) or 'nothing'}"
         detail += f"; as damaged: {scene.left_out.note}" if scene.left_out else ""
@@ -59,7 +59,7 @@ def read(item: Input) -> Iterator[Level]:
     guesses: tuple[str, ...] = ()
     low, high = (float(z) for z in np.quantile(parts.building.vertices[:, 2], (0.0, 1.0)))
     if LOWEST_M <= high - low < HEAD_M:  # R4
-        parts = _stretched(parts, low, STOREY_M / (high - low))
+        parts = _stretch_bodies(parts, low, STOREY_M / (high - low))
         guesses = ("wall height",)
         provenance["wall_height"] = f"stretched from {high - low:.2f} m to {STOREY_M} m"
     try:
@@ -105,7 +105,7 @@ class _Parts:
     furniture: list[Body]
 
 
-def _sorted(bodies: list[Body]) -> _Parts:
+def _sort_bodies(bodies: list[Body]) -> _Parts:
     """R1, R2."""
     roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
@@ -133,7 +133,7 @@ def _role(body: Body) -> Role | None:
     return named.role if named else None
 
 
-def _stretched(parts: _Parts, floor_z: float, factor: float) -> _Parts:
+def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:
     """R4: return all bodies so many times as high over the floor."""
 
     def raised(mesh: Mesh) -> Mesh:

@@ -385,10 +385,12 @@ class Scene:
     def _link(self, link: Element, place: _Place, frames: Frames, name: str) -> Mesh:
         """R1."""
         at = place.pose @ frames.pose(link)
-        kinds = [self._shown(link.findall(tag), place, at, frames, name) for tag in ("visual", "collision")]
+        kinds = [self._triangles_of(link.findall(tag), place, at, frames, name) for tag in ("visual", "collision")]
         return min(kinds, key=lambda kind: (kind[0], -_wall_area(kind[1])))[1]
 
-    def _shown(self, things: list[Element], place: _Place, link: Matrix, frames: Frames, name: str) -> tuple[int, Mesh]:
+    def _triangles_of(
+        self, things: list[Element], place: _Place, link: Matrix, frames: Frames, name: str
+    ) -> tuple[int, Mesh]:
         """Return how many meshes are missing, and the triangles of the others in world axes."""
         parts, missing = [], 0
         for thing in things:
@@ -399,7 +401,7 @@ class Scene:
             if mesh is None:
                 missing += 1
             elif len(mesh.faces):
-                parts.append(_moved(mesh, self._thing_pose(thing, link, place, frames, name)))
+                parts.append(_move(mesh, self._thing_pose(thing, link, place, frames, name)))
         return missing, merge_meshes(parts)
 
     @staticmethod
@@ -438,7 +440,7 @@ def _model_file(found: Path | None) -> Path | None:
     return next((file.resolve() for file in files if file.is_file() and not file.is_symlink()), None)
 
 
-def _moved(mesh: Mesh, pose: Matrix) -> Mesh:
+def _move(mesh: Mesh, pose: Matrix) -> Mesh:
     return Mesh(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces)
 
 
@@ -481,13 +483,13 @@ class Places:
         uri = uri.strip()
         scheme, found, path = uri.partition("://")
         if not found:
-            return self._allowed(beside / uri) if uri else None
+            return self._inside_roots(beside / uri) if uri else None
         if scheme in {"model", "package"}:  # R1
             name, _, rest = unquote(path).strip("/").partition("/")
-            return next((p for folder in self._named(name) if (p := self._allowed(folder / rest))), None)
-        return self._allowed(beside / unquote(path)) if scheme == "file" else None  # R2, R3
+            return next((p for folder in self._folders_of(name) if (p := self._inside_roots(folder / rest))), None)
+        return self._inside_roots(beside / unquote(path)) if scheme == "file" else None  # R2, R3
 
-    def _named(self, name: str) -> list[Path]:
+    def _folders_of(self, name: str) -> list[Path]:
         if not name or name in {".", ".."}:
             return []
         near = [place for root in self._roots for place in (root / name, root / "models" / name)]
@@ -505,7 +507,7 @@ class Places:
             found.setdefault(Path(folder).name, []).append(Path(folder))
         return {name: sorted(each, key=lambda p: (len(p.parts), p)) for name, each in found.items()}
 
-    def _allowed(self, path: Path) -> Path | None:
+    def _inside_roots(self, path: Path) -> Path | None:
         """R3."""
         try:
             real = path.resolve(strict=True)

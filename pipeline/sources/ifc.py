@@ -99,7 +99,7 @@ class _Vote:
 
 def floor_height(building: Building, storey: Storey) -> float:
     """Height of the storey's floor in project axes, metres."""
-    given = _grounded(building.walls, storey)
+    given = _floor_of_walls(building.walls, storey)
     votes = [_Vote(given, 1.0)]
     votes += [_Vote(float(hole.mesh.vertices[:, 2].min()), 1.0) for hole in building.holes if hole.has_door]
     votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
@@ -112,7 +112,7 @@ def floor_height(building: Building, storey: Storey) -> float:
     return float(np.median(agreeing))  # H2
 
 
-def _grounded(walls: Sequence[Part], storey: Storey) -> float:
+def _floor_of_walls(walls: Sequence[Part], storey: Storey) -> float:
     """H1."""
     feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
     middle = float(np.median(feet)) if feet else storey.elevation_m
@@ -171,7 +171,7 @@ def _standing(
     has_rooms = any(_is_in(space, storey, floor) for space in rooms)
     entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
     lacking = named and not has_rooms and not entered
-    like = lacking and like_m2 < np.inf and _enclosed(_high(own, floor)) > like_m2
+    like = lacking and like_m2 < np.inf and _enclosed_area(_high(own, floor)) > like_m2
     if lacking and not like and not _is_walled(building, storey, own, floor):
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
@@ -197,10 +197,12 @@ def _high(walls: Iterable[Part], floor: float) -> list[Part]:
 def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
     """S2: square metres within the walls of a storey with rooms, of the largest one; infinite where there is none."""
     storeys = {space.storey for space in rooms}
-    return max((_enclosed(part for part in building.walls if part.storey == key) for key in storeys), default=np.inf)
+    return max(
+        (_enclosed_area(part for part in building.walls if part.storey == key) for key in storeys), default=np.inf
+    )
 
 
-def _enclosed(walls: Iterable[Part]) -> float:
+def _enclosed_area(walls: Iterable[Part]) -> float:
     return float(fill_enclosed(union_of(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 

@@ -82,7 +82,7 @@ def open_model(path: Path) -> tuple[Any, str]:
     text = f"{text[: found.start(1)]}{edition}{text[found.end(1) :]}"
     with TemporaryDirectory() as folder:  # the parser of strings spoils memory in ifcopenshell 0.9
         copy = Path(folder) / "copy.ifc"
-        copy.write_text(BEYOND_ASCII.sub(_escaped, text), encoding="ascii")
+        copy.write_text(BEYOND_ASCII.sub(_unescape, text), encoding="ascii")
         return ifcopenshell.open(copy), found.group(1).upper()
 
 
@@ -118,7 +118,7 @@ def _edition(schema: str, path: Path) -> str:
     return edition
 
 
-def _escaped(found: re.Match[str]) -> str:
+def _unescape(found: re.Match[str]) -> str:
     r"""Characters as ISO 10303-21 writes them in ASCII: \X4\ and eight hex digits each, then \X0\."""
     return rf"\X4\{found.group().encode('utf-32-be').hex().upper()}\X0\\"[:-1]
 
@@ -333,7 +333,7 @@ class Soundness:
         if not product or not product.is_a("IfcProduct"):
             return False
         placement, shape = product.ObjectPlacement, product.Representation
-        return self._is_placed(placement, DEEPEST) and (shape is None or self._remembered(shape, _is_shape))
+        return self._is_placed(placement, DEEPEST) and (shape is None or self._check_once(shape, _is_shape))
 
     def _is_placed(self, placement: Any, depth: int) -> bool:
         if placement is None:
@@ -342,11 +342,11 @@ class Soundness:
             return False
         if not placement.is_a("IfcLocalPlacement"):
             return True
-        if not self._remembered(placement, _has_axes):
+        if not self._check_once(placement, _has_axes):
             return False
         return self._is_placed(placement.PlacementRelTo, depth - 1)
 
-    def _remembered(self, instance: Any, check: Any) -> bool:
+    def _check_once(self, instance: Any, check: Any) -> bool:
         key = instance.id()
         if key not in self._known:
             self._known[key] = bool(check(instance))

@@ -199,7 +199,7 @@ class Axis:
     x: float
     y: float
 
-    def turned(self) -> Axis:
+    def quarter_turn(self) -> Axis:
         """Return the direction a quarter turn to the left."""
         return Axis(-self.y, self.x)
 
@@ -218,7 +218,7 @@ def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
     """Return the direction of the wall at a hole; ``standing`` is the plan shape of the walls about it."""
     points = hole.mesh.vertices[:, :2]
     one = _side(hole)
-    sides = (one, one.turned())
+    sides = (one, one.quarter_turn())
     lengths = [float(np.ptp(side.span(points))) for side in sides]
     if hole.width_m:  # D1
         fits = [abs(length - hole.width_m) <= SAME_WIDTH_M for length in lengths]
@@ -292,7 +292,7 @@ def openings_of(
 ) -> tuple[SourceOpening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
-    return tuple(_merged([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
+    return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
 
 
 def closed_holes(
@@ -325,7 +325,7 @@ def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = S
     standing = walls.near(hole.mesh)
     axis = along_wall(hole, standing)
     points = hole.mesh.vertices[:, :2]
-    along, across = axis.span(points), axis.turned().span(points)
+    along, across = axis.span(points), axis.quarter_turn().span(points)
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
@@ -368,7 +368,7 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
     across = place.across
     reach = across[0] - WALL_BEYOND_M, across[1] + WALL_BEYOND_M
     pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
-    turned = place.axis.turned()
+    turned = place.axis.quarter_turn()
     spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)
     touching = [span for span in spans if span[0] < across[1] and span[1] > across[0]]
     if not touching:
@@ -383,7 +383,7 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
     return low, high
 
 
-def _merged(found: list[SourceOpening]) -> Iterator[SourceOpening]:
+def _merge_openings(found: list[SourceOpening]) -> Iterator[SourceOpening]:
     """H4."""
     kept: list[SourceOpening] = []
     for each in found:

@@ -71,8 +71,8 @@ def read(item: Input) -> Iterator[Level]:
     try:
         found = detect(structural(raw), up, wish, path.name, door_heights(raw))
     except Rejection as rejection:
-        shell = None if wish.is_about_size else outside_of(_turned(raw.mesh, up.up), path.name)
-        raise (shell or rejection).pictured(top_view(raw.mesh, UPS[up.up])) from None
+        shell = None if wish.is_about_size else outside_of(_turn_upright(raw.mesh, up.up), path.name)
+        raise (shell or rejection).with_picture(top_view(raw.mesh, UPS[up.up])) from None
     upright = _upright(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
@@ -85,7 +85,7 @@ def read(item: Input) -> Iterator[Level]:
         why = rejection
         if TRIED in found.guesses:
             why = outside_of(upright, path.name) or bad_units(structural(raw), found, path.name)
-        raise why.pictured(top_view(upright)) from None
+        raise why.with_picture(top_view(upright)) from None
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),
@@ -129,10 +129,10 @@ def _wish(options: Mapping[str, str]) -> Wish:
 
 def _upright(raw: Mesh, found: Frame3D) -> Mesh:
     """Turn a mesh z-up and scale it to metres."""
-    return _turned(Mesh(raw.vertices * found.metres, raw.faces), found.up)
+    return _turn_upright(Mesh(raw.vertices * found.metres, raw.faces), found.up)
 
 
-def _turned(mesh: Mesh, up: str) -> Mesh:
+def _turn_upright(mesh: Mesh, up: str) -> Mesh:
     if up != "y":
         return mesh
     x, y, z = mesh.vertices.T

@@ -78,7 +78,7 @@ def pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
     count = int(point.max()) + 1
     graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(count, count))
     label = connected_components(graph, directed=False)[1][point[:, 0]]
-    return _divided(faces, label)
+    return _divide_by_label(faces, label)
 
 
 def things(mesh: Mesh, found: list[Indices], apart_m: float) -> list[Indices]:
@@ -93,7 +93,7 @@ def things(mesh: Mesh, found: list[Indices], apart_m: float) -> list[Indices]:
     count = len(found)
     graph = coo_array((np.ones(near.sum(), np.int8), (one[near], other[near])), shape=(count, count))
     label = connected_components(graph, directed=False)[1]
-    return [np.concatenate([found[i] for i in group]) for group in _divided(np.arange(count), label)]
+    return [np.concatenate([found[i] for i in group]) for group in _divide_by_label(np.arange(count), label)]
 
 
 def box(mesh: Mesh, faces: Indices) -> Floats:
@@ -102,13 +102,13 @@ def box(mesh: Mesh, faces: Indices) -> Floats:
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
-def taken(mesh: Mesh, faces: npt.NDArray[np.bool_] | Indices) -> Mesh:
+def take_faces(mesh: Mesh, faces: npt.NDArray[np.bool_] | Indices) -> Mesh:
     """Return the mesh of some faces, with only their own vertices."""
     used, packed = np.unique(mesh.faces[faces], return_inverse=True)
     return Mesh(mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
 
 
-def _divided(values: Indices, label: npt.NDArray[np.int32]) -> list[Indices]:
+def _divide_by_label(values: Indices, label: npt.NDArray[np.int32]) -> list[Indices]:
     order = np.argsort(label, kind="stable")
     return np.split(values[order], np.cumsum(np.bincount(label))[:-1])
 
@@ -214,7 +214,7 @@ def structural(scene: Scene) -> Mesh:
     chosen = np.array(keep, np.bool_)[scene.owner]
     if chosen.all() or not chosen.any():
         return scene.mesh
-    return taken(scene.mesh, chosen) if _is_building(scene.mesh, chosen) else scene.mesh
+    return take_faces(scene.mesh, chosen) if _is_building(scene.mesh, chosen) else scene.mesh
 
 
 def _is_building(mesh: Mesh, chosen: Bools) -> bool:
@@ -276,7 +276,7 @@ def sort_faces(scene: Scene) -> NamedScene:
     roles = [role_of_part(part) for part in scene.parts]
     if not any(roles):
         return NamedScene.plain(scene.mesh)
-    found = _Sorter(scene, roles).sorted()
+    found = _Sorter(scene, roles).sort_by_role()
     surfaces = Surfaces.of(found.solid)
     walls = surfaces.walls()
     whole = Surfaces.of(scene.mesh)
@@ -299,9 +299,9 @@ class _Sorter:
         rest = np.concatenate(plain) if plain else np.arange(len(scene.mesh.faces))
         self.low, self.high = box(self.mesh, rest)
 
-    def sorted(self) -> NamedScene:
+    def sort_by_role(self) -> NamedScene:
         leaves, furniture = [*self._doors()], [*self._furniture()]
-        openings = tuple(taken(self.mesh, faces) for _, faces in self._each(Role.OPENING))
+        openings = tuple(take_faces(self.mesh, faces) for _, faces in self._each(Role.OPENING))
         self._drop(Role.OPENING)
         self._drop(Role.LEFT_OUT)
         self._terrain()
@@ -310,7 +310,7 @@ class _Sorter:
             self.ceiling[faces] = True
         keep = ~self.out
         return NamedScene(
-            taken(self.mesh, keep),
+            take_faces(self.mesh, keep),
             self.floor[keep],
             self.ceiling[keep],
             tuple(leaves),
@@ -333,7 +333,7 @@ class _Sorter:
             doors = [piece for piece in pieces(self.mesh, faces) if is_door(self.mesh, piece, named.sure)]
             for thing in things(self.mesh, doors, HANDLE_M):
                 self.out[thing] = True
-                yield SourceObject((named.words,), taken(self.mesh, thing))
+                yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
     def _furniture(self) -> Iterator[SourceObject]:
         """R3."""
@@ -345,7 +345,7 @@ class _Sorter:
                 continue
             for thing in things(self.mesh, found, TOUCH_M):
                 self.out[thing] = True
-                yield SourceObject((named.words,), taken(self.mesh, thing))
+                yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
     def _drop(self, role: Role) -> None:
         """R3."""
@@ -368,13 +368,13 @@ class _Sorter:
         for part, faces in self._each(Role.FLOOR):
             if is_floor(self.surfaces, faces):
                 self.floor[faces] = True
-                yield NamedBody(room_words(part), taken(self.mesh, faces))
+                yield NamedBody(room_words(part), take_faces(self.mesh, faces))
 
     def _spaces(self) -> Iterator[NamedBody]:
         for part, faces in self._each(Role.SPACE):
             self.out[faces] = True
             if is_space(self.mesh, faces):
-                yield NamedBody(room_words(part), taken(self.mesh, faces))
+                yield NamedBody(room_words(part), take_faces(self.mesh, faces))
 
     def _fills(self, faces: Indices) -> bool:
         return fills(self.mesh, faces, self.low, self.high)
@@ -421,19 +421,19 @@ def _share(named: NamedScene, z: float, low: float, high: float) -> LevelNames:
         middle = (mesh.vertices[:, 2].min() + mesh.vertices[:, 2].max()) / 2
         return bool(low <= middle < high)
 
-    leaves = tuple(_lowered(each, z) for each in named.leaves if here(each.mesh))
+    leaves = tuple(_lower(each, z) for each in named.leaves if here(each.mesh))
     spaces = [room for body in named.spaces if here(body.mesh) for room in _rooms(body)]
     floors = [room for body in named.floors if body.words and here(body.mesh) for room in _rooms(body)]
     return LevelNames(
         leaves,
-        tuple(_lowered(each, z) for each in named.furniture if here(each.mesh)),
+        tuple(_lower(each, z) for each in named.furniture if here(each.mesh)),
         tuple(_distinct(spaces or floors)),
         len(_distinct(spaces)) or None,
         tuple(_opening(mesh, leaves) for mesh in named.openings if here(mesh) and _is_walked(mesh, z)),
     )
 
 
-def _lowered(thing: SourceObject, z: float) -> SourceObject:
+def _lower(thing: SourceObject, z: float) -> SourceObject:
     return SourceObject(thing.words, Mesh(thing.mesh.vertices - (0.0, 0.0, z), thing.mesh.faces))
 
 

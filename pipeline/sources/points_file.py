@@ -158,10 +158,10 @@ def _pcd(path: Path, head: bytes) -> Iterator[Points]:
         if said["DATA"] == ["binary"]:
             yield from _binary(stream, kind, total)
         else:
-            yield _compressed(stream, kind, total)
+            yield _unpack_fields(stream, kind, total)
 
 
-def _compressed(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Points:
+def _unpack_fields(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Points:
     """A PCD's points field by field, packed as one piece."""
     packed, size = (int(number) for number in np.frombuffer(stream.read(8), "<u4"))
     if size > LARGEST_PACKED or size != count * kind.itemsize:

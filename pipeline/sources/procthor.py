@@ -130,7 +130,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     if first is None or second is None or not any(_is_house(file, line) for line in (first, second)):
         yield Input(base, "procthor", str(file), options=settings)
         return
-    for number, line in enumerate(_chained(first, second, lines)):
+    for number, line in enumerate(_chain(first, second, lines)):
         yield Input(f"{base}_{number:06d}", "procthor", str(file), f"{line[0]}:{line[1]}", settings)
 
 
@@ -211,7 +211,7 @@ def _lines(file: Path) -> Iterator[tuple[int, int]]:
         yield start, LONGEST_LINE - 1
 
 
-def _chained(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+def _chain(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
     yield first
     yield second
     yield from rest

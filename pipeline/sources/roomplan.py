@@ -125,7 +125,7 @@ def _part(scan: Scan, low: float, high: float) -> Scan:
 def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
     """Return a level, still without its own id and number."""
     top = float(np.median([wall.high_m for wall in scan.walls])) - height
-    walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed(scan.walls), top)
+    walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed_spaces(scan.walls), top)
     found = [Hole(d.shape, d.low_m - height, d.high_m - height, has_door=True) for d in scan.doors]
     found += [Hole(o.shape, o.low_m - height, o.high_m - height) for o in scan.openings]
     holes = [hole for each in one_each(found) if (hole := deepen_opening(each, walls)) is not None]  # R2
@@ -158,7 +158,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 
 
-def _enclosed(walls: Sequence[Thing]) -> list[Polygon]:
+def _enclosed_spaces(walls: Sequence[Thing]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
     areas = [buffer_mitred(area, SHEET_M / 2) for area in enclosed_pieces(strips)[1]]

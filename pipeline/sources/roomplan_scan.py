@@ -134,7 +134,7 @@ def _farthest(points: np.ndarray) -> np.ndarray:
 def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[Thing]:
     """R1."""
     for surface in surfaces:
-        matrix, size = _placed(surface, name)
+        matrix, size = _place(surface, name)
         signs = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
         thing = box_thing(_word(surface), _in_plan(signs * size, matrix))
         if thing is not None:
@@ -143,7 +143,7 @@ def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[Thing]:
 
 def _floor(surface: _Surface, name: str) -> Floor | None:
     """R3."""
-    matrix, size = _placed(surface, name)
+    matrix, size = _place(surface, name)
     corners = [corner for corner in surface.polygon_corners or [] if len(corner) == 3]
     if len(corners) < 3:
         corners = [[x * size[0], y * size[1], 0.0] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
@@ -161,7 +161,7 @@ def _section(section: _Section, name: str) -> Section:
     return Section(section.label, (x, -z), height)
 
 
-def _placed(surface: _Surface, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _place(surface: _Surface, name: str) -> tuple[np.ndarray, np.ndarray]:
     if len(surface.dimensions) != 3 or len(surface.transform) != 16:
         detail = f"{name}: expected 3 dimensions and a transform of 16 numbers"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)

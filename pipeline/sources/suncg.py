@@ -171,8 +171,8 @@ def _level(scene: _Scene, index: int, level_id: str) -> Level:
     if not rooms and not objects:
         raise Rejection("source", Reason.EMPTY, f"{where} has neither rooms nor objects", "leave it out")
     stem = f"room/{scene.key}/"
-    walls = _joined([files.mesh(f"{stem}{node.model_id}w.obj") for node in rooms if not node.hide_walls], scale)
-    floors = _joined([files.mesh(f"{stem}{node.model_id}f.obj") for node in rooms if not node.hide_floor], scale)
+    walls = _join_meshes([files.mesh(f"{stem}{node.model_id}w.obj") for node in rooms if not node.hide_walls], scale)
+    floors = _join_meshes([files.mesh(f"{stem}{node.model_id}f.obj") for node in rooms if not node.hide_floor], scale)
     foot, origin = _datum(walls, floors, where)
     to_level = np.array([origin[0], foot, origin[1]])
     return Level(
@@ -237,7 +237,7 @@ class _Files:
         return hashlib.sha256(b"".join(k.encode() + b"\0" + v for k, v in sorted(self._hashes.items()))).hexdigest()
 
 
-def _joined(meshes: list[Mesh], scale: float) -> Mesh:
+def _join_meshes(meshes: list[Mesh], scale: float) -> Mesh:
     """Return one mesh, scaled to metres."""
     if not meshes:
         return _EMPTY

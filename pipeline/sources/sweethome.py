@@ -314,7 +314,7 @@ def strips(walls: Sequence[DrawnWall]) -> list[Strip]:
 def bodies(found: Sequence[Strip]) -> list[Wall]:
     """Return the walls and the corners between them as pieces that stand on the floor."""
     by_key = {strip.wall.key: strip for strip in found if strip.wall.key}
-    return [piece for strip in found for piece in (*_sloped(strip), *_corners(strip, by_key))]
+    return [piece for strip in found for piece in (*_sloped_walls(strip), *_corners(strip, by_key))]
 
 
 def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
@@ -365,7 +365,7 @@ def _middle(wall: DrawnWall) -> Any:
     return centre + np.column_stack([x * cos - y * sin, x * sin + y * cos])
 
 
-def _sloped(strip: Strip) -> Iterable[Wall]:
+def _sloped_walls(strip: Strip) -> Iterable[Wall]:
     """S3."""
     wall = strip.wall
     rise = wall.end_height_m - wall.height_m
@@ -541,11 +541,11 @@ def read(item: Input) -> Iterator[Level]:
 def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:
     found = strips([wall for wall in home.walls if wall.level == storey.key])
     holes = [
-        replace(hole, shape=_turned(hole.shape), across=(hole.across[0], -hole.across[1]))
+        replace(hole, shape=_flip_y(hole.shape), across=(hole.across[0], -hole.across[1]))
         for door in home.doors
         if door.level == storey.key and (hole := hole_of(door, found)) is not None
     ]
-    walls = [Wall(_turned(wall.shape), wall.bottom_m, wall.top_m) for wall in bodies(found)]
+    walls = [Wall(_flip_y(wall.shape), wall.bottom_m, wall.top_m) for wall in bodies(found)]
     rooms = indoors([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
     walls = beside(rooms, walls, holes)
     fillings, holes = between(rooms, walls, holes)
@@ -588,15 +588,15 @@ def _home(path: Path) -> Element:
 def _source_room(room: DrawnRoom) -> SourceRoom:
     words = (room.name,) if room.name else ()
     polygon = clean(room.ring)
-    return SourceRoom(words, labels_for(words), None if polygon is None else _turned(polygon))
+    return SourceRoom(words, labels_for(words), None if polygon is None else _flip_y(polygon))
 
 
 def _object(piece: Piece) -> SourceObject:
     bottom = piece.elevation_m
-    return SourceObject((piece.name,), prism(_turned(footprint(piece)), bottom, bottom + piece.height_m))
+    return SourceObject((piece.name,), prism(_flip_y(footprint(piece)), bottom, bottom + piece.height_m))
 
 
-def _turned(shape: Polygon) -> Polygon:
+def _flip_y(shape: Polygon) -> Polygon:
     """From y down to y up."""
     turned: Polygon = shapely.normalize(scale(shape, 1.0, -1.0, origin=(0.0, 0.0)))
     return turned

@@ -30,7 +30,7 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
         columns = columns_of(mesh, LOWEST_M, top, CELL_M)
     masks = wall_masks(columns)
     closed = area_of(masks.walls, masks.raster)
-    doorways = union_of([Polygon(masks.raster.placed(box)) for box in masks.doorways])
+    doorways = union_of([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
     walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
     judged = judge_leaves([], walls, lintels)
     known, leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)

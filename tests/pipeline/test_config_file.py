@@ -90,8 +90,8 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     written(tmp_path, '[b]\nkeep = true\n[a]\nh_g = 0.4\nh_d = 1\n[c]\ndrop = true\nwhy = "hall"', "overrides.toml")
     found = load_overrides(manifest)
     assert found == {"a": Override(h_g=0.4, h_d=1.0), "b": Override(keep=True), "c": Override(drop=True, why="hall")}
-    assert found["a"].applied(PipelineConfig()).planes.door_m == 1.0
-    assert not found["b"].applied(PipelineConfig()).layout.characters
+    assert found["a"].apply_to(PipelineConfig()).planes.door_m == 1.0
+    assert not found["b"].apply_to(PipelineConfig()).layout.characters
 
 
 def test_a_manifests_own_overrides_come_before_those_of_its_folder(tmp_path: Path) -> None:

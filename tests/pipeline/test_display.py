@@ -37,8 +37,8 @@ def test_a_log_gets_a_line_now_and_then_and_one_at_the_end(clock: list[float]) -
     with Display(console, _fine) as shown:
         shown.progress("planning", 0, 40)
         for number, seconds in enumerate((0.5, 3.0, 0.1)):
-            shown.ended(_entry(f"{number}.glb", seconds))
-        shown.ended(_entry("bad.glb", 0.1, "not_enclosed"))
+            shown.note_outcome(_entry(f"{number}.glb", seconds))
+        shown.note_outcome(_entry("bad.glb", 0.1, "not_enclosed"))
         shown.progress("planning", 4, 40)  # too soon for a line
         clock[0] += 10.0
         shown.progress("planning", 20, 40)
@@ -62,9 +62,9 @@ def test_what_an_earlier_run_did_is_not_this_ones_speed(clock: list[float]) -> N
 def test_a_terminal_shows_bars_and_what_came_of_the_inputs() -> None:
     console = Console(file=StringIO(), force_terminal=True, width=100)
     with Display(console, _fine) as shown:
-        shown.ended(_entry("a.glb", 2.0, "units", "not_enclosed"))
-        shown.ended(_entry("b.glb", 1.0, "no_level"))
-        shown.ended(_entry("c.glb", 1.0, "no_interior"))
+        shown.note_outcome(_entry("a.glb", 2.0, "units", "not_enclosed"))
+        shown.note_outcome(_entry("b.glb", 1.0, "no_level"))
+        shown.note_outcome(_entry("c.glb", 1.0, "no_interior"))
         shown.progress("planning", 3, 3)
     said = console.file.getvalue()  # type: ignore[attr-defined]
     assert "planning" in said
@@ -79,7 +79,7 @@ def test_a_log_of_a_build_that_is_done_at_once_stays_empty_but_with_v(clock: lis
     for console, level in ((quick, logging.WARNING), (verbose, logging.INFO)):
         logging.getLogger("houseexpo").setLevel(level)
         with Display(console, _fine) as shown:
-            shown.ended(_entry("a.glb", 2.0))
+            shown.note_outcome(_entry("a.glb", 2.0))
             shown.progress("planning", 1, 1)
     logging.getLogger("houseexpo").setLevel(logging.NOTSET)
     assert not quick.file.getvalue()  # type: ignore[attr-defined]

@@ -98,7 +98,7 @@ def _bulges(space: shapely.Polygon, opened: shapely.Geometry) -> tuple[int, int]
     return int((recess & flanks & (length <= _BAY_M)).sum()), int((nose & flanks & (length <= _NOSE_M)).sum())
 
 
-def _spiked(space: shapely.Polygon) -> bool:
+def _has_spike(space: shapely.Polygon) -> bool:
     """Return whether a ring turns back on itself, so that a wall would have no thickness there."""
     ring = shapely.get_coordinates(space.exterior)[:-1]
     step = np.roll(ring, -1, axis=0) - ring
@@ -107,7 +107,7 @@ def _spiked(space: shapely.Polygon) -> bool:
     return bool(np.abs(turn).max() > _SHARPEST_RAD)
 
 
-def _drawn(bounds: tuple[float, float], rng: np.random.Generator) -> float:
+def _draw_length(bounds: tuple[float, float], rng: np.random.Generator) -> float:
     """Draw a length; halves are as likely as doubles."""
     return float(np.exp(rng.uniform(*np.log(bounds))))
 
@@ -139,7 +139,7 @@ def _cut(
         if any(near.intersects(other) for j, other in enumerate(spaces) if j != k):
             continue
         rest = shapely.difference(spaces[k], piece)
-        if isinstance(rest, shapely.Polygon) and rest.area > 0.6 * spaces[k].area and not _spiked(rest):
+        if isinstance(rest, shapely.Polygon) and rest.area > 0.6 * spaces[k].area and not _has_spike(rest):
             return [*spaces[:k], rest, *spaces[k + 1 :]], float(np.hypot(*(tips[1] - tips[0])))
     return None
 
@@ -160,7 +160,7 @@ def _chamfer(
     if min(lengths) < 2 * leg or (keep is not None and keep.intersects(piece)):
         return spaces
     rest = shapely.difference(spaces[k], piece)
-    if not isinstance(rest, shapely.Polygon) or _spiked(rest):
+    if not isinstance(rest, shapely.Polygon) or _has_spike(rest):
         return spaces
     return [*spaces[:k], rest, *spaces[k + 1 :]]
 
@@ -183,9 +183,9 @@ def _pilaster(
     kind = float(rng.random()) if missing >= _CORNERS_OF_NIB else 0.0
     in_corner = kind < _IN_CORNER
     if kind > 1.0 - _NIBS:  # a wall that ends in the room
-        width, deep = around.wall_m, _drawn(_NIB_M, rng)
+        width, deep = around.wall_m, _draw_length(_NIB_M, rng)
     else:
-        width, deep = _drawn(_CORNER_WIDE_M if in_corner else _WIDE_M, rng), float(rng.uniform(*_DEEP_M))
+        width, deep = _draw_length(_CORNER_WIDE_M if in_corner else _WIDE_M, rng), float(rng.uniform(*_DEEP_M))
     at = _place(steps, side, width, in_corner, rng)
     if at is None:
         return spaces, 0
@@ -195,7 +195,7 @@ def _pilaster(
     if around.keep is not None and around.keep.intersects(pillar):
         return spaces, 0
     rest = shapely.difference(spaces[k], pillar)
-    if not isinstance(rest, shapely.Polygon) or rest.interiors or _spiked(rest):
+    if not isinstance(rest, shapely.Polygon) or rest.interiors or _has_spike(rest):
         return spaces, 0
     ways = _WAYS_M[1:] if rng.random() < _NARROW else _WAYS_M
     if all(isinstance(shapely.buffer(rest, -way_m / 2), shapely.Polygon) for way_m in ways):

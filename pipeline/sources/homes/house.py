@@ -33,13 +33,13 @@ def make_home(index: int, seed: int) -> Home:
     """Make home ``index`` of a seed; a wish that cannot be met is drawn again."""
     rng = np.random.default_rng([seed, index, _SPREAD])
     for _ in range(_DRAWS):
-        home = _made(home_id(index, seed), draw_wish(rng), rng)
+        home = _try_home(home_id(index, seed), draw_wish(rng), rng)
         if home is not None:
             return home
     raise RuntimeError(f"home {index} of seed {seed}: no layout in {_DRAWS} wishes")
 
 
-def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
+def _try_home(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
     """Lay out, bend rooms, then join them by doors, or None if the wish cannot be met."""
     width, height = (wish.long_m, wish.short_m) if rng.random() < 0.5 else (wish.short_m, wish.long_m)
     extent = wish.area_m2 / (width * height)
@@ -52,7 +52,7 @@ def _made(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
         return None
     rects = [_on_grid(rect, wish.wall_m) for rect in rects]
     found = one_space(rects, wish.wall_m) if alone else bend_rooms(rects, wish.corners, wish.wall_m, rng)
-    return _walled(name, wish, found, rng)
+    return _home_of(name, wish, found, rng)
 
 
 def _on_grid(rect: Rect, wall_m: float) -> Rect:
@@ -60,7 +60,7 @@ def _on_grid(rect: Rect, wall_m: float) -> Rect:
     return x1, y1, x2, y2
 
 
-def _walled(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
+def _home_of(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
     labels = [each[0] if each else None for each in wish.names]
     asked = Doorways(wish.doors, -wish.corners, wish.wall_m)
     joints = doors(found.rects, found.space_of, labels, asked, rng)

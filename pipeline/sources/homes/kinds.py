@@ -229,7 +229,7 @@ def draw_wish(rng: np.random.Generator) -> Wish:
     short = _side("short_side_m", long * drawn["aspect"], rng)
     long = max(_side("long_side_m", long, rng), short)
     area = long * short * drawn["extent"]
-    names = _dealt(list(house.labels), spaces, nameless, rng)
+    names = _deal_labels(list(house.labels), spaces, nameless, rng)
     return Wish(
         spaces=spaces,
         rooms=max(house.rooms, 1),
@@ -257,7 +257,9 @@ def _side(name: str, near_m: float, rng: np.random.Generator) -> float:
     return float(rng.choice(known, p=shares / shares.sum())) / 100 if shares.sum() > 0 else round(near_m, 2)
 
 
-def _dealt(labels: list[str], spaces: int, nameless: int, rng: np.random.Generator) -> tuple[tuple[str, ...], ...]:
+def _deal_labels(
+    labels: list[str], spaces: int, nameless: int, rng: np.random.Generator
+) -> tuple[tuple[str, ...], ...]:
     """Deal labels to spaces, each named space one first."""
     names: list[list[str]] = [[] for _ in range(spaces)]
     named = spaces - nameless

@@ -92,7 +92,7 @@ def doors(
         degree[[one, other]] += 1.0
         inside |= {one, other}
         found.append(ways[one, other])
-    return _placed(found, rects, asked, rng)
+    return _place_joints(found, rects, asked, rng)
 
 
 def _lacking(clear_m: float, widths: tuple[float, ...]) -> float:
@@ -105,7 +105,7 @@ def _clear(at: tuple[float, float, float, bool], wall_m: float) -> float:
     return at[2] - at[1] - wall_m - 2 * CORNER_M
 
 
-def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random.Generator) -> list[Joint]:
+def _place_joints(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random.Generator) -> list[Joint]:
     """Deal the widths to the borders, the widest door first, and place each; some jambs are flush with a side wall."""
     widths: dict[int, float] = {}
     for width in asked.widths[::-1]:
@@ -120,7 +120,7 @@ def _placed(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random
         if fewer >= _OF_FLUSH:
             first = bool(rng.random() < 0.5)
             at = low if first else high - widths[k]
-            fewer -= _OF_FLUSH_ON_BOTH if _aligned(rects, pair, upright, first) else _OF_FLUSH
+            fewer -= _OF_FLUSH_ON_BOTH if _are_aligned(rects, pair, upright, first) else _OF_FLUSH
         else:
             low, high = low + CORNER_M, high - CORNER_M
             at = low + (high - low - widths[k]) * _place(rng)
@@ -134,7 +134,7 @@ def _instead(clear_m: float, widths: tuple[float, ...]) -> float:
     return max((width for width in widths if width <= clear_m), default=max(round(clear_m, 2), MIN_DOOR_M))
 
 
-def _aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
+def _are_aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
     """Return whether both rectangles of a border end where it starts (``first``) or ends."""
     side = (1 if upright else 0) + (0 if first else 2)
     return abs(rects[pair[0]][side] - rects[pair[1]][side]) < NEAR_M

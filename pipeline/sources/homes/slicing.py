@@ -106,7 +106,7 @@ def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect]:
     _pull(rects, pulls, asked, rng)
     x1, y1, x2, y2 = _bounds(rects)
     if x1 > NEAR_M or y1 > NEAR_M or asked.width_m - x2 > NEAR_M or asked.height_m - y2 > NEAR_M:
-        rects = _stretched(rects, asked)
+        rects = _fill_box(rects, asked)
     return rects
 
 
@@ -158,7 +158,7 @@ def _encloses(rects: list[Rect]) -> bool:
     return bool(shapely.get_num_interior_rings(shapely.get_parts(whole)).any())
 
 
-def _stretched(rects: list[Rect], asked: Asked) -> list[Rect]:
+def _fill_box(rects: list[Rect], asked: Asked) -> list[Rect]:
     """Fill the box again."""
     x1, y1, x2, y2 = _bounds(rects)
     sx, sy = asked.width_m / (x2 - x1), asked.height_m / (y2 - y1)

@@ -104,7 +104,7 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         found = " ".join(str(error).replace(f"{path.parent}/", "").split())[:200]
         detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
-    return without_starting_cube(_checked(path, scene, declared, max_faces))
+    return without_starting_cube(_check_scene(path, scene, declared, max_faces))
 
 
 def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
@@ -157,7 +157,7 @@ def _quiet() -> Iterator[None]:
         log.handlers, log.propagate = handlers, hands_on
 
 
-def _checked(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:
+def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:
     vertices, faces = scene.mesh.vertices, scene.mesh.faces
     if declared is not None and len(faces) < declared:
         detail = f"{path.name} announces {declared:,} faces and holds {len(faces):,}"

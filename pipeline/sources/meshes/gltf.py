@@ -196,7 +196,7 @@ class Arrays:
         else:
             values = np.zeros((count, width), kind)
         if "sparse" in accessor:
-            values = self._replaced(values, accessor["sparse"])
+            values = self._put_sparse(values, accessor["sparse"])
         floats = values.astype(np.float64)
         if accessor.get("normalized") and kind.kind in "iu":
             floats = np.maximum(floats / np.iinfo(kind).max, -1.0)
@@ -210,7 +210,7 @@ class Arrays:
         found = DracoPy.decode(data)
         return np.asarray(found.points, np.float64).reshape(-1, 3), np.asarray(found.faces, np.int64).reshape(-1, 3)
 
-    def _replaced(self, values: npt.NDArray[Any], sparse: dict[str, Any]) -> npt.NDArray[Any]:
+    def _put_sparse(self, values: npt.NDArray[Any], sparse: dict[str, Any]) -> npt.NDArray[Any]:
         """Put a sparse accessor's own values in."""
         count = int(sparse["count"])
         where, what = sparse["indices"], sparse["values"]
@@ -236,10 +236,10 @@ class Arrays:
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:
             buffer = self._tree["buffers"][_index(index)]
-            self._buffers[index] = self._opened(str(buffer["uri"])) if "uri" in buffer else b""
+            self._buffers[index] = self._buffer_bytes(str(buffer["uri"])) if "uri" in buffer else b""
         return self._buffers[index]
 
-    def _opened(self, uri: str) -> bytes:
+    def _buffer_bytes(self, uri: str) -> bytes:
         """Return a buffer's bytes: from the text itself, or from a file in the glTF file's own folder."""
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2])

@@ -39,7 +39,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
     ValueError
         Where the file is broken.
     """
-    lines = _sorted(path)
+    lines = _sort_lines(path)
     if len(lines.vertices) > 12 * max_faces:
         raise ValueError(f"it has {len(lines.vertices):,} vertices, more than its faces can use")
     if not lines.vertices:
@@ -54,7 +54,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
         yield Piece(part, vertices[used], packed.reshape(-1, 3).astype(np.int64))
 
 
-def _sorted(path: Path) -> _Lines:
+def _sort_lines(path: Path) -> _Lines:
     found = _Lines()
     names = {b"o": "", b"g": "", b"usemtl": ""}
     part, rows, before = Part(), None, None

@@ -77,10 +77,6 @@ class Scene:
         mesh = Mesh(self.mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
         return Scene(mesh, self.owner[keep], self.parts, left_out)
 
-    def scaled(self, factor: float) -> Scene:
-        """Make all of it so many times as large."""
-        return Scene(Mesh(self.mesh.vertices * factor, self.mesh.faces), self.owner, self.parts, self.left_out)
-
 
 def transform_triangles(
     vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64], matrix: npt.NDArray[np.float64]
@@ -123,7 +119,7 @@ def triangulate_polygons(vertices: Floats, corners: Indices, counts: Indices) ->
         which = np.flatnonzero(counts == count)
         rings = corners[starts[which][:, None] + np.arange(count)]
         fans = np.stack([np.repeat(rings[:, :1], count - 2, axis=1), rings[:, 1:-1], rings[:, 2:]], axis=2)
-        notched = _notched(vertices, rings) if count > 3 else np.zeros(len(rings), bool)
+        notched = _has_notch(vertices, rings) if count > 3 else np.zeros(len(rings), bool)
         faces.append(fans[~notched].reshape(-1, 3))
         owners.append(np.repeat(which[~notched], count - 2))
         for k in np.flatnonzero(notched):
@@ -135,7 +131,7 @@ def triangulate_polygons(vertices: Floats, corners: Indices, counts: Indices) ->
     return np.concatenate(faces)[order], owner[order]
 
 
-def _notched(vertices: Floats, rings: Indices) -> npt.NDArray[np.bool_]:
+def _has_notch(vertices: Floats, rings: Indices) -> npt.NDArray[np.bool_]:
     """Tell which rings (p, c) turn against their own normal at some corner."""
     points = vertices[rings]
     ahead = np.roll(points, -1, axis=1) - points

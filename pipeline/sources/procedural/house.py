@@ -97,7 +97,7 @@ def scene_id(index: int, seed: int) -> str:
 
 def role_of(index: int, seed: int) -> str:
     """Return what is planted in a house, "sound" for nothing; a duplicate without a house before it is sound."""
-    role = _drawn(index, seed)
+    role = _draw_role(index, seed)
     return SOUND if role in DUPLICATES and not _originals(index, seed) else role
 
 
@@ -108,10 +108,10 @@ def original_of(index: int, seed: int) -> int:
 
 
 def _originals(index: int, seed: int) -> list[int]:
-    return [k for k in range(max(0, index - _LOOK_BACK), index) if _drawn(k, seed) == SOUND]
+    return [k for k in range(max(0, index - _LOOK_BACK), index) if _draw_role(k, seed) == SOUND]
 
 
-def _drawn(index: int, seed: int) -> str:
+def _draw_role(index: int, seed: int) -> str:
     order = np.random.default_rng([seed, index // _BLOCK, 1]).permutation(_BLOCK)
     place = int(order[index % _BLOCK])
     return _ROLES[place] if place < len(_ROLES) else SOUND
@@ -130,7 +130,7 @@ def make_house(index: int, seed: int) -> House:
     rng = np.random.default_rng([seed, index])
     if role in DUPLICATES:
         source = original_of(index, seed)
-        return _repeated(make_house(source, seed), role, scene_id(index, seed), rng)
+        return _repeat(make_house(source, seed), role, scene_id(index, seed), rng)
     if role == "objects_only":
         items = tuple(loose_items(rng))
         bare = Storey(items=items, difficulties=(role,), expected="rejected:no_layout")
@@ -147,7 +147,7 @@ def level_id(house: str, level: int) -> str:
     return house if level == 0 else f"{house}_L{level}"
 
 
-def _repeated(source: House, role: str, house_id: str, rng: np.random.Generator) -> House:
+def _repeat(source: House, role: str, house_id: str, rng: np.random.Generator) -> House:
     """Return a copy under another id: the same, elsewhere, mirrored, or with each wall moved by up to 8 mm."""
     storeys = []
     matrix = {
@@ -155,7 +155,7 @@ def _repeated(source: House, role: str, house_id: str, rng: np.random.Generator)
         "mirrored_duplicate": [-1, 0, 0, 1, float(rng.uniform(20, 90)), 0.0],
     }.get(role)
     for level, storey in enumerate(source.storeys):
-        copy = _moved(storey, matrix) if matrix else storey
+        copy = _transform(storey, matrix) if matrix else storey
         if role == "jittered_duplicate":
             moves = rng.uniform(-_JITTER_M, _JITTER_M, len(copy.walls)).tolist()
             walls = [replace(w, shift=w.shift + move) for w, move in zip(copy.walls, moves, strict=True)]
@@ -168,10 +168,10 @@ def _repeated(source: House, role: str, house_id: str, rng: np.random.Generator)
 def _somewhere(house: House, rng: np.random.Generator) -> House:
     """Move a house to where scenes lie: anywhere in the first hundred metres."""
     x, z = rng.uniform(20, 60, 2).round(3).tolist()
-    return replace(house, storeys=tuple(_moved(storey, [1, 0, 0, 1, x, z]) for storey in house.storeys))
+    return replace(house, storeys=tuple(_transform(storey, [1, 0, 0, 1, x, z]) for storey in house.storeys))
 
 
-def _moved(storey: Storey, matrix: list[float]) -> Storey:
+def _transform(storey: Storey, matrix: list[float]) -> Storey:
     """Take a storey through a rigid map of the plan, mirroring included (then walls run the other way)."""
     a, b, c, d, tx, tz = matrix
     mirrored = a * d - b * c < 0

@@ -140,7 +140,7 @@ def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
     if not specs:
         return []
     x1, y1, x2, y2 = rect
-    groups = _grouped(specs, max(y2 - y1, 1))  # a misfit may have no depth at all
+    groups = _group_specs(specs, max(y2 - y1, 1))  # a misfit may have no depth at all
     groups = [groups[i] for i in rng.permutation(len(groups))]
     areas = np.array([sum(spec.area for spec in group) for group in groups])
     cuts = x1 + np.round(np.concatenate([[0.0], np.cumsum(areas) / areas.sum()]) * (x2 - x1)).astype(int)
@@ -171,7 +171,7 @@ def misfit(placed: Placed) -> float:
     return worst
 
 
-def _grouped(specs: list[Spec], depth: int) -> list[list[Spec]]:
+def _group_specs(specs: list[Spec], depth: int) -> list[list[Spec]]:
     groups = [[spec] for spec in specs if spec.area * 1e4 / depth >= spec.side]
     behind: list[Spec] = []
     for spec in specs:
@@ -236,21 +236,21 @@ def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[f
     parts = shared_out(specs, [1.0] + [rng.uniform(0.3, 0.55) for _ in range(n_wings)], rng)
     main = _ring(parts[0], rng) if ring and len(parts[0]) >= 6 else _block(parts[0], rng)
     blocks, places = [main], [(0, 0, main.width, main.height)]
-    penalty = max(misfit(main.placed), _stretched(main))
+    penalty = max(misfit(main.placed), _excess_length(main))
     for k, part in enumerate(part for part in parts[1:] if part):
         width = int(main.width * rng.uniform(0.34, 0.38 if n_wings == 2 else 0.6))
         wing = _block(part, rng, width)
         left = 0 if k == 0 else main.width - width
         if n_wings == 1 and rng.random() < 0.4:  # a T
             left = int((main.width - width) * rng.uniform(0.25, 0.75))
-        penalty = max(penalty, misfit(wing.placed), _stretched(wing), 220.0 - wing.height)
+        penalty = max(penalty, misfit(wing.placed), _excess_length(wing), 220.0 - wing.height)
         blocks.append(wing)
         places.append((left, main.height, left + width, main.height + wing.height))
     shape = ("", "wing ", "two wings ")[len(blocks) - 1]
     return penalty, blocks, places, shape + main.feature
 
 
-def _stretched(block: _Block) -> float:
+def _excess_length(block: _Block) -> float:
     """Return how far a block is from a shape that people build, as ``misfit`` does: up to 2.2 times as long as wide."""
     short, long = sorted((block.width, block.height))
     return 60.0 * (long / max(short, 1) - 2.2)

@@ -62,7 +62,7 @@ def _grid(columns: int, rows: int, cut: frozenset[tuple[int, int]]) -> tuple[_In
 
 def prism(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
     """Return the closed mesh of a slab over a polygon, from one height to another."""
-    plan, top, sides = _triangulated(polygon)
+    plan, top, sides = _triangulate(polygon)
     n = len(plan)
     faces = np.concatenate([top + n, top[:, ::-1], sides])
     twice = np.tile(plan, (2, 1))
@@ -70,7 +70,7 @@ def prism(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
 
 
 @lru_cache(maxsize=2)  # a room's ceiling is its floor again
-def _triangulated(
+def _triangulate(
     polygon: shapely.Polygon,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""

@@ -218,7 +218,7 @@ def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: n
         if tree.has_edge(i, j) or (data["cost"] < 2.6 and rng.random() < 0.22):
             width = _door_width(cells[i], cells[j], rng)
             border = data["border"]
-            doors.append(Opening("door", *_placed(edges, border.edge, border.part, width, rng), cells=(i, j)))
+            doors.append(Opening("door", *_place_opening(edges, border.edge, border.part, width, rng), cells=(i, j)))
     return doors
 
 
@@ -239,14 +239,14 @@ def entrances(
     ranked = sorted(fit, key=lambda each: _front_cost(cells[edges.cell[each[0]]]) + float(rng.uniform(0, 1.5)))
     ranked = [each for each in ranked if cells[edges.cell[each[0]]].use in {"room", "corridor"}]
     for edge, part in ranked[: 1 + int(rng.random() < 0.25)]:
-        place = _placed(edges, edge, part, float(rng.uniform(0.85, 1.0)), rng)
+        place = _place_opening(edges, edge, part, float(rng.uniform(0.85, 1.0)), rng)
         found.append(Opening("entrance", *place, cells=(int(edges.cell[edge]), None)))
     taken = {edge for edge, _ in ranked[:2]}
     for index, cell in enumerate(cells):
         gates = [e for e in fit if edges.cell[e[0]] == index and e[1][1] - e[1][0] > 2.7 and e[0] not in taken]
         if (cell.use == "garage" or "Garage" in cell.words) and gates:
             edge, part = gates[int(rng.integers(len(gates)))]
-            found.append(Opening("entrance", *_placed(edges, edge, part, 2.3, rng), cells=(index, None)))
+            found.append(Opening("entrance", *_place_opening(edges, edge, part, 2.3, rng), cells=(index, None)))
     return found
 
 
@@ -265,12 +265,14 @@ def windows(
         parts = [(low, high)] if high - low < 4.5 else [(low, (low + high) / 2), ((low + high) / 2, high)]
         for part in parts:
             width = float(rng.uniform(0.5, 0.75)) * min(part[1] - part[0] - 2 * CORNER_M, 2.6)
-            place = _placed(edges, edge, part, width, rng)
+            place = _place_opening(edges, edge, part, width, rng)
             found.append(Opening("window", *place, cells=(int(edges.cell[edge]), None)))
     return found
 
 
-def _placed(edges: Edges, edge: int, part: Part, width: float, rng: np.random.Generator) -> tuple[Point, Point, float]:
+def _place_opening(
+    edges: Edges, edge: int, part: Part, width: float, rng: np.random.Generator
+) -> tuple[Point, Point, float]:
     """Return centre, direction and width of an opening somewhere in a part of an edge, narrower where there is no room.
 
     Most stand near a corner or in the middle, few just anywhere.

@@ -117,18 +117,18 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
-    standing = traces[0] & grid.grown(traces[1], LEAN_M)
-    wall = _without_fences(grid.grown(traces[0], grid.size_m), standing)
+    standing = traces[0] & grid.grow(traces[1], LEAN_M)
+    wall = _without_fences(grid.grow(traces[0], grid.size_m), standing)
     outside = _outside(wall)
     covered = _hull(wall)
     inside = ((outside == 0) & (wall == 0)).astype(np.uint8)
     points, normals = _samples(*sections[0], surfaces)
     walled = grid.at(wall, points)
     points, normals = points[walled], normals[walled]
-    outer = grid.at(grid.grown(outside, 2 * grid.size_m), points)
+    outer = grid.at(grid.grow(outside, 2 * grid.size_m), points)
     looks_out = grid.at(outside, points + normals * 4 * grid.size_m)
-    stands = grid.at(grid.grown(standing, grid.size_m), points)
-    far = grid.grown(outside, DEEPEST_WALL_M + 2 * grid.size_m)
+    stands = grid.at(grid.grow(standing, grid.size_m), points)
+    far = grid.grow(outside, DEEPEST_WALL_M + 2 * grid.size_m)
     outline = _length(grid, covered)
     return Look(
         outline,

@@ -182,7 +182,7 @@ def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) ->
     if not faces.any():
         return None
     cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
-    cells = grid.opened(grid.closed(cells, FLOOR_GAP_M), HALF_ROOM_M)
+    cells = grid.drop_narrow(grid.fill_gaps(cells, FLOOR_GAP_M), HALF_ROOM_M)
     if grid.area(cells) < ROOMY_M2:
         return None
     height, area = heights[faces], surfaces.area[faces]
@@ -221,18 +221,18 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
     for other in layers:
         if layer.top + WINDOW_M < other.top < layer.top + CLEAR_M:
             free[other.cells > 0] = 0
-    free = grid.opened(free, HALF_ROOM_M)
+    free = grid.drop_narrow(free, HALF_ROOM_M)
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
     segments = np.concatenate(
         [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - MARGIN_M, LINTEL_CUT_M)]
     )
-    standing = grid.trace(segments) & grid.grown(free, WALL_REACH_M)
-    region = _filled(free & _hull(standing))
+    standing = grid.trace(segments) & grid.grow(free, WALL_REACH_M)
+    region = _fill_holes(free & _hull(standing))
     area = grid.area(region)
-    rim = region & grid.grown(1 - region, grid.size_m)
+    rim = region & grid.grow(1 - region, grid.size_m)
     if area < ROOMY_M2:
         return None
-    lined = np.count_nonzero(rim & grid.grown(standing, WALL_REACH_M)) / np.count_nonzero(rim)
+    lined = np.count_nonzero(rim & grid.grow(standing, WALL_REACH_M)) / np.count_nonzero(rim)
     return FloorSurface(layer, region, area, layer.faces) if lined >= LINED else None
 
 
@@ -250,7 +250,7 @@ def _hull(mask: Cells) -> Cells:
     return out
 
 
-def _filled(mask: Cells) -> Cells:
+def _fill_holes(mask: Cells) -> Cells:
     """Fill a mask's holes: stair wells, and what furniture covers."""
     contours = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[-2]
     return np.asarray(cv2.drawContours(np.zeros_like(mask), contours, -1, 1, cv2.FILLED), np.uint8)
@@ -266,7 +266,7 @@ def open_below(
     near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + VOID_OVER_M)
     covering = near & (np.abs(surfaces.normal[:, 2]) > VERTICAL)
     covered = grid.cover(surfaces.triangles(covering)[:, :, :2])  # V1
-    shape = _outline(grid.opened(np.bitwise_or.reduce(lower) & (1 - covered), VOID_HALF_WIDTH_M), grid)
+    shape = _outline(grid.drop_narrow(np.bitwise_or.reduce(lower) & (1 - covered), VOID_HALF_WIDTH_M), grid)
     return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None
 
 
@@ -333,14 +333,14 @@ def find_levels(
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
-        near = walls & grid.at(grid.grown(region, WALL_REACH_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        near = walls & grid.at(grid.grow(region, WALL_REACH_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
         through = partial(_through, surfaces, near)
         above = _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_below(surfaces, height, floors, grid)
-        found.append(FoundLevel(height, ceiling, _lowered(part, height), area, below))
+        found.append(FoundLevel(height, ceiling, _lower(part, height), area, below))
     return tuple(found)
 
 
@@ -406,7 +406,7 @@ def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None
     if floor is None:
         return WallProfile.of(surfaces, walls)
     middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
-    return WallProfile.of(surfaces, walls & grid.at(grid.grown(floor.region, WALL_REACH_M), middle))
+    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, WALL_REACH_M), middle))
 
 
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
@@ -466,7 +466,7 @@ def _slice(surfaces: Surfaces, low: float, high: float) -> Mesh:
     return Mesh(surfaces.mesh.vertices[used], faces.reshape(-1, 3).astype(np.int64))
 
 
-def _lowered(mesh: Mesh, height: float) -> Mesh:
+def _lower(mesh: Mesh, height: float) -> Mesh:
     return Mesh(mesh.vertices - (0.0, 0.0, height), mesh.faces)
 
 

@@ -120,7 +120,7 @@ def detect(
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
     shapes = {axis: shape for axis in candidates if (shape := measure_shape(surfaces, UPS[axis]))}
     if convention.binding and convention.metres is not None and convention.up in shapes:
-        shapes[convention.up] = _undivided(shapes[convention.up], convention.metres)
+        shapes[convention.up] = _as_one_storey(shapes[convention.up], convention.metres)
     if not shapes:  # no wall on any axis: the search for levels says so
         metres = (wish.metres or convention.metres or 1.0) * wish.scale
         return Frame3D(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
@@ -128,7 +128,7 @@ def detect(
     shape, named = shapes[axis], (doors or {}).get(axis)
     too_high = shape.storey * (convention.metres or 1.0) > HIGHEST_STOREY_M
     door = named.height if named is not None and (named.is_sure or too_high) else None
-    found = _given(shape, convention, wish) if wish.is_about_size else _unit(shape, convention, door)
+    found = _given_metres(shape, convention, wish) if wish.is_about_size else _unit(shape, convention, door)
     tried = found is None and not wish.is_about_size
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
@@ -136,7 +136,7 @@ def detect(
         raise _bad_units(shape, axis, None if tried else found, wish, name)
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
     if not wish.is_about_size:
-        guesses += [TRIED] if tried else _guessed(found, convention)
+        guesses += [TRIED] if tried else _guesses(found, convention)
     return Frame3D(axis, found, unit_name(found), tuple(guesses))
 
 
@@ -148,7 +148,7 @@ def bad_units(mesh: Mesh, found: Frame3D, name: str) -> Rejection:
     return _bad_units(shape, found.up, None, Wish(), name)
 
 
-def _undivided(shape: Shape, metres: float) -> Shape:
+def _as_one_storey(shape: Shape, metres: float) -> Shape:
     """R6."""
     low, high = STOREY_M
     if shape.storey * metres < low <= shape.height * metres <= high:
@@ -162,13 +162,13 @@ def unit_name(metres: float) -> str:
     return names[0] if names else f"{metres:g} m"
 
 
-def _guessed(metres: float, convention: Convention) -> list[str]:
+def _guesses(metres: float, convention: Convention) -> list[str]:
     if math.isclose(metres, convention.metres or 1.0, rel_tol=SAME):
         return []
     return ["units"] if any(math.isclose(metres, unit, rel_tol=SAME) for unit in UNITS.values()) else ["scale"]
 
 
-def _given(shape: Shape, convention: Convention, wish: Wish) -> float:
+def _given_metres(shape: Shape, convention: Convention, wish: Wish) -> float:
     """R5."""
     if wish.storey_m is not None:
         return wish.storey_m / shape.storey

@@ -205,15 +205,15 @@ class PlanGrid:
         inside[inside] = mask[row[inside], column[inside]] > 0
         return inside
 
-    def grown(self, mask: Cells, radius_m: float) -> Cells:
+    def grow(self, mask: Cells, radius_m: float) -> Cells:
         """Cells within a radius of the mask."""
         return np.asarray(cv2.dilate(mask, self._disc(radius_m)), np.uint8)
 
-    def opened(self, mask: Cells, radius_m: float) -> Cells:
+    def drop_narrow(self, mask: Cells, radius_m: float) -> Cells:
         """Drop what is narrower than a disc of the radius."""
         return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._disc(radius_m)), np.uint8)
 
-    def closed(self, mask: Cells, radius_m: float) -> Cells:
+    def fill_gaps(self, mask: Cells, radius_m: float) -> Cells:
         """Fill gaps narrower than a disc of the radius."""
         return np.asarray(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._disc(radius_m)), np.uint8)
 
@@ -257,8 +257,8 @@ def storeys_apart(
     found = []
     for low, box in enumerate(boxes):
         for high in range(low + 1, len(boxes)):
-            if _shared(box, boxes[high]) > ELSEWHERE:
-                if high > low + 1 and _shared(box, boxes[high], together=True) > SAME_PLACE:
+            if _shared_area(box, boxes[high]) > ELSEWHERE:
+                if high > low + 1 and _shared_area(box, boxes[high], together=True) > SAME_PLACE:
                     found.append((float(layers[low]), float(layers[high])))
                 break
     return found
@@ -271,7 +271,7 @@ def _box(surfaces: Surfaces, faces: np.ndarray, plan: list[int]) -> Floats:
     return np.array([low, [weighted_quantile(surfaces.high[faces, i], area, 1 - LAYER_EDGE) for i in plan]])
 
 
-def _shared(one: Floats, other: Floats, *, together: bool = False) -> float:
+def _shared_area(one: Floats, other: Floats, *, together: bool = False) -> float:
     """Return which share of the smaller of two boxes lies in both, or of all that they cover ``together``."""
     both = float(np.prod(np.maximum(np.minimum(one[1], other[1]) - np.maximum(one[0], other[0]), 0.0)))
     areas = [max(float(np.prod(box[1] - box[0])), TINY) for box in (one, other)]

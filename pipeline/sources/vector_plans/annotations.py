@@ -100,7 +100,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
             elif kind not in _NO_ROOMS:
                 floor = next(plane for plane in members if planes[plane]["type"] == "floor")
                 sides = list(edges(floor))
-                shape = _closed(sides)
+                shape = _close_sides(sides)
                 rooms.append(room(kind if kind != "undefined" else "", shape))
                 heights.append(float(np.median([side[:, 2] for side in sides])))
         except (KeyError, TypeError, ValueError, OverflowError, IndexError, StopIteration, AttributeError):
@@ -110,7 +110,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
     return Storey(rooms=tuple(rooms), holes=tuple(made), height_m=height)
 
 
-def _closed(sides: Sequence[np.ndarray]) -> Polygon:
+def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
     """Return the polygon that some edges (2, 3) close; ValueError if they close none."""
     lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=SAME_M)
     areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > LOOP_M2]

@@ -225,13 +225,13 @@ def levels_of(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[
         yield replace(
             made,
             id=level_id(item.id, number, len(drawn)),
-            frame=replace(_turned(made.frame) if drawing.y_up else made.frame, level=number),
+            frame=replace(_flip_y(made.frame) if drawing.y_up else made.frame, level=number),
             guesses=drawing.guesses,
             provenance={**provenance, **storey.about},
         )
 
 
-def _turned(frame: Frame) -> Frame:
+def _flip_y(frame: Frame) -> Frame:
     """Return the frame of a level whose file has y up: plan (x, y) is (x, -z) there."""
     (a, b, x), (c, d, y) = frame.matrix
     return replace(frame, matrix=((a, b, x), (-c, -d, -y)), up="y")
@@ -299,10 +299,10 @@ def _moved_near(storey: Storey, name: str) -> tuple[Storey, Point]:
         holes=tuple(replace(hole, shape=near(hole.shape)) for hole in storey.holes),
         rooms=tuple(rooms),
         floor=None if storey.floor is None else near(storey.floor),
-        furniture=tuple(SourceObject(each.words, _shifted(each.mesh, dx, dy)) for each in storey.furniture),
+        furniture=tuple(SourceObject(each.words, _shift(each.mesh, dx, dy)) for each in storey.furniture),
     )
     return moved, (dx, dy)
 
 
-def _shifted(mesh: Mesh, dx: float, dy: float) -> Mesh:
+def _shift(mesh: Mesh, dx: float, dy: float) -> Mesh:
     return Mesh(mesh.vertices - (dx, dy, 0.0), mesh.faces)

@@ -35,7 +35,7 @@ from pipeline.sources.tolerances import (
     WALL_THICKNESS_M,
 )
 from pipeline.sources.vector_plans.drawn import Drawing, Point
-from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
+from pipeline.sources.vector_plans.features import Features, kind_of, ring, storey_of
 
 LARGEST_BYTES = 1 << 28
 MOST_ENTITIES = 1_000_000
@@ -114,7 +114,7 @@ def _entities(
             )
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
-            kind = called(str(entity.dxf.get("layer", "0"))) or (called(within[-1]) if within else "")
+            kind = kind_of(str(entity.dxf.get("layer", "0"))) or (kind_of(within[-1]) if within else "")
             if kind or entity.dxftype() in {"TEXT", "MTEXT"}:
                 yield kind, entity
             continue
@@ -126,9 +126,9 @@ def _entities(
             left_out.add(f"block {block[:60]} is not there")
             continue
         layer = str(entity.dxf.get("layer", "0"))
-        name = block if called(block) or not called(layer) else layer
+        name = block if kind_of(block) or not kind_of(layer) else layer
         for kind, part in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
-            yield kind or called(name), part
+            yield kind or kind_of(name), part
 
 
 def _scale(found: list[tuple[str, Any]], stated: float | None, path: Path) -> tuple[float, bool]:

@@ -54,7 +54,7 @@ class Features:
     objects: list[tuple[str, Polygon, float]] = field(default_factory=list)
 
 
-def called(name: str) -> str:
+def kind_of(name: str) -> str:
     """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
     plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()
     parts = re.split(r"[^a-zß-ÿ]+", plain)
@@ -63,7 +63,7 @@ def called(name: str) -> str:
 
 def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
     """Return the storey of a drawing; it may be empty."""
-    shapes = [*nested(drawn.wall_areas), *strips(drawn.wall_lines, SHEET_M)]
+    shapes = [*nest_rings(drawn.wall_areas), *strips(drawn.wall_lines, SHEET_M)]
     walls = solid_between(shapes) if drawn.wall_lines else shapes
     holes = [through(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None]
     holes += [hole for a, b, leaf in drawn.door_lines if (hole := hole_at(a, b, walls, has_door=leaf)) is not None]
@@ -78,7 +78,7 @@ def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
     )
 
 
-def nested(areas: Sequence[Polygon]) -> list[Polygon]:
+def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     """R1: rings inside an odd number of others are holes."""
     found = [shapely.make_valid(area) for area in areas]
     found = [part for area in found for part in polygons_of(area)]

@@ -23,7 +23,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, decode_document
 from pipeline.sources.tolerances import EARTH_M, HIGHEST_OBJECT_M, SPECK_M2, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.vector_plans.features import Features, called, storey_of
+from pipeline.sources.vector_plans.features import Features, kind_of, storey_of
 
 LARGEST_BYTES = 1 << 28
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
@@ -66,7 +66,8 @@ def draw(path: Path) -> Drawing:
     to_metres = _to_metres(shapes, found.crs)
     storeys = [
         storey_of(
-            _drawn([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]), STOREY_HEIGHT_M * n
+            _features_of([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]),
+            STOREY_HEIGHT_M * n,
         )
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
@@ -82,7 +83,7 @@ def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
     said = [
         str(holder.get(key, "")) for holder in (about, feature) for key in _KEYS if key != "type" or holder is about
     ]
-    kind = next((each for word in said if (each := called(word))), "")
+    kind = next((each for word in said if (each := kind_of(word))), "")
     if any(word in {"label_box", "free_space"} for word in said):
         kind = ""
     if not kind:
@@ -126,7 +127,7 @@ def _to_metres(shapes: list[Any], crs: Any) -> Any:
     return lambda points: (np.radians(points) - at) * factor
 
 
-def _drawn(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
+def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
     drawn = Features()
     for kind, shape, about in level:
         parts = list(_parts(shape))

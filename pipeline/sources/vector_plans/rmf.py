@@ -57,7 +57,7 @@ def draw(path: Path) -> Drawing:
     building = _document(path)
     levels = building.get("levels")
     if not isinstance(levels, Mapping) or not levels:
-        raise _broken(path, "expected levels, found none")
+        raise _unreadable(path, "expected levels, found none")
     system = str(building.get("coordinate_system", "reference_image"))
     if not any(isinstance(level, Mapping) and level.get("walls") for level in levels.values()):
         detail = f"{path.name}: expected walls on a level, found none; it is a traffic map of lanes"
@@ -85,7 +85,7 @@ class _Sheet:
         self.scale, self.up = scale, up
         self.names: list[tuple[str, Point]] = []
         self.points: list[Point | None] = []
-        for number, vertex in enumerate(_listed(level.get("vertices"))):
+        for number, vertex in enumerate(_as_list(level.get("vertices"))):
             point = _point(vertex, scale, up)
             self.points.append(point)
             if point is None:
@@ -115,16 +115,16 @@ class _Sheet:
 
     def _floor(self, holes: list[Hole | None]) -> Any:
         shapes = []
-        for floor in _listed(self.level.get("floors")):
+        for floor in _as_list(self.level.get("floors")):
             corners = floor.get("vertices") if isinstance(floor, Mapping) else None
-            ring = [self._at(index) for index in _listed(corners)]
+            ring = [self._at(index) for index in _as_list(corners)]
             shape = clean([point for point in ring if point is not None])
             shapes += [shape] if shape is not None else []
         return floor_of([*shapes, *(hole.shape for hole in holes if hole is not None)]) if shapes else None
 
     def edges(self, kind: str) -> Iterator[tuple[Point, Point, Mapping[str, Any]]]:
         """Yield the edges of a kind; R5."""
-        for number, edge in enumerate(_listed(self.level.get(kind))):
+        for number, edge in enumerate(_as_list(self.level.get(kind))):
             ends = [self._at(index) for index in edge[:2]] if isinstance(edge, list) else []
             if len(ends) < 2 or ends[0] is None or ends[1] is None:
                 self.left_out.add(f"{self.where}: {kind}[{number}] names a vertex that is not there")
@@ -143,13 +143,13 @@ def _document(path: Path) -> Mapping[str, Any]:
     try:
         document = plain_yaml(path.read_bytes(), DEEPEST)
     except ValueError as error:
-        raise _broken(path, str(error)) from None
+        raise _unreadable(path, str(error)) from None
     if not isinstance(document, Mapping):
-        raise _broken(path, "expected a mapping with levels")
+        raise _unreadable(path, "expected a mapping with levels")
     return document
 
 
-def _broken(path: Path, what: str) -> Rejection:
+def _unreadable(path: Path, what: str) -> Rejection:
     return Rejection("source", Reason.UNREADABLE, f"{path.name} {what}", _ADVICE)
 
 
@@ -160,7 +160,7 @@ def _scales(levels: Mapping[str, Any], reference: str, system: str, path: Path, 
     if system in {"web_mercator", "wgs84"}:
         detail = f"{path.name} is drawn in {system} coordinates, which are no metres"
         raise Rejection("source", Reason.BAD_UNITS, detail, "save it with reference_image or cartesian_meters")
-    own = {name: scale for name, level in levels.items() if (scale := _measured(level))}
+    own = {name: scale for name, level in levels.items() if (scale := _metres_a_unit(level))}
     known = own.get(reference) or next(iter(own.values()), None)
     if known is None:
         detail = f"{path.name}: expected a measurement, which gives the metres of a pixel, found none"
@@ -174,10 +174,10 @@ def _scales(levels: Mapping[str, Any], reference: str, system: str, path: Path, 
     return found
 
 
-def _measured(level: Mapping[str, Any]) -> float | None:
-    points = [_point(vertex, 1.0, 1.0) for vertex in _listed(level.get("vertices"))]
+def _metres_a_unit(level: Mapping[str, Any]) -> float | None:
+    points = [_point(vertex, 1.0, 1.0) for vertex in _as_list(level.get("vertices"))]
     ratios = []
-    for edge in _listed(level.get("measurements")):
+    for edge in _as_list(level.get("measurements")):
         if not (isinstance(edge, list) and len(edge) > 2 and isinstance(edge[2], Mapping)):
             continue
         ends = [points[i] if isinstance(i, int) and 0 <= i < len(points) else None for i in edge[:2]]
@@ -199,7 +199,7 @@ def _ratio(reference: Any, level: Mapping[str, Any]) -> float | None:
 
 def _fiducials(level: Mapping[str, Any]) -> dict[str, Point]:
     found = {}
-    for each in _listed(level.get("fiducials")):
+    for each in _as_list(level.get("fiducials")):
         point = _point(each, 1.0, 1.0)
         if point is not None and isinstance(each[-1], str):
             found[each[-1]] = point
@@ -230,7 +230,7 @@ def _lifts(
         box = shapely.bounds(Polygon(corners)).tolist()
         rooms.append(SourceRoom((f"{_LIFT} {name}",), ("Passenger_elevator",), box=(box[0], box[1], box[2], box[3])))
         opens = (
-            {str(each) for each in _listed((served or {}).get(sheet.name))} if isinstance(served, Mapping) else set()
+            {str(each) for each in _as_list((served or {}).get(sheet.name))} if isinstance(served, Mapping) else set()
         )
         for key, door in (lift.get("doors") or {}).items() if isinstance(lift.get("doors"), Mapping) else ():
             if str(key) in opens and isinstance(door, Mapping):
@@ -268,5 +268,5 @@ def _number(value: Any, default: float) -> float:
     return float(value)
 
 
-def _listed(value: Any) -> list[Any]:
+def _as_list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []

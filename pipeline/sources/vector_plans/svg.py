@@ -26,7 +26,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOut, parse_xml
 from pipeline.sources.tolerances import DOOR_WIDTH_M, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.vector_plans.features import Features, called, ring, storey_of
+from pipeline.sources.vector_plans.features import Features, kind_of, ring, storey_of
 
 _OWN: Final = b'<g id="free-space">'
 _KINDS: Final = {
@@ -101,10 +101,10 @@ def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: floa
         elif kind == "room":
             label = _NAMES.get(word, word)
             drawn.rooms.append((area, (label,) if label else (), label))
-    return _unholed(drawn)
+    return _cut_holes(drawn)
 
 
-def _unholed(drawn: Features) -> Features:
+def _cut_holes(drawn: Features) -> Features:
     """Rooms of our export have their holes as further rings: a ring inside a room of the same name is one of these."""
     kept: list[tuple[Polygon, tuple[str, ...], str]] = []
     for area, words, label in sorted(drawn.rooms, key=lambda each: -each[0].area):
@@ -134,7 +134,7 @@ def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArr
             continue
         if own:
             mark = element.get("id", "")
-            kind = "skipped" if mark == "free-space" else called(mark) or kind
+            kind = "skipped" if mark == "free-space" else kind_of(mark) or kind
             title = element.findtext("title", "")
             word = title or word
         elif words or element.get("id"):

@@ -101,7 +101,7 @@ def _plans(path: Path) -> Mapping[str, Any]:
 @lru_cache(maxsize=1)
 def _read(path: str, _modified: int, _size: int) -> Mapping[str, Any]:
     """Return the plans of a file, which is read once for all of them."""
-    return _table(Path(path)) if path.lower().endswith(".csv") else _pickled(Path(path))
+    return _table(Path(path)) if path.lower().endswith(".csv") else _read_pickle(Path(path))
 
 
 def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
@@ -282,15 +282,15 @@ class _Reader(pickle._Unpickler):  # noqa: SLF001 - the compiled one's memo can 
         raise pickle.UnpicklingError("it refers to something outside of it")
 
 
-def _pickled(path: Path) -> dict[str, Any]:
+def _read_pickle(path: Path) -> dict[str, Any]:
     try:
-        return dict(_named(_Reader(io.BytesIO(path.read_bytes())).load()))
+        return dict(_plans_of(_Reader(io.BytesIO(path.read_bytes())).load()))
     except Exception as error:  # noqa: BLE001 - broken bytes lead the reader to any
         detail = f"{path.name} is not read: {str(error)[:160] or type(error).__name__}"
         raise Rejection("source", Reason.UNREADABLE, detail, "take it from the data set itself") from None
 
 
-def _named(found: Any) -> Iterator[tuple[str, Any]]:
+def _plans_of(found: Any) -> Iterator[tuple[str, Any]]:
     plans = found if isinstance(found, list) else [found] if isinstance(found, dict) and "wall" in found else found
     pairs = plans.items() if isinstance(plans, dict) else enumerate(plans) if isinstance(plans, list) else ()
     for number, plan in pairs:

@@ -247,7 +247,7 @@ class _World:
             if node.kind in {"Wall", "Door", "Window"}:
                 yield from self._structure(node, at @ _pose(node), own)
             elif node.kind in {"SolidBox", "Floor", "RectangleArena"}:
-                yield from self._made(node, at @ _pose(node), own)
+                yield from self._proto_bodies(node, at @ _pose(node), own)
             elif node.kind == "Shape":
                 for shape in node.nodes("geometry"):
                     yield from self._shape(shape, at, own)
@@ -287,7 +287,7 @@ class _World:
         lift[2 if self.z_up else 1, 3] = foot + size[2] / 2
         yield from self._body(names, *box_of(at @ lift, half))
 
-    def _made(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
+    def _proto_bodies(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
         """PROTO nodes of one box, a floor, or a floor with four walls."""
         if node.kind == "SolidBox":
             yield from self._body(names, *box_of(at, node.numbers("size", (2.0, 2.0, 2.0)) / 2))
@@ -324,7 +324,7 @@ class _World:
                 yield from self._body(names, *self._grid(shape, at))
             elif shape.kind == "Mesh":
                 points, faces = mesh_beside(self.folder, " ".join(map(str, shape.fields.get("url", [])[:1])))
-                yield from self._body(names, _moved(at, points), faces)
+                yield from self._body(names, _move(at, points), faces)
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
             self.left_out.add(f"{shape.kind} {' '.join(names)[:60]}: {error}")
 
@@ -332,12 +332,12 @@ class _World:
         corners = np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], np.float64) / 2
         if not self.z_up:
             corners = corners[:, [0, 2, 1]]
-        return _moved(at, corners), np.array([(0, 1, 2), (0, 2, 3)], np.int64)
+        return _move(at, corners), np.array([(0, 1, 2), (0, 2, 3)], np.int64)
 
     def _cylinder(self, at: Floats, radius: float, height: float) -> tuple[Floats, Ints]:
         mesh: Any = trimesh.creation.cylinder(radius, height, sections=SIDES)
         points = np.asarray(mesh.vertices) if self.z_up else np.asarray(mesh.vertices)[:, [0, 2, 1]]
-        return _moved(at, points), np.asarray(mesh.faces, np.int64)
+        return _move(at, points), np.asarray(mesh.faces, np.int64)
 
     def _grid(self, shape: _Node, at: Floats) -> tuple[Floats, Ints]:
         """A field of heights; its area is what counts."""
@@ -377,7 +377,7 @@ def _pose(node: _Node) -> Floats:
     return pose
 
 
-def _moved(at: Floats, points: Floats) -> Floats:
+def _move(at: Floats, points: Floats) -> Floats:
     return np.asarray(points @ at[:3, :3].T + at[:3, 3])
 
 
@@ -398,4 +398,4 @@ def _faces_of(shape: _Node, at: Floats) -> tuple[Floats, Ints]:
         ring = []
     if not faces:
         raise ValueError("it has no face of three points")
-    return _moved(at, points), np.array(faces, np.int64)
+    return _move(at, points), np.array(faces, np.int64)

@@ -192,7 +192,11 @@ def test_a_place_with_plans_of_other_houses_is_refused_before_the_work(tmp_path:
 def test_assemble_waits_for_no_shard_that_is_at_work(street: Path, tmp_path: Path) -> None:
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     store = open_store(str(tmp_path / "out"))
-    with store.shared(), store.shared(), pytest.raises(ConfigError, match="another build is at work"):
+    with (
+        store.hold_with_shards(),
+        store.hold_with_shards(),
+        pytest.raises(ConfigError, match="another build is at work"),
+    ):
         run_assemble(tmp_path / "out")
     run_assemble(tmp_path / "out")
 

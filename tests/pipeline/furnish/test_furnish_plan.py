@@ -21,7 +21,7 @@ from houseexpo.dataset.validation import validate
 from houseexpo.exports import geojson, glb, irsim, ros, sdf, stage, svg
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
-from pipeline.furnish import furnished
+from pipeline.furnish import furnish_plan
 from pipeline.furnish.room import is_plain
 from tests.builders.batch import contents, run_build
 
@@ -48,7 +48,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def pairs(plain: Path) -> list[tuple[FloorPlan, FloorPlan]]:
     """Plans empty and furnished."""
     plans = open_dataset(plain)
-    return [(plan, furnished(plan, np.random.default_rng(k))) for k, plan in enumerate(plans)]
+    return [(plan, furnish_plan(plan, np.random.default_rng(k))) for k, plan in enumerate(plans)]
 
 
 @pytest.mark.slow
@@ -114,9 +114,9 @@ def test_a_furnished_house_is_a_copy_of_the_empty_one(pairs: list[tuple[FloorPla
 
 def test_a_plan_that_has_furniture_or_no_rooms_is_left_alone(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
     _, full = pairs[0]
-    assert furnished(full, np.random.default_rng(0)) is full
+    assert furnish_plan(full, np.random.default_rng(0)) is full
     published = FloorPlan("p", [(0.1, 0.1), (0.1, 5.1), (5.1, 5.1), (5.1, 0.1)], 1, {})
-    assert furnished(published, np.random.default_rng(0)) is published
+    assert furnish_plan(published, np.random.default_rng(0)) is published
 
 
 def test_the_simulator_meets_it(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:

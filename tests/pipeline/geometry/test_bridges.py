@@ -64,7 +64,7 @@ def test_an_oblique_lintel() -> None:
 def test_a_strip_wider_and_deeper() -> None:
     bridge = Bridge(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.8, 0.2, (0, 1))
     assert bridge.strip(deeper_m=0.1, wider_m=0.2).bounds == pytest.approx((0.4, 1.8, 1.6, 2.2))
-    assert bridge.narrowed(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
+    assert bridge.part_between(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
 
 
 def test_what_stands_in_a_strip_divides_it() -> None:

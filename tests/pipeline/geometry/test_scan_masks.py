@@ -50,7 +50,7 @@ def surface(upright: list[Sheet], missing: list[tuple[float, float, float, float
 
 def judged(mesh: Mesh) -> tuple[BaseGeometry, list[Polygon], WallMasks]:
     masks = wall_masks(columns_of(mesh, 0.15, HEIGHT_M, 0.025))
-    doorways = [Polygon(masks.raster.placed(corners)) for corners in masks.doorways]
+    doorways = [Polygon(masks.raster.level_points(corners)) for corners in masks.doorways]
     return area_of(masks.walls, masks.raster), doorways, masks
 
 
