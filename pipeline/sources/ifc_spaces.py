@@ -23,7 +23,8 @@ H2  A hole without a door that does not reach through its wall is a niche; one t
 H3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
     it; one that lies (a hatch in a floor) to none.
 H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
-H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall.
+H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall. A window
+    that starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's.
 """
 
 from __future__ import annotations
@@ -304,7 +305,15 @@ def closed_holes(
         if hole.bottom < high and hole.top > low + KNEE_M:
             found = _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)
             if found is not None:
-                yield block(found.polygon, hole.bottom, hole.top)
+                yield block(found.polygon, *_closed_span(hole, low, high))
+
+
+def _closed_span(hole: Hole, low: float, high: float) -> Span:
+    """H5: from where to where the body reaches that closes a hole."""
+    if hole.bottom >= low + KNEE_M or hole.host is None:
+        return hole.bottom, hole.top
+    top = float(hole.host.vertices[:, 2].max())
+    return min(hole.bottom, low), max(hole.top, min(top, high))
 
 
 def level_of_door(sill: float, floors: Sequence[float]) -> float | None:

@@ -13,6 +13,7 @@ pytest.importorskip("ifcopenshell")
 
 from pipeline.sources import ifc
 from pipeline.values import Level
+from tests.builders.houses import kinds, plan_of
 from tests.builders.ifc import TinyBuilding
 
 ROOM = (0, 0, 0, 8, 6, 2.5)
@@ -192,3 +193,19 @@ def test_a_window_of_the_storey_below_closes_nothing_above(flat, tmp_path):
     flat.house.opening(flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
     _, above = flat.levels(tmp_path)
     assert standing(above, (1.01, 0, 1.99, 0.2), 1.5) == 0.0
+
+
+@pytest.mark.parametrize("sill", [0.05, 0.25])
+def test_a_window_that_reaches_down_to_the_floor_is_no_door(tmp_path, sill):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    walls = [
+        house.element("IfcWall", storey, box, "thin")
+        for box in ((0, 0, 0, 8, 0.1, 3), (0, 5.9, 0, 8, 6, 3), (0, 0.1, 0, 0.1, 5.9, 3), (7.9, 0.1, 0, 8, 5.9, 3))
+    ]
+    house.opening(walls[0], (1, -0.1, 0, 1.9, 0.2, 2.1), "IfcDoor")
+    for left in (3, 5):
+        house.opening(walls[0], (left, -0.1, sill, left + 1, 0.2, 2.55), "IfcWindow")
+        house.element("IfcWindow", storey, (left, -0.07, sill, left + 1, 0.17, 2.55), "its frame, proud of the wall")
+    (level,) = [level for item in ifc.find(str(house.write(tmp_path / "thin.ifc"))) for level in ifc.read(item)]
+    assert kinds(plan_of(level)) == ["entrance"]
