@@ -20,7 +20,10 @@ benchmark = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-TRACK_NAMES = ("budget", "quality", "avoidance", "navigation", "pointgoal", "kth", "dare", "ariadne")
+TRACK_NAMES = (
+    *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people"),
+    *("kth", "dare", "ariadne"),
+)
 
 
 @benchmark.command()
@@ -37,7 +40,8 @@ def run(
     track: Annotated[
         str,
         typer.Option(
-            help="budget, quality, avoidance, navigation, pointgoal; on --maps also kth, dare or ariadne.",
+            help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people; "
+            "on --maps also kth, dare or ariadne.",
             autocompletion=offering(*TRACK_NAMES),
         ),
     ] = "budget",

@@ -23,6 +23,7 @@ NAMES: Final = {
     "forward": f"{_HERE}.simple:Forward",
     "wall": f"{_HERE}.simple:WallFollower",
     "frontier": f"{_HERE}.explorers:NearestFrontier",
+    "frontier-mapex": f"{_HERE}.mapex:MapExNearest",
     "information": f"{_HERE}.explorers:InformationGain",
     "tour": f"{_HERE}.explorers:Tour",
     "chooser": f"{_HERE}.learned:chooser_0",

@@ -4,7 +4,8 @@ R1  Plans are taken in the order of their ids' SHA-256, so that a smaller number
 R2  A plan is skipped unless a robot of 0.2 m can reach every place where it fits.
 R3  A plan is skipped if it repeats a plan of another list or an earlier one: the same walls by 98%, possibly rotated or
     mirrored, as compared by ``houseexpo split``.
-R4  For the published test list, the result is recorded in ``data_manifests/benchmark.toml`` and read from there.
+R4  For the published test list, both results are recorded in ``data_manifests/benchmark.toml`` and read from there.
+    A track of large plans first takes the largest ones by area that R2 and R3 allow; R1 gives their order.
 R5  A start is drawn with a seed from the ids of the track and the plan; it depends on nothing else.
 """
 
@@ -65,8 +66,13 @@ def content_sha256(plans: Dataset) -> str:
     return found.hexdigest()
 
 
-def choose(plans: Dataset, split: str, number: int, workers: int = 1) -> list[str]:
+def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: int = 0) -> list[str]:
     """Return the ids of ``number`` plans of a list that comes with a data set.
+
+    Parameters
+    ----------
+    largest
+        Draw from so many of the largest suitable plans, or from all of them if there are fewer; 0 for all.
 
     Raises
     ------
@@ -81,22 +87,38 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1) -> list[st
             f"{plans.path}: expected a list {split!r} of plans, found: {known}; lay map_id_{split}.txt beside it, or "
             "divide it with `houseexpo split`"
         )
-    written = written_ids() if split == "test" else ()
+    if largest and number > largest:
+        raise ConfigError(f"--plans {number}: this track has the {largest} largest plans; ask for at most so many")
+    written = written_ids("large" if largest else "test") if split == "test" else ()
     listed = set(plans.splits[split])
     if len(written) >= number and all(name in plans and name in listed for name in written[:number]):  # R4
         return list(written[:number])
-    return _chosen(plans, split, number, workers)
+    here = plans.split(split)
+    order = sorted(here.ids, key=_hash)  # R1
+    if largest:
+        area = dict(zip(here.ids, here.column("area"), strict=True))
+        order.sort(key=lambda name: -area[name])
+    found = sorted(_chosen(plans, order, largest or number, workers), key=_hash)[:number]
+    if len(found) < number:
+        raise ConfigError(
+            f"--plans {number}: list {split!r} of {plans.path} has {counted(len(found), 'plan')} that a robot of "
+            f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"
+        )
+    return found
 
 
-def written_ids() -> tuple[str, ...]:
-    """Return the plans of the published test list that the benchmark uses, in order (R4)."""
+def written_ids(name: str = "test") -> tuple[str, ...]:
+    """Return the plans of the published test list that the benchmark uses, in order (R4), all or the "large" ones."""
     said: dict[str, Any] = tomllib.loads(manifest_path("benchmark").read_text(encoding="utf-8"))
-    return tuple(said["test"])
+    return tuple(said[name])
 
 
-def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
-    """Choose by R1 to R3."""
-    here = sorted(plans.split(split).ids, key=lambda name: hashlib.sha256(name.encode()).digest())  # R1
+def _hash(name: str) -> bytes:
+    return hashlib.sha256(name.encode()).digest()
+
+
+def _chosen(plans: Dataset, here: Sequence[str], number: int, workers: int) -> list[str]:
+    """Return the first plans of a list, at most ``number``, that R2 and R3 allow."""
     others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
     every = plans.only([*others, *here])
     repeats: defaultdict[int, set[int]] = defaultdict(set)
@@ -111,9 +133,4 @@ def _chosen(plans: Dataset, split: str, number: int, workers: int) -> list[str]:
         if repeats[i].isdisjoint(taken) and plans[name].navigability(RADIUS_M).components == 1:  # R3, R2
             found.append(name)
             taken.add(i)
-    if len(found) < number:
-        raise ConfigError(
-            f"--plans {number}: list {split!r} of {plans.path} has {counted(len(found), 'plan')} that a robot of "
-            f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"
-        )
     return found

@@ -121,7 +121,7 @@ def _cases(
         raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
     if plans is None:
         raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
-    ids = choose(plans, settings.split, settings.number, settings.workers)
+    ids = choose(plans, settings.split, settings.number, settings.workers, track.largest)
     chosen = plans.only(ids)
     record = results.PlansRecord(settings.split, len(ids), ids_sha256(ids), content_sha256(chosen))
     return chosen, cases_of(track.id, ids), record

@@ -15,7 +15,8 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.trace import Trace
-from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
 from houseexpo.pseudoslam.worlds.maps import MapHouse
@@ -25,6 +26,8 @@ Metric = measures.Metric
 Houses = Dataset | list[FloorPlan] | list[MapHouse]
 BUDGETS: Final = (100, 200, 400, 800)
 """Steps, and metres."""
+LONG_BUDGETS: Final = (200, 400, 800, 1600)
+"""Steps, and metres, on plans of several hundred square metres."""
 SHARES: Final = (90, 95, 99)
 """Per cent of the observable area."""
 
@@ -62,6 +65,8 @@ class Track:
     metrics: tuple[Metric, ...]
     measure: Callable[[Trace], dict[str, float | None]]
     curves: tuple[tuple[str, int], ...] = ()
+    largest: int = 0
+    """How many of the largest plans of a list the track draws from; 0 for all plans."""
 
     @property
     def needs_plans(self) -> bool:
@@ -89,6 +94,8 @@ class Track:
 
 _EXPLORER = SimulatorConfig(max_steps=4000)
 """25 px/m, a robot of 0.2 m radius with steps of 0.3 m or 10 degrees, a laser of 5 m and 180 degrees, no noise."""
+_NOISE: Final = NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
+"""Errors of a cheap laser and of wheels without slip; the map drifts with the odometry, as without loop closure."""
 
 TRACKS: Final = (
     Track(
@@ -120,6 +127,25 @@ TRACKS: Final = (
         "Go to a place in a house that nobody has seen yet.",
         replace(Navigation.default, max_steps=1000, known_map=False), "navigation", {},
         measures.NAVIGATION, measures.navigation,
+    ),
+    Track(
+        "large", "exploration-large-v1",
+        "See as much of one of the largest houses as a budget of steps or metres allows.",
+        replace(_EXPLORER, max_steps=6000), "exploration", {"success_coverage": 1.0},
+        measures.budget_metrics(LONG_BUDGETS), measures.Budget(LONG_BUDGETS), (("steps", 1600), ("metres", 400)),
+        largest=500,
+    ),
+    Track(
+        "noisy", "exploration-noisy-v1",
+        "See as much of a house as a budget allows, with drifting odometry and a laser that errs.",
+        replace(_EXPLORER, noise=_NOISE), "exploration", {"success_coverage": 1.0},
+        measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
+    ),
+    Track(
+        "people", "exploration-people-v1",
+        "See as much of a house in which up to four people walk as a budget allows.",
+        replace(_EXPLORER, people=PeopleConfig(4)), "exploration", {"success_coverage": 1.0},
+        measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
 )  # fmt: skip
 

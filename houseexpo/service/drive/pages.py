@@ -23,6 +23,7 @@ EXPLORERS: Final = {
     "forward": "goes straight, turns at walls",
     "wall": "follows walls",
     "frontier": "nearest frontier",
+    "frontier-mapex": "frontier nearest by the straight line, kept",
     "information": "most to see per metre",
     "tour": "shortest tour of frontiers",
     "chooser": "learned choice of frontiers",

@@ -70,6 +70,19 @@ def test_fewer_plans_are_the_first_of_more(plans: Dataset) -> None:
     assert choose(plans, "test", 2) == choose(plans, "test", 3)[:2]
 
 
+def test_the_largest_are_chosen_by_area_and_ordered_by_hash(plans: Dataset) -> None:
+    """own_c is larger than own_b and its copy, these than own_a."""
+    assert choose(plans, "test", 1, largest=1) == ["own_c"]
+    two = choose(plans, "test", 2, largest=2)
+    assert two[0] in choose(plans, "test", 1, largest=2)
+    assert "own_c" in two
+    assert len({"own_b", "own_copy_b"} & set(two)) == 1
+    assert two == sorted(two, key=lambda name: hashlib.sha256(name.encode()).digest())
+    assert choose(plans, "test", 3, largest=500) == choose(plans, "test", 3)
+    with pytest.raises(ConfigError, match=r"--plans 3: this track has the 2 largest plans"):
+        choose(plans, "test", 3, largest=2)
+
+
 def test_the_order_of_the_list_makes_no_difference(plans: Dataset, tmp_path: Path) -> None:
     before = choose(plans, "test", 3)
     listed = tmp_path / "plans" / "map_id_test.txt"

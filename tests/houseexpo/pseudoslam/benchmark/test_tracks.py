@@ -18,6 +18,9 @@ FIXED: dict[str, dict[str, Any]] = {
     "avoidance-v1": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
     "navigation-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
     "pointgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
+    "exploration-large-v1": {"pixels_per_metre": 25.0, "max_steps": 6000, "known_map": False, "goal": None},
+    "exploration-noisy-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
+    "exploration-people-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
 }
 
 
@@ -33,9 +36,11 @@ def test_what_an_id_fixes(name: str) -> None:
     config = track_of(name).config
     assert config.robot == RobotConfig(0.2, 0.3, 10.0)
     assert config.laser == LaserConfig(5.0, 180.0, 0.7, "sector")
-    assert config.noise == NoiseConfig()
+    noise = NoiseConfig(0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
+    assert config.noise == (noise if name == "exploration-noisy-v1" else NoiseConfig())
     assert config.start.random
-    assert config.people.number == 0
+    assert config.people.number == (4 if name == "exploration-people-v1" else 0)
+    assert track_of(name).largest == (500 if name == "exploration-large-v1" else 0)
     assert bool(config.obstacles.random) == (name == "avoidance-v1")
     for key, value in FIXED[name].items():
         assert getattr(config, key) == value
