@@ -3,6 +3,8 @@
 R1  Results of one family that differ in the seed of their training are one row: means over seeds and plans.
 R2  Policies are compared with the baseline, if there is one, plan by plan. This is more informative than overlapping
     intervals, since plans differ more than policies.
+R3  The p-value of this difference is corrected for the number of rows that are compared with the baseline (Holm). With
+    several trainings, the means over their seeds are compared.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from typing import Any, Final
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds, holm, paired_p
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, track_of
 from houseexpo.words import counted
 
@@ -23,7 +25,7 @@ ORACLE: Final = "oracle"
 """The policy whose path lengths are the reference."""
 BASELINE: Final = "frontier"
 """The policy with which others are compared (R2)."""
-_LESS, _SHARE = "less_", "share_of_"
+_LESS, _SHARE, _P = "less_", "share_of_", "p_"
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class Compared:
                 found.setdefault(metric.table, []).append(metric)
                 if metric.paired and self._named(BASELINE) and len(self.entries) > 1:
                     less = Metric(_LESS + metric.key, f"less {BASELINE}'s", metric.unit, metric.better)
-                    found[metric.table].append(less)
+                    found[metric.table] += [less, Metric(_P + metric.key, "p, Holm", "p", "low")]
         tables = [tuple(metrics) for metrics in found.values()]
         return [tables[0] + self._shares(), *tables[1:]]
 
@@ -91,6 +93,8 @@ class Compared:
         """Return the estimate of a metric for a row."""
         if metric.key.startswith(_LESS):
             return self._less(entry, metric.key.removeprefix(_LESS))
+        if metric.key.startswith(_P):
+            return self._p(entry, metric.key.removeprefix(_P))
         if metric.key.startswith(_SHARE):
             return self._share(entry, metric.key.removeprefix(_SHARE))
         if len(entry.results) == 1:
@@ -126,16 +130,32 @@ class Compared:
 
     def _less(self, entry: Entry, key: str) -> Estimate:
         """Return a value minus the baseline's, over plans in which both have one (R2); none for the baseline itself."""
+        return estimate_seeds(found) if (found := self._differences(entry, key)) else Estimate(None, None, None, 0)
+
+    def _p(self, entry: Entry, key: str) -> Estimate:
+        """Return the corrected p-value of the difference from the baseline (R3); none for the baseline itself."""
+        raw: dict[int, float] = {}
+        for other in self.entries:
+            over_seeds = [
+                None if None in values else sum(value for value in values if value is not None) / len(values)
+                for values in zip(*self._differences(other, key), strict=True)
+            ]
+            p = paired_p(over_seeds)
+            if p is not None:
+                raw[id(other)] = p
+        corrected = dict(zip(raw, holm(list(raw.values())), strict=True)).get(id(entry))
+        return Estimate(corrected, corrected, corrected, len(raw) if corrected is not None else 0)
+
+    def _differences(self, entry: Entry, key: str) -> list[Column]:
+        """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""
         baseline = self._named(BASELINE)
         if baseline is None or entry is baseline:
-            return Estimate(None, None, None, 0)
+            return []
         base = baseline.results[0].column(key)
-        return estimate_seeds(
-            [
-                [None if one is None or other is None else one - other for one, other in zip(column, base, strict=True)]
-                for column in entry.columns(key)
-            ]
-        )
+        return [
+            [None if one is None or other is None else one - other for one, other in zip(column, base, strict=True)]
+            for column in entry.columns(key)
+        ]
 
     def _named(self, name: str) -> Entry | None:
         return next((entry for entry in self.entries if entry.results[0].policy.name == name), None)

@@ -19,7 +19,7 @@ class Metric:
     Parameters
     ----------
     key, title, unit
-        The name in results, the name in tables, and "%", "m" or "".
+        The name in results, the name in tables, and "%", "m", "p" for a p-value, or "".
     better
         The direction that is better.
     table

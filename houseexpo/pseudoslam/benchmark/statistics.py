@@ -1,4 +1,4 @@
-"""Means with intervals by resampling the plans (bootstrap) with a fixed seed."""
+"""Means with intervals by resampling the plans (bootstrap), and paired tests; both with a fixed seed."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 
 DRAWS: Final = 2000
+FLIPS: Final = 9999
 _LEVELS: Final = (2.5, 97.5)
 Floats = npt.NDArray[np.float64]
 
@@ -67,6 +68,35 @@ def means(values: Floats) -> tuple[Floats, Floats, Floats]:
     mean = filled.sum(axis=0) / has.sum(axis=0)
     rounded = (np.round(each, MEAN_DIGITS) for each in (mean, low, high))
     return tuple(rounded)
+
+
+def paired_p(differences: Sequence[float | None]) -> float | None:
+    """Return the two-sided p-value of the mean of paired differences; None if there are none.
+
+    It is that of the randomisation test by change of signs (Fisher, 1935), with ``FLIPS`` random changes of signs, of
+    which the observed signs count as one more: no p-value is below 1 / (``FLIPS`` + 1).
+    """
+    given = np.array([value for value in differences if value is not None], np.float64)
+    if not len(given):
+        return None
+    extreme = np.abs(_signs(len(given)) @ given) >= abs(given.sum()) - 1e-9 * np.abs(given).sum()
+    return float((1 + np.count_nonzero(extreme)) / (1 + FLIPS))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Return p-values corrected for their number by the step-down method of Holm (1979), in the given order."""
+    found, least = [0.0] * len(p_values), 0.0
+    for rank, k in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
+        least = min(max(least, (len(p_values) - rank) * p_values[k]), 1.0)
+        found[k] = least
+    return found
+
+
+@lru_cache(maxsize=4)
+def _signs(number: int) -> Floats:
+    """Return random signs, (FLIPS, number)."""
+    rng = np.random.default_rng(0)
+    return rng.integers(0, 2, (FLIPS, number)) * 2.0 - 1.0
 
 
 @lru_cache(maxsize=8)

@@ -13,9 +13,10 @@ HEADING: Final = "Policies compared"
 ABOUT: Final = (
     "Means over plans, with 95% intervals by bootstrap over plans; shares are per cent. Ways and steps to a share are "
     "means over the plans in which it was reached. Trainings of one policy with several seeds are one row: means over "
-    "seeds and plans, and intervals by bootstrap over both. A difference is taken plan by plan. A star: the policy "
-    "sees the truth. The time is the median of what the policy took where it decided anew, on the machine and under "
-    "the load that the result names."
+    "seeds and plans, and intervals by bootstrap over both. A difference is taken plan by plan. "
+    "Its p-value is that of a randomisation test by change of signs, corrected for the number of rows (Holm). A star: "
+    "the policy sees the truth. The time is the median of what the policy took where it decided anew, on the machine "
+    "and under the load that the result names."
 )
 
 
@@ -40,6 +41,8 @@ def cell(metric: Metric, value: Estimate) -> str:
     """Return a mean with its interval, or "-" if no plan has a value."""
     if value.mean is None or value.low is None or value.high is None:
         return "-"
+    if metric.unit == "p":
+        return "< 0.001" if value.mean < 0.001 else f"{value.mean:.3f}"
     scale = 100 if metric.unit == "%" else 1
     mean, low, high = (scale * each for each in (value.mean, value.low, value.high))
     digits = 0 if abs(mean) >= 100 and metric.unit != "%" else 1 if abs(mean) >= 10 or metric.unit == "%" else 2

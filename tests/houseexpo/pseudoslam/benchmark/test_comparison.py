@@ -162,3 +162,23 @@ def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
         assert "#0101" not in picture
     with pytest.raises(ConfigError, match=r"--out: expected a file that ends in .html or .md, found 'page.pdf'"):
         check_name(tmp_path / "page.pdf")
+
+
+def test_p_values_are_corrected_for_the_number_of_rows(tmp_path: Path) -> None:
+    """Of 8 changes of signs, 2 are as extreme as three equal signs: 1/4, twice that with two rows, and 1 at most."""
+    files = written(
+        tmp_path,
+        quality_result("frontier", [10.0, 20.0, 30.0]),
+        quality_result("longer", [12.0, 23.0, 35.0]),
+        quality_result("mixed", [12.0, 17.0, 31.0]),
+    )
+    (compared,) = read_results(files)
+    (metric,) = (metric for metric in compared.tables()[0] if metric.key == "p_metres_to_90")
+    found = {entry.name: compared.value(entry, metric) for entry in compared.entries}
+    assert found["frontier"].mean is None
+    assert found["longer"].mean == pytest.approx(0.5, abs=0.03)
+    assert found["mixed"].mean == 1.0
+    assert cell(metric, found["longer"]) == f"{found['longer'].mean:.3f}"
+    assert cell(metric, Estimate(0.0004, 0.0004, 0.0004, 3)) == "< 0.001"
+    (alone,) = read_results(files[:1])
+    assert not any(metric.key.startswith("p_") for metric in alone.tables()[0])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.benchmark.statistics import DRAWS, Estimate, estimate, estimate_seeds, means
+from houseexpo.pseudoslam.benchmark.statistics import DRAWS, Estimate, estimate, estimate_seeds, holm, means, paired_p
 
 
 def test_equal_values_have_no_interval() -> None:
@@ -53,3 +55,30 @@ def test_seeds_that_differ_widen_the_interval() -> None:
     assert apart.high - apart.low > 2 * (alike.high - alike.low)
     assert estimate_seeds([[None], [None]]) == Estimate(None, None, None, 0)
     assert estimate_seeds([[None, 1.0], [None, 3.0]]).mean == 2.0
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3, 1.0])
+def test_the_paired_test_is_that_of_all_changes_of_signs(shift: float) -> None:
+    given = np.random.default_rng(5).normal(shift, 1.0, 10)
+    sums = np.abs([np.dot(signs, given) for signs in product((-1.0, 1.0), repeat=10)])
+    exact = np.mean(sums >= abs(given.sum()) - 1e-9)
+    assert paired_p([*given.tolist(), None]) == pytest.approx(exact, abs=0.015)
+
+
+def test_no_difference_is_no_evidence() -> None:
+    assert paired_p([0.0] * 5) == 1.0
+    assert paired_p([None]) is None
+    assert paired_p([1.0] * 40) == 0.0001
+
+
+def test_p_values_of_no_effect_are_uniform() -> None:
+    rng = np.random.default_rng(0)
+    found = [paired_p(rng.normal(0, 1, 12).tolist()) or 0.0 for _ in range(300)]
+    assert np.mean(np.array(found) < 0.1) == pytest.approx(0.1, abs=0.05)
+
+
+def test_holm_s_method_step_by_step() -> None:
+    """0.01 x 4; 0.02 x 3; 0.03 x 2, which may not fall below the one before; 0.6 x 1."""
+    assert holm([0.03, 0.01, 0.6, 0.02]) == pytest.approx([0.06, 0.04, 0.6, 0.06])
+    assert holm([0.5, 0.5, 0.4]) == [1.0, 1.0, 1.0]
+    assert holm([]) == []
