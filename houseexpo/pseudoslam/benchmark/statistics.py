@@ -96,7 +96,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
 def _signs(number: int) -> Floats:
     """Return random signs, (FLIPS, number)."""
     rng = np.random.default_rng(0)
-    return rng.integers(0, 2, (FLIPS, number)) * 2.0 - 1.0
+    return rng.choice(np.array([-1.0, 1.0]), (FLIPS, number))
 
 
 @lru_cache(maxsize=8)
