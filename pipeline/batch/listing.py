@@ -1,4 +1,4 @@
-"""What goes in: the inputs that the sources hold."""
+"""The inputs of a build: listed from its sources, each once; and the sources and files that hold no house."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Point clouds of a room or a flat (.ply without faces, .pcd, .xyz, .las, .laz, .e57): a level for each storey.
+"""Read point clouds of rooms and flats (.ply without faces, .pcd, .xyz, .las, .laz, .e57): a level for each storey.
 
 Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls and doorways are found
 by the stages, as in a scanned surface.

@@ -1,4 +1,4 @@
-"""While steps are collected: episodes that end, and returns that are discounted by time instead of actions.
+"""A callback of Stable-Baselines3 that counts finished episodes, and discounts advantages by time, not by actions.
 
 A travel to a frontier is an option in a semi-Markov decision process (Sutton, Precup and Singh, 1999): if it takes k
 steps, what follows it is worth gamma ** k. Stable-Baselines3 discounts each action alike. So advantages are computed
