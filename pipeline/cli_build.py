@@ -167,6 +167,8 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
         )
     if not is_quiet():
         typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {counted(done.inputs, 'house')} done")
+        if not done.not_done:
+            typer.echo(f"next, when all shards are done: houseexpo assemble {work.out}")
     for name, why in list(done.not_done.items())[:8]:
         typer.secho(f"{name}: {why}; run the shard again when it has passed", fg=typer.colors.YELLOW)
     return NOT_DONE if done.not_done else 0

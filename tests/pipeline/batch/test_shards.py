@@ -125,7 +125,9 @@ def test_a_stored_plan_that_was_damaged_is_named_and_nothing_is_written(
 def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
     words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
     for shard in ("1/2", "2/2"):
-        assert CliRunner().invoke(make_app(), [*words, "--shard", shard]).exit_code == 0
+        done = CliRunner().invoke(make_app(), [*words, "--shard", shard])
+        assert done.exit_code == 0
+        assert f"next, when all shards are done: houseexpo assemble {tmp_path / 'out'}" in done.output
     assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
     assert recorded_build(tmp_path / "out") == BuildRecord(Build(("procedural:2",), {"seed": "4"}))
 
