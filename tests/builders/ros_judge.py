@@ -70,18 +70,18 @@ def judge(seconds: float) -> dict[str, Any]:
 
     rclpy.init()
     node = rclpy.create_node("judge")
-    heard: dict[str, list[Any]] = {name: [] for name in ("clock", "odom", "scan", "map", "event", "late_ms")}
+    heard: dict[str, list[Any]] = {name: [] for name in ("clock", "odom", "scan", "map", "event")}
+    late: dict[str, list[float]] = {name: [] for name in heard}
 
     def keep(name: str) -> Any:
         def heard_one(message: Any, info: dict[str, int]) -> None:
             heard[name].append(message)
-            if name == "odom":
-                heard["late_ms"].append((info["received_timestamp"] - info["source_timestamp"]) / 1e6)
+            late[name].append((info["received_timestamp"] - info["source_timestamp"]) / 1e6)
 
         return heard_one
 
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    node.create_subscription(Clock, "clock", keep("clock"), qos_profile_sensor_data)
+    node.create_subscription(Clock, "clock", keep("clock"), 50)
     node.create_subscription(Odometry, "odom", keep("odom"), 50)
     node.create_subscription(LaserScan, "scan", keep("scan"), qos_profile_sensor_data)
     node.create_subscription(OccupancyGrid, "map", keep("map"), latched)
@@ -108,7 +108,8 @@ def judge(seconds: float) -> dict[str, Any]:
             pose.pose.pose.position.x, pose.pose.pose.position.y = 1.0, 1.0
             pose.pose.pose.orientation.w = 1.0
             put.publish(pose)
-    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in heard["odom"]]
+    times = {name: [_stamp_ns(message) for message in heard[name]] for name in ("clock", "odom", "scan")}
+    stamps = times["odom"]
     scan, grid = heard["scan"][-1], heard["map"][-1]
     infos = node.get_publishers_info_by_topic("/scan")
     return {
@@ -122,9 +123,22 @@ def judge(seconds: float) -> dict[str, Any]:
         "angles": [scan.angle_min, scan.angle_increment, len(scan.ranges)],
         "map": [grid.info.width, grid.info.height, grid.info.resolution, len(grid.data)],
         "events": [message.data for message in heard["event"]],
-        "late_ms": sorted(heard["late_ms"]),
+        "missing": {name: _missing(found) for name, found in times.items()},
+        "late_ms": {name: sorted(late[name]) for name in times},
         "reliability": [str(info.qos_profile.reliability) for info in infos],
     }
+
+
+def _stamp_ns(message: Any) -> int:
+    stamp = message.clock if hasattr(message, "clock") else message.header.stamp
+    return int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
+def _missing(stamps: list[int]) -> int:
+    """Return how many stamps are missing in a row that should be evenly spaced."""
+    gaps = [b - a for a, b in itertools.pairwise(stamps)]
+    usual = sorted(gaps)[len(gaps) // 2]
+    return sum(round(gap / usual) - 1 for gap in gaps)
 
 
 def disturb(seconds: float) -> None:
