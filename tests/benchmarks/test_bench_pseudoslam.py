@@ -14,7 +14,6 @@ import os
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from tests.benchmarks.straightforward import steps as straightforward
 
 import houseexpo.pseudoslam
 from houseexpo import FloorPlan
@@ -32,6 +31,7 @@ from tests.benchmarks.vector_runs import (
     processes,
     rates,
     single_run,
+    straightforward,
     vector_run,
 )
 from tests.builders.shared import needs_shared

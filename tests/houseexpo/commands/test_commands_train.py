@@ -114,7 +114,7 @@ def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
     assert {f"{name}.toml" for name in names.split()} == {
         file.name for file in (ROOT / "experiments").glob("*.toml") if file.stem != "chooser"
     }
-    assert train == "train ${name%-cnn} --config experiments/$name.toml --seed $seed --resume"
+    assert train == "train ${name%%-*} --config experiments/$name.toml --seed $seed --resume"
 
 
 def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
