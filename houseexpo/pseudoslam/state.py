@@ -191,6 +191,6 @@ def new_episode(
     return Episode(
         *rasters, np.zeros((side, side), np.uint8), np.zeros((cells, cells), np.uint8), np.zeros(beams),
         np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS),
-        np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0)], READINGS),
+        np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
         bodies, tracks, flow, field, no_plans(), new_graph(0, 0),
     )  # fmt: skip

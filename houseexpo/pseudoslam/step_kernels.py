@@ -23,13 +23,14 @@ import numpy as np
 
 import houseexpo
 from houseexpo.kernel_cache import is_missing
-from houseexpo.pseudoslam.config import Differential, SimulatorConfig
+from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.collision import no_tracks
 from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
 from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
+from houseexpo.pseudoslam.kernels.sensing.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
     ACKERMANN,
@@ -61,19 +62,7 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: Plan
     return StepParams(
         Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
         Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
-        Errors(
-            any=noise.any,
-            odometry=max(noise.odometry_way, noise.odometry_turn, noise.odometry_deg_per_m) > 0,
-            beams=max(noise.drop_out, noise.max_range) > 0,
-            laser_px=noise.laser_m * ppm,
-            drop_out=float(noise.drop_out),
-            max_range=float(noise.max_range),
-            shift_px=noise.registration_m * ppm,
-            turn_rad=math.radians(noise.registration_deg),
-            way_share=float(noise.odometry_way),
-            turn_share=float(noise.odometry_turn),
-            turn_rad_px=math.radians(noise.odometry_deg_per_m) / ppm,
-        ),
+        errors_of(noise, ppm),
         walk_of(config.people, ppm),
         float(config.step_s),
         clearance_m * ppm,
@@ -81,6 +70,48 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: Plan
         plan or no_rules(),
         _drive_of(config),
     )
+
+
+def errors_of(noise: NoiseConfig, ppm: float) -> Errors:
+    """Return the parameters of noise on a grid of ``ppm`` pixels per metre."""
+    model, alphas = _model_of(noise, ppm)
+    return Errors(
+        any=noise.any,
+        odometry=noise.odometry,
+        beams=max(noise.drop_out, noise.max_range) > 0,
+        laser_px=noise.laser_m * ppm,
+        drop_out=float(noise.drop_out),
+        max_range=float(noise.max_range),
+        shift_px=noise.registration_m * ppm,
+        turn_rad=math.radians(noise.registration_deg),
+        way_share=float(noise.odometry_way),
+        turn_share=float(noise.odometry_turn),
+        turn_rad_px=math.radians(noise.odometry_deg_per_m) / ppm,
+        model=model,
+        alphas=alphas,
+        slip=float(noise.slip),
+        bias=math.radians(noise.odometry_bias_deg_s),
+    )
+
+
+def _model_of(noise: NoiseConfig, ppm: float) -> tuple[int, tuple[float, float, float, float, float, float]]:
+    """Return the number of the model of odometry and its parameters, with lengths in pixels."""
+    found, px2 = noise.odometry_model, ppm * ppm
+    if isinstance(found, Velocity):
+        a = found
+        shares = a.alpha1, a.alpha2 * px2, a.alpha3 / px2, a.alpha4, a.alpha5 / px2, a.alpha6
+        return VELOCITY, tuple(map(float, shares))  # type: ignore[return-value]  # six of them
+    if isinstance(found, Odometry):
+        o = found
+        return ROTATIONS, (float(o.alpha1), o.alpha2 / px2, float(o.alpha3), o.alpha4 * px2, 0.0, 0.0)
+    if isinstance(found, Wheels):  # a larger wheel rolls farther for the same count (Borenstein and Feng, 1996)
+        w = found
+        nominal = w.separation_m * ppm
+        return WHEELS, (
+            (1.0 / w.diameter_ratio + 1.0) / 2.0, (w.diameter_ratio + 1.0) / 2.0, nominal * w.separation_ratio,
+            nominal, w.right_m_per_root_m**2 * ppm, w.left_m_per_root_m**2 * ppm,
+        )  # fmt: skip
+    return NO_MODEL, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def _drive_of(config: SimulatorConfig) -> Drive:

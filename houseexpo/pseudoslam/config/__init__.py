@@ -1,6 +1,7 @@
 """Configuration of simulations with the paper's defaults, and reading it from mappings and YAML."""
 
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential
+from houseexpo.pseudoslam.config.odometry import Odometry, Velocity, Wheels
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,
     MAX_BEAMS,
@@ -25,8 +26,11 @@ __all__ = [
     "LaserConfig",
     "NoiseConfig",
     "ObservationConfig",
+    "Odometry",
     "RobotConfig",
     "ScanRule",
     "SimulatorConfig",
     "StartConfig",
+    "Velocity",
+    "Wheels",
 ]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential, Motion
+from houseexpo.pseudoslam.config.odometry import Odometry, Velocity, Wheels
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
@@ -85,7 +86,11 @@ class NoiseConfig:
 
     Odometry drifts as the robot moves, and the map drifts with it: ``odometry_way`` and ``odometry_turn`` are standard
     deviations of the distance and the turn of a step, as shares of these; ``odometry_deg_per_m`` is that of the heading
-    per metre.
+    per metre. ``odometry_model`` has the models of the field (``config.odometry``), instead of these three or in
+    addition. ``odometry_bias_deg_s`` is the rate random walk of a gyroscope (IEEE Std 952): the heading by odometry
+    drifts at a rate that is 0 at the start and has the standard deviation ``odometry_bias_deg_s sqrt(t)``, deg/s, after
+    t seconds. All these change only what is reported. With ``slip``, the robot itself loses a share of the way and the
+    turn of each step, which odometry reports as done; the share is uniform between 0 and twice ``slip``, its mean.
 
     Probabilities for each beam of each scan: ``drop_out`` that it returns nothing, so that it decides no cells, and
     ``max_range`` that it returns the largest range, as with glass.
@@ -99,10 +104,18 @@ class NoiseConfig:
     odometry_deg_per_m: float = 0.0
     drop_out: float = 0.0
     max_range: float = 0.0
+    odometry_model: Velocity | Odometry | Wheels | None = None
+    odometry_bias_deg_s: float = 0.0
+    slip: float = 0.0
 
     def __post_init__(self) -> None:
-        for f in fields(self):
-            number(getattr(self, f.name), f"noise.{f.name}", at_least=0.0, at_most=1000.0)
+        for name in self._numbers():
+            number(getattr(self, name), f"noise.{name}", at_least=0.0, at_most=1000.0)
+        number(self.slip, "noise.slip", at_most=0.5)
+        if not (self.odometry_model is None or isinstance(self.odometry_model, (Velocity, Odometry, Wheels))):
+            raise ConfigError(
+                f"noise.odometry_model: expected a Velocity, an Odometry, Wheels or None, found {self.odometry_model!r}"
+            )
         if self.drop_out + self.max_range > 1:
             raise ConfigError(
                 f"noise: expected drop_out and max_range, which are probabilities, to add up to at most 1, "
@@ -112,7 +125,22 @@ class NoiseConfig:
     @property
     def any(self) -> bool:
         """Whether any noise is on."""
-        return any(getattr(self, f.name) > 0 for f in fields(self))
+        return self.odometry or any(getattr(self, name) > 0 for name in self._numbers())
+
+    @property
+    def odometry(self) -> bool:
+        """Whether odometry errs."""
+        shares = self.odometry_way, self.odometry_turn, self.odometry_deg_per_m
+        return self.odometry_model is not None or max(*shares, self.odometry_bias_deg_s, self.slip) > 0
+
+    def without_odometry(self) -> NoiseConfig:
+        """Return the noise of the laser and of registration alone."""
+        plain = NoiseConfig()
+        names = [f.name for f in fields(self) if f.name.startswith("odometry") or f.name == "slip"]
+        return replace(self, **{name: getattr(plain, name) for name in names})
+
+    def _numbers(self) -> list[str]:
+        return [f.name for f in fields(self) if f.name != "odometry_model"]
 
 
 @dataclass(frozen=True)

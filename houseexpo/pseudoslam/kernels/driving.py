@@ -22,8 +22,8 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, wrap_angle
-from houseexpo.pseudoslam.kernels.episode import ODOMETRY, Episode, StepParams, key_of
-from houseexpo.pseudoslam.kernels.sensing.noise import noisy_odometry
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.kernels.step import (
     Look,
     Move,
@@ -54,11 +54,13 @@ def ramp(start: float, target: float, rate: float, seconds: float) -> tuple[floa
 
 
 @njit(cache=True, nogil=True)
-def path_of(readings: Rows, speed: float, turning: float, drive: Drive, robot: Robot, seconds: float) -> Floats:
+def path_of(
+    readings: Rows, speed: float, turning: float, drive: Drive, robot: Robot, seconds: float, held: float
+) -> Floats:
     """Return the path of a command, ``speed`` and ``turning``, that nothing blocks (n, 4), see ``CHORD``.
 
-    ``readings`` has the velocity before the step and is not changed. A slice is no longer than the distance and the
-    turn between two scans.
+    ``held`` is the share of the path that is left after slipping. ``readings`` has the velocity before the step and is
+    not changed. A slice is no longer than the distance and the turn between two scans.
     """
     old_speed, old_turning = readings.speed, readings.turning
     new_speed, _ = ramp(old_speed, speed, drive.acceleration, seconds)
@@ -76,14 +78,22 @@ def path_of(readings: Rows, speed: float, turning: float, drive: Drive, robot: R
         until = seconds * (i + 1) / n
         _, way = ramp(old_speed, speed, drive.acceleration, until)
         _, turn = ramp(old_turning, turning, drive.turning_rate, until)
-        arc, angle = way - gone, turn - turned
+        arc, angle = (way - gone) * held, turn - turned
         if drive.kind == ACKERMANN:
             angle = math.tan(angle * n / seconds) / drive.wheelbase_px * arc  # R2
+        else:
+            angle *= held
         half = angle / 2.0
-        path[i, CHORD] = arc if half == 0.0 else arc * math.sin(half) / half
+        path[i, CHORD] = _chord(arc, half)
         path[i, ASIDE], path[i, TURN], path[i, WAY] = half, angle, arc
         gone, turned = way, turn
     return path
+
+
+@njit(inline="always")
+def _chord(arc: float, half: float) -> float:
+    """Return the length of the chord of an arc; ``half`` is half of its turn, radians."""
+    return arc if half == 0.0 else arc * math.sin(half) / half
 
 
 @njit(cache=True, nogil=True)
@@ -196,9 +206,10 @@ def _drive(
     counts, readings, drive, robot = episode.counts, episode.readings, params.drive, params.robot
     begins = counts.steps < 0
     counts.steps += 1
-    path, blocked = np.zeros((1, 4)), False
+    path, blocked, held = np.zeros((1, 4)), False, 1.0
     if not begins:
-        path = path_of(readings, command[0], command[1], drive, robot, params.seconds)
+        held = grip(params.errors, counts.key, counts.steps)
+        path = path_of(readings, command[0], command[1], drive, robot, params.seconds, held)
         blocked = shorten(
             path, drive.kind == ACKERMANN, episode.pose, episode.occupied, episode.bodies.people,
             params.walk.radius_px, robot.radius_px, command[2],
@@ -209,25 +220,26 @@ def _drive(
         readings.speed = 0.0
         counts.collisions += 1
     counts.blocked = 1 if blocked else 0
-    _follow(episode, path, params, scratch, look)
+    _follow(episode, path, held, params, scratch, look)
     readings.path_length += np.abs(path[:, WAY]).sum()
     update_readings(episode, params)
     sense(episode, params, math.inf if begins else 2.0 * params.sensor.range_px)
 
 
 @njit(inline="always")
-def _follow(episode: Episode, path: Floats, params: StepParams, scratch: Scratch, look: Look) -> None:
+def _follow(episode: Episode, path: Floats, held: float, params: StepParams, scratch: Scratch, look: Look) -> None:
     """Move along a path, and merge scans on the way, as far apart as those of ``step``, and one at the end.
 
-    The error of odometry is spread evenly over the slices.
+    The error of odometry is spread evenly over the slices. ``held`` is the share of the wheels' motion that is left
+    after slipping.
     """
     pose, robot, errors = episode.pose, params.robot, params.errors
-    n, i, more_turn, more_way = len(path), 0, 0.0, 0.0
+    n, i, more_turn, more_way, last = len(path), 0, 0.0, 0.0, 0.0
     if errors.odometry:
-        turn, way = path[:, TURN].sum(), path[:, WAY].sum()
-        key = key_of(episode.counts.key, ODOMETRY)
-        seen_turn, seen_way = noisy_odometry(errors, key, episode.counts.steps, turn, way)
-        more_turn, more_way = (seen_turn - turn) / n, (seen_way - way) / n
+        turn, way = path[:, TURN].sum() / held, path[:, WAY].sum() / held
+        off = report(errors, episode.counts, episode.readings, turn, way, True, params.seconds)
+        more_turn, more_way, last = off.turn / n, off.way / n, off.after
+        pose.seen_heading = wrap_angle(pose.seen_heading + off.before)
     while i < n:
         before, gone, turned = i, 0.0, 0.0
         while i < n:
@@ -239,11 +251,14 @@ def _follow(episode: Episode, path: Floats, params: StepParams, scratch: Scratch
             pose.y -= path[i, CHORD] * math.sin(course)
             pose.heading = wrap_angle(pose.heading + path[i, TURN])
             if errors.odometry:
-                course = pose.seen_heading + path[i, ASIDE] + more_turn / 2.0
-                pose.seen_x += (path[i, CHORD] + more_way) * math.cos(course)
-                pose.seen_y -= (path[i, CHORD] + more_way) * math.sin(course)
-                pose.seen_heading = wrap_angle(pose.seen_heading + path[i, TURN] + more_turn)
+                half = path[i, ASIDE] / held
+                course, chord = pose.seen_heading + half + more_turn / 2.0, _chord(path[i, WAY] / held, half)
+                pose.seen_x += (chord + more_way) * math.cos(course)
+                pose.seen_y -= (chord + more_way) * math.sin(course)
+                pose.seen_heading = wrap_angle(pose.seen_heading + path[i, TURN] / held + more_turn)
             else:
                 pose.seen_x, pose.seen_y, pose.seen_heading = pose.x, pose.y, pose.heading
             i += 1
+        if i == n:
+            pose.seen_heading = wrap_angle(pose.seen_heading + last)
         look(episode, params, scratch)

@@ -19,11 +19,13 @@ COUNTS = row_type(steps=int, collisions=int, known=int, covered=int, scans=int, 
 """Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
 the episode's noise."""
 READINGS = row_type(
-    path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float
-)
+    path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float,
+    bias=float,
+)  # fmt: skip
 """The distance travelled, the clearance, the remaining distance to the goal, and the start, pixels; a drive's speed,
-pixels per second, and its speed of turning, radians per second, or its steering angle, radians."""
-BEAMS, ODOMETRY, REGISTRATION, PEOPLE = range(1, 5)
+pixels per second, and its speed of turning, radians per second, or its steering angle, radians; and the rate at which
+the heading by odometry drifts, radians per second."""
+BEAMS, ODOMETRY, REGISTRATION, PEOPLE, MODEL, SLIP, BIAS = range(1, 8)
 """Kinds of random numbers, each with its own key (``key_of``)."""
 
 

@@ -22,7 +22,6 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.collision import Disc, clearance, free_way, way_past_people, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import (
     BEAMS,
-    ODOMETRY,
     PEOPLE,
     REGISTRATION,
     Episode,
@@ -39,9 +38,9 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     draw_beams,
     draw_noisy,
     merge_patch,
-    noisy_odometry,
     registration_error,
 )
+from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.kernels.sensing.rays import cast, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, whole
@@ -172,7 +171,9 @@ def step(
     move(episode, params)
     counts, readings = episode.counts, episode.readings
     counts.steps += 1
-    way = _go(episode, turn, forward, params, scratch, look, full)
+    held = grip(params.errors, counts.key, counts.steps) if full else 1.0
+    turn, forward = turn * held, forward * held
+    way = _go(episode, turn, forward, held, params, scratch, look, full)
     counts.blocked = 1 if way < abs(forward) else 0
     counts.collisions += counts.blocked
     readings.path_length += way
@@ -226,9 +227,18 @@ def _err(ranges: Floats, counts: Rows, params: StepParams) -> None:
 
 @njit(inline="always")
 def _go(
-    episode: Episode, turn: float, forward: float, params: StepParams, scratch: Scratch, look: Look, full: bool
+    episode: Episode,
+    turn: float,
+    forward: float,
+    held: float,
+    params: StepParams,
+    scratch: Scratch,
+    look: Look,
+    full: bool,
 ) -> float:
     """Turn and move, and merge scans on the way; return the distance travelled, pixels.
+
+    ``held`` is the share of the wheels' motion that is left after slipping.
 
     Scans are at most ``between_px`` and ``between_rad`` apart, with the last one at the end, and there is at least one.
     With odometry noise, the map is drawn from the believed pose.
@@ -247,10 +257,12 @@ def _go(
         disc = Disc(start_x, start_y, robot.radius_px)
         way = min(way, way_past_people(episode.bodies.people, params.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
-    seen_turn, seen_way = turn, sign * way
+    seen_turn, seen_way, seen_last = turn, sign * way, 0.0
     if full and errors.odometry:
-        key = key_of(episode.counts.key, ODOMETRY)
-        seen_turn, seen_way = noisy_odometry(errors, key, episode.counts.steps, turn, sign * way)
+        rolled_turn, rolled_way = turn / held, sign * way / held
+        off = report(errors, episode.counts, episode.readings, rolled_turn, rolled_way, False, params.seconds)
+        seen_turn, seen_way = rolled_turn + off.before + off.turn, rolled_way + off.way
+        seen_last = off.after
     for i in range(1, max(turns + goes, 1) + 1):
         turned, gone = min(i / turns, 1.0) if turns > 0 else 1.0, max(i - turns, 0) / max(goes, 1)
         pose.heading = heading if i >= turns else wrap_angle(start_heading + turn * turned)
@@ -260,6 +272,8 @@ def _go(
             seen = pose.seen_heading = wrap_angle(seen_heading + seen_turn * turned)
             pose.seen_x = seen_x + seen_way * gone * math.cos(seen)
             pose.seen_y = seen_y - seen_way * gone * math.sin(seen)
+            if i == max(turns + goes, 1):
+                pose.seen_heading = wrap_angle(seen + seen_last)
         else:
             pose.seen_x, pose.seen_y, pose.seen_heading = pose.x, pose.y, pose.heading
         look(episode, params, scratch)

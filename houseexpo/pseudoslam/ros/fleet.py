@@ -21,11 +21,14 @@ from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
 from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
+from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow
+from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round, scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import errors_of, look_round, scratch_of, step_params_of
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, stamp, way_past
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
@@ -52,6 +55,10 @@ class _Robot:
     simulator: Simulator
     state: State
     rng: np.random.Generator
+    counts: Rows
+    """Ticks so far, and the key of the noise of odometry."""
+    readings: Rows = field(default_factory=lambda: np.zeros(1, READINGS)[0])
+    """The bias of odometry."""
     odometry: Pose = (0.0, 0.0, 0.0)
     moved: Velocity = field(default_factory=Velocity)
 
@@ -103,8 +110,8 @@ class Fleet:
             raise ConfigError("robot.drive: robots in ROS follow their velocities exactly; leave the drive out")
         self.plan, self.seed, self.starts, self.tick_s = plan, seed, tuple(starts), tick_s
         self.noise = config.noise
-        slam = replace(config.noise, odometry_way=0.0, odometry_turn=0.0, odometry_deg_per_m=0.0)
-        self.config = replace(config, step_s=tick_s, noise=slam)
+        self._errors = errors_of(config.noise, 1.0)
+        self.config = replace(config, step_s=tick_s, noise=config.noise.without_odometry())
         self.radius_m = config.robot.radius_m
         self._world = world_for(plan, self.config)
         self._walls = _segments(plan)
@@ -151,7 +158,10 @@ class Fleet:
             else:
                 state.occupied[:] = self._static
             look_round(state, params, scratch)
-            self._robots.append(_Robot(Simulator(world, config, params, scratch), state, rng.spawn(1)[0]))
+            counts = np.zeros(1, COUNTS)[0]
+            own = rng.spawn(1)[0]
+            counts.key = int(own.integers(2**62))
+            self._robots.append(_Robot(Simulator(world, config, params, scratch), state, own, counts))
 
     def _check_start(self, start: Pose | None, number: int) -> None:
         """Raise ConfigError if a start overlaps an earlier robot's."""
@@ -222,8 +232,10 @@ class Fleet:
     def _drive(self, number: int, velocity: Velocity) -> None:
         robot, tick_s = self._robots[number], self.tick_s
         x, y, heading = before = self.pose(number)
-        turn = velocity.turn_rad_s * tick_s
-        way = math.hypot(velocity.ahead_m_s, velocity.left_m_s) * tick_s
+        robot.counts.steps += 1
+        held = grip(self._errors, int(robot.counts.key), int(robot.counts.steps))
+        turn = velocity.turn_rad_s * tick_s * held
+        way = math.hypot(velocity.ahead_m_s, velocity.left_m_s) * tick_s * held
         aside = math.atan2(velocity.left_m_s, velocity.ahead_m_s) if way else 0.0
         if abs(aside) > math.pi / 2:  # backward, so that a robot without sideways motion does not turn round
             aside, way = wrap_angle(aside + math.pi), -way
@@ -240,20 +252,24 @@ class Fleet:
             pose_px[2] = wrap_angle(heading + turn)
         now = self.pose(number)
         went = math.copysign(math.hypot(now[0] - x, now[1] - y), way)
-        robot.odometry = self._wheels(robot, relative(before, now), abs(went), turn)
-        robot.moved = Velocity(went * math.cos(aside) / tick_s, went * math.sin(aside) / tick_s, velocity.turn_rad_s)
+        robot.odometry = self._wheels(robot, relative(before, now), held)
+        robot.moved = Velocity(went * math.cos(aside) / tick_s, went * math.sin(aside) / tick_s, turn / tick_s)
 
-    def _wheels(self, robot: _Robot, step: Pose, way_m: float, turn: float) -> Pose:
-        """Return the odometry after a step in the robot's frame, with noise as ``NoiseConfig`` defines it."""
-        noise, scale, turned = self.noise, 1.0, step[2]
-        if noise.odometry_way or noise.odometry_turn or noise.odometry_deg_per_m:
-            of_way, of_turn, of_heading = robot.rng.standard_normal(3)
-            scale += noise.odometry_way * of_way
-            turned += noise.odometry_turn * abs(turn) * of_turn
-            turned += math.radians(noise.odometry_deg_per_m) * way_m * of_heading
+    def _wheels(self, robot: _Robot, step: Pose, held: float) -> Pose:
+        """Return the odometry after a step in the robot's frame, with noise as ``NoiseConfig`` defines it.
+
+        ``held`` is the share of the wheels' motion that is left after slipping.
+        """
         x, y, heading = robot.odometry
+        ahead, left, turned = step[0] / held, step[1] / held, step[2] / held
+        if self._errors.odometry:
+            way = math.hypot(ahead, left)
+            off = report(self._errors, robot.counts, robot.readings, turned, way, True, self.tick_s)
+            scale = off.way / way if way else 0.0
+            ahead, left = (ahead * (1.0 + scale), left * (1.0 + scale)) if way else (off.way, 0.0)
+            heading += off.before
+            turned += off.turn + off.after
         cos, sin = math.cos(heading), math.sin(heading)
-        ahead, left = scale * step[0], scale * step[1]
         return x + ahead * cos - left * sin, y + ahead * sin + left * cos, wrap_angle(heading + turned)
 
     def _refresh(self, number: int) -> None:

@@ -18,6 +18,7 @@ from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
 from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
 from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
 from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.sensing.odometry import grip
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import State
@@ -240,18 +241,22 @@ class Team:
 
     def _keep_off(self, robot: int, others: Floats, motion: Floats) -> bool:
         """Shorten a robot's motion, in place, so that it does not overlap another; return whether it would have."""
+        counts = self.pool.counts[robot, 0]
+        held = grip(self.params.errors, int(counts.key), int(counts.steps) + 1)
         if self._drives:
             speed, turning, _ = motion.tolist()
             readings, pose = self.pool.readings[robot, 0], self.pool.pose[robot, 0]
-            path = path_of(readings, speed, turning, self.params.drive, self.params.robot, self.params.seconds)
+            params = self.params
+            path = path_of(readings, speed, turning, params.drive, params.robot, params.seconds, held)
             motion[2] = way_past_discs(path, pose, np.ascontiguousarray(others), 2.0 * self.radius_px, _TOUCH_PX)
             return bool(motion[2] < math.inf)
-        turn, forward = motion.tolist()
+        turn, forward = (motion * held).tolist()
         x, y, heading = self._poses[robot, :3].tolist()
         sign = -1.0 if forward < 0.0 else 1.0
         course = sign * math.cos(heading + turn), -sign * math.sin(heading + turn)
         free = way_past((others - (x, y)).tolist(), 2.0 * self.radius_px, course, abs(forward), _TOUCH_PX)
-        motion[1] = math.copysign(free, forward)
+        if free < abs(forward):
+            motion[1] = math.copysign(free, forward) / held
         return bool(free < abs(forward))
 
     def _refresh(self, robot: int, others: Floats) -> None:

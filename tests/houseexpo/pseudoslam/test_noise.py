@@ -9,13 +9,33 @@ import numpy as np
 import pytest
 
 from houseexpo import FloorPlan
-from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import (
+    Ackermann,
+    Differential,
+    LaserConfig,
+    NoiseConfig,
+    Odometry,
+    RobotConfig,
+    SimulatorConfig,
+    Velocity,
+    Wheels,
+)
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, Rectangle
+from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
+from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.simulations import PLAIN, at, corner, hall, started, wander
 
-EACH = [NoiseConfig(**{f.name: 5.0 if "deg" in f.name else 0.5}) for f in fields(NoiseConfig)]
+NUMBERS = [f.name for f in fields(NoiseConfig) if f.name not in {"odometry_model", "slip"}]
+MODELS = [
+    Velocity(0.5, 0.5, 0.5, 0.5, 0.5, 0.5),
+    Odometry(0.5, 0.5, 0.5, 0.5),
+    Wheels(0.3, diameter_ratio=1.1, separation_ratio=1.1),
+    Wheels(right_m_per_root_m=0.05, left_m_per_root_m=0.02),
+]
+EACH = [NoiseConfig(**{name: 5.0 if "deg" in name else 0.5}) for name in NUMBERS]
+EACH += [NoiseConfig(odometry_model=model) for model in MODELS]
 
 
 @pytest.mark.parametrize("pixels_per_metre", [40.0, 100.0])
@@ -135,6 +155,45 @@ def test_odometry_drifts_as_the_root_of_the_way(steps: int) -> None:
     assert swerved[:, 1].std() > 0.2 * 0.3 * steps * swerved[:, 2].std()
 
 
+@pytest.mark.parametrize("drive", [None, Differential(1.0, 90.0, 1e6, 1e6), Ackermann(0.4, 30.0, 1e6, 1.0, 1e6)])
+def test_the_believed_pose_is_the_errors_one_after_the_other(drive: Differential | Ackermann | None) -> None:
+    """Turned before, along the path with its turn and way stretched, and turned after."""
+    noise = NoiseConfig(odometry_model=Odometry(0.01, 0.02, 0.01, 0.02), odometry_bias_deg_s=0.5, slip=0.1)
+    config = at(2.0, 2.0, 20.0, SimulatorConfig(robot=RobotConfig(drive=drive), noise=noise))
+    simulator, state, _ = started(config)
+    errors, counts, readings = simulator.params.errors, np.zeros(1, COUNTS)[0], np.zeros(1, READINGS)[0]
+    counts.key = int(state.counts.key)
+    x, y, heading = true = simulator.pose(state)
+    for k in range(1, 6):
+        counts.steps = k
+        held = grip(errors, counts.key, k)
+        if drive:
+            simulator.drive(state, 0.5, 0.4)
+            turn, way = (0.2 if isinstance(drive, Differential) else math.tan(0.4) / 0.4 * 0.25), 0.25
+        else:
+            simulator.move(state, 0.2, 0.25)
+            turn, way = 0.2, 0.25
+        off = report(errors, counts, readings, turn, way * 25.0, drive is not None, 0.5)
+        heading += off.before
+        if drive is None:
+            heading += turn + off.turn
+        for _ in range(200):  # small steps of the reported arc, or of the way after the turn
+            bend = 0.0 if drive is None else (turn + off.turn) / 200
+            x += (way + off.way / 25.0) / 200 * math.cos(heading + bend / 2)
+            y += (way + off.way / 25.0) / 200 * math.sin(heading + bend / 2)
+            heading += bend
+        heading += off.after
+        found = simulator.believed_pose(state)
+        assert found[:2] == pytest.approx((x, y), abs=2e-3)
+        assert math.remainder(found[2] - heading, 2 * math.pi) == pytest.approx(0.0, abs=2e-4)
+        now = simulator.pose(state)
+        gone = math.hypot(now[0] - true[0], now[1] - true[1])
+        half = turn * held / 2 if drive else 0.0
+        assert gone == pytest.approx(way * held * (math.sin(half) / half if half else 1.0), abs=1e-4)
+        assert math.remainder(now[2] - true[2] - turn * held, 2 * math.pi) == pytest.approx(0.0, abs=2e-4)
+        true = now
+
+
 def test_the_map_is_drawn_where_the_robot_believes_to_be() -> None:
     config = replace(PLAIN, laser=LaserConfig(3.0, 20.0), noise=NoiseConfig(odometry_way=0.5))
     simulator, rng, offs = Simulator.of(corner(), at(1.0, 2.0, 0.0, config)), np.random.default_rng(9), []
@@ -178,6 +237,11 @@ def test_what_is_off_changes_nothing_bit_by_bit() -> None:
     plain = at(1.0, 2.0, 10.0)
     known, pose = end_of(plain)
     assert end_of(replace(plain, noise=NoiseConfig(*[0] * 8))) == (known, pose)
+    for model in (Velocity(), Odometry(), Wheels()):
+        assert end_of(replace(plain, noise=NoiseConfig(odometry_model=model)))[1] == pose
+    slipped = end_of(replace(plain, noise=NoiseConfig(slip=0.2)))
+    assert slipped[0] != known
+    assert slipped[1] != pose  # it goes less far than it is told
     for noise in EACH:
         noisy, same_pose = end_of(replace(plain, noise=noise))
         assert same_pose == pose  # the robot goes as it is told; only its map errs

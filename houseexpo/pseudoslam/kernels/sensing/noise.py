@@ -113,14 +113,6 @@ def merge_patch(
 
 
 @njit(cache=True, nogil=True)
-def noisy_odometry(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
-    """Return the turn and the distance that odometry reports for a step's true ones, radians and pixels."""
-    turned = errors.turn_share * abs(turn) * normal(key, 3 * step)
-    turned += errors.turn_rad_px * abs(way) * normal(key, 3 * step + 1)
-    return turn + turned, way * (1.0 + errors.way_share * normal(key, 3 * step + 2))
-
-
-@njit(cache=True, nogil=True)
 def registration_error(errors: Errors, key: int, step: int) -> tuple[float, float, float]:
     """Return the registration error of a step's scans: the shift right and down in pixels, and the rotation."""
     return (

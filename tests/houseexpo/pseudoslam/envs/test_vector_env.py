@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import (
+    LaserConfig,
+    NoiseConfig,
+    ObservationConfig,
+    Odometry,
+    SimulatorConfig,
+    Wheels,
+)
 from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, PeopleConfig, RandomObstacles, Trajectory
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 from tests.builders.vectors import HUTS, assert_same, assert_same_step, native, singles
@@ -16,6 +23,8 @@ from tests.builders.vectors import HUTS, assert_same, assert_same_step, native, 
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=11)
 AVOIDING = replace(ObstacleAvoidance.default, pixels_per_metre=16.0, max_steps=11)
+WHEELS = Wheels(0.3, 1.02, 1.03, 0.02, 0.01)
+ALPHAS = Odometry(0.1, 0.1, 0.1, 0.1)
 PEOPLE = PeopleConfig(2, speed_m_s=1.0, away_m=0.5)
 ACROSS = Trajectory(Circle(0.2), (0, 2, 4), ((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True)
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
@@ -30,6 +39,18 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "dataset": HUTS,
             "config": replace(SMALL, noise=NOISE, laser=LaserConfig(rule="rays"), trajectories=(ACROSS,)),
             "actions": "continuous",
+        },
+    ),
+    "a model of odometry, slip and bias": (
+        "Exploration",
+        {"dataset": HUTS, "config": replace(SMALL, noise=NoiseConfig(odometry_model=WHEELS, slip=0.1))},
+    ),
+    "a drive with noise and people": (
+        "Exploration",
+        {
+            "dataset": HUTS,
+            "config": replace(SMALL, noise=NoiseConfig(odometry_model=ALPHAS, odometry_bias_deg_s=0.5), people=PEOPLE),
+            "motion": "ackermann",
         },
     ),
     "avoidance": ("ObstacleAvoidance", {"config": AVOIDING}),

@@ -38,7 +38,7 @@ def some(kind: int, rng: np.random.Generator) -> Command:
 def path(command: Command) -> np.ndarray:
     readings = np.zeros(1, READINGS)[0]
     readings.speed, readings.turning = command.before
-    return path_of(readings, *command.wanted, command.drive, ROBOT, command.seconds)
+    return path_of(readings, *command.wanted, command.drive, ROBOT, command.seconds, 1.0)
 
 
 def slow(command: Command, n: int = 2_000) -> tuple[np.ndarray, np.ndarray]:

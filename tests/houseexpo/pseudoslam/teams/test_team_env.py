@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
-from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, Odometry, SimulatorConfig
 from houseexpo.pseudoslam.config.drive import Motion
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
@@ -48,7 +49,10 @@ def test_pettingzoo_accepts_it() -> None:
         (SimulatorConfig(people=PeopleConfig(2), obstacles=ObstaclesConfig(random=RandomObstacles((1, 2)))), {}),
         (SimulatorConfig(), {"observation": "scales"}),
         (SimulatorConfig(), {"motion": "differential", "observation": "dict"}),
-        (NOISY, {"motion": "ackermann"}),
+        (
+            replace(NOISY, noise=replace(NOISY.noise, odometry_model=Odometry(0.1, 0.1, 0.1, 0.1), slip=0.1)),
+            {"motion": "ackermann"},
+        ),
     ],
 )
 def test_one_robot_has_the_bits_of_the_single_environment(config: SimulatorConfig, options: dict[str, Any]) -> None:
@@ -82,8 +86,9 @@ def _same(one: Any, other: Any) -> None:
 
 @pytest.mark.parametrize("motion", ["discrete", "differential", "ackermann"])
 def test_robots_never_overlap_and_count_their_collisions(motion: Motion) -> None:
+    slips = SimulatorConfig(noise=NoiseConfig(slip=0.3))
     env = parallel_env(robots=6, dataset=FloorPlan("cell", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {}), until="robot",
-                       success_coverage=None, motion=motion)  # fmt: skip
+                       success_coverage=None, motion=motion, config=slips)  # fmt: skip
     env.reset(seed=0)
     rng, radius_px = np.random.default_rng(0), env.team.radius_px
     for _ in range(150):

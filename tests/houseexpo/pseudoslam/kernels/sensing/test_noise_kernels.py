@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.sensing.noise import (
@@ -16,12 +17,13 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     draw_beams,
     draw_noisy,
     merge_patch,
-    noisy_odometry,
     registration_error,
 )
+from houseexpo.pseudoslam.kernels.sensing.odometry import noisy_odometry
 from houseexpo.pseudoslam.kernels.types import Errors, Sensor
+from houseexpo.pseudoslam.step_kernels import errors_of
 
-NONE = Errors(False, False, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NONE = errors_of(NoiseConfig(), 25.0)
 BEAMS = 180
 Cell = tuple[int, int]
 

@@ -1,0 +1,92 @@
+"""What odometry reports for a step, and how much of the step the wheels lose by slipping.
+
+All numbers are pure functions of keys and the number of the step. R1 to R3 are the models of ``config.odometry``, whose
+parameters are in ``Errors.alphas``, with lengths in pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.episode import BIAS, MODEL, ODOMETRY, SLIP, key_of
+from houseexpo.pseudoslam.kernels.hashing import normal, uniform
+from houseexpo.pseudoslam.kernels.types import Errors, Rows
+
+NO_MODEL, VELOCITY, ROTATIONS, WHEELS = range(4)
+"""Values of ``Errors.model``."""
+
+
+class Report(NamedTuple):
+    """The errors of odometry in a step, radians and pixels: turns before, during and after the motion, and the way."""
+
+    before: float
+    turn: float
+    way: float
+    after: float
+
+
+@njit(cache=True, nogil=True)
+def grip(errors: Errors, key: int, step: int) -> float:
+    """Return the share of a step that is not lost by slipping; ``key`` is the episode's."""
+    return 1.0 - 2.0 * errors.slip * uniform(key_of(key, SLIP), step) if errors.slip > 0.0 else 1.0
+
+
+@njit(cache=True, nogil=True)
+def report(errors: Errors, counts: Rows, readings: Rows, turn: float, way: float, arc: bool, seconds: float) -> Report:
+    """Return the errors of what odometry reports for a step of the wheels, and update the bias.
+
+    Parameters
+    ----------
+    turn, way
+        The turn and the way of the wheels, negative for backward, radians and pixels.
+    arc
+        Whether the robot turns as it goes, and not before.
+    """
+    step = counts.steps
+    seen_turn, seen_way = noisy_odometry(errors, key_of(counts.key, ODOMETRY), step, turn, way)
+    first, more_turn, more_way, last = _model_errors(errors, key_of(counts.key, MODEL), step, turn, way, arc)
+    if errors.bias > 0.0 and step > 0:  # the first scan is not a step
+        readings.bias += errors.bias * math.sqrt(seconds) * normal(key_of(counts.key, BIAS), step)
+        more_turn += readings.bias * seconds
+    return Report(first, seen_turn - turn + more_turn, seen_way - way + more_way, last)
+
+
+@njit(cache=True, nogil=True)
+def noisy_odometry(errors: Errors, key: int, step: int, turn: float, way: float) -> tuple[float, float]:
+    """Return the turn and the distance that odometry reports for a step's true ones, radians and pixels."""
+    turned = errors.turn_share * abs(turn) * normal(key, 3 * step)
+    turned += errors.turn_rad_px * abs(way) * normal(key, 3 * step + 1)
+    return turn + turned, way * (1.0 + errors.way_share * normal(key, 3 * step + 2))
+
+
+@njit(cache=True, nogil=True)
+def _model_errors(
+    errors: Errors, key: int, step: int, turn: float, way: float, arc: bool
+) -> tuple[float, float, float, float]:
+    """Return the errors of the model: turns before and during the motion, the way, and the turn after it."""
+    alphas, turn2, way2 = errors.alphas, turn * turn, way * way
+    one, two, three = 4 * step, 4 * step + 1, 4 * step + 2
+    if errors.model == VELOCITY:  # R1, with v = way / seconds and w = turn / seconds: the seconds cancel out
+        more_way = math.sqrt(alphas[0] * way2 + alphas[1] * turn2) * normal(key, one)
+        more_turn = math.sqrt(alphas[2] * way2 + alphas[3] * turn2) * normal(key, two)
+        return 0.0, more_turn, more_way, math.sqrt(alphas[4] * way2 + alphas[5] * turn2) * normal(key, three)
+    if errors.model == ROTATIONS:  # R2
+        first, last = (turn / 2.0, turn / 2.0) if arc else (turn, 0.0)
+        more_first = math.sqrt(alphas[0] * first * first + alphas[1] * way2) * normal(key, one)
+        more_way = math.sqrt(alphas[2] * way2 + alphas[3] * (first * first + last * last)) * normal(key, two)
+        more_last = math.sqrt(alphas[0] * last * last + alphas[1] * way2) * normal(key, three)
+        return more_first, 0.0, more_way, more_last
+    if errors.model == WHEELS:  # R3
+        shrunk_right, shrunk_left, separation, nominal, noise_right, noise_left = alphas
+        half = turn * separation / 2.0
+        right, left = way + half, way - half
+        rolled_right, rolled_left = abs(right), abs(left)
+        if not arc:
+            rolled_right = rolled_left = abs(half) + abs(way)
+        right = right * shrunk_right + math.sqrt(noise_right * rolled_right) * normal(key, one)
+        left = left * shrunk_left + math.sqrt(noise_left * rolled_left) * normal(key, two)
+        return 0.0, (right - left) / nominal - turn, (right + left) / 2.0 - way, 0.0
+    return 0.0, 0.0, 0.0, 0.0
