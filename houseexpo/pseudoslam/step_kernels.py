@@ -28,9 +28,9 @@ from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.collision import no_tracks
 from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
 from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
 from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
-from houseexpo.pseudoslam.kernels.sensing.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
     ACKERMANN,

@@ -23,7 +23,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
+from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.step import (
     Look,
     Move,

@@ -30,6 +30,7 @@ from houseexpo.pseudoslam.kernels.episode import (
     key_of,
 )
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.people import advance
 from houseexpo.pseudoslam.kernels.planning.fields import field_at
 from houseexpo.pseudoslam.kernels.sensing.noise import (
@@ -40,7 +41,6 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     merge_patch,
     registration_error,
 )
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.kernels.sensing.rays import cast, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, whole

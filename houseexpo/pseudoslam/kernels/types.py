@@ -75,7 +75,7 @@ class Errors(NamedTuple):
     For a beam: the standard deviation along it, and the probabilities that it returns nothing or the largest range. For
     a step's registration: standard deviations of shift and rotation. For odometry: standard deviations of the distance
     and of the turn as shares of them, and of the turn per pixel of distance; and a model with its parameters
-    (``sensing.odometry``), the mean share of a step that slips, and the random walk of the heading's bias, radians per
+    (``odometry``), the mean share of a step that slips, and the random walk of the heading's bias, radians per
     second and root of a second.
     """
 

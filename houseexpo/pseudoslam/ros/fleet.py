@@ -22,8 +22,8 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
 from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
+from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
 from houseexpo.pseudoslam.kernels.sensing.rays import cast
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator

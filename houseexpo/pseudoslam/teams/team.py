@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
 from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
 from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip
+from houseexpo.pseudoslam.kernels.odometry import grip
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import State

@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.config import (
 )
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, Rectangle
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
+from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.simulations import PLAIN, at, corner, hall, started, wander

@@ -10,6 +10,7 @@ import pytest
 from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.odometry import noisy_odometry
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     FURTHEST,
     HIT,
@@ -19,7 +20,6 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     merge_patch,
     registration_error,
 )
-from houseexpo.pseudoslam.kernels.sensing.odometry import noisy_odometry
 from houseexpo.pseudoslam.kernels.types import Errors, Sensor
 from houseexpo.pseudoslam.step_kernels import errors_of
 

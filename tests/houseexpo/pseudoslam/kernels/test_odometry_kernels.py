@@ -10,7 +10,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
-from houseexpo.pseudoslam.kernels.sensing.odometry import grip, report
+from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.types import Errors
 from houseexpo.pseudoslam.step_kernels import errors_of
 
