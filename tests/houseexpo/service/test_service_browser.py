@@ -251,7 +251,7 @@ def test_stages_are_fetched_when_they_are_looked_at(chromium: Any, address: str,
         assert "stages.png" not in asked
         page.click("#stages summary")
         page.locator("#stages img").scroll_into_view_if_needed()
-        page.wait_for_function("document.querySelector('#stages img').naturalWidth === 2000")
+        page.wait_for_function("() => document.querySelector('#stages img').naturalWidth === 2000")
         assert "stages.png" in asked
         assert barriers(page) == []
         assert not page.evaluate(TOO_WIDE)  # the picture scrolls in its own place
