@@ -64,8 +64,6 @@ def _family(about: dict[str, Any]) -> str:
     """Return a name for all policies that differ only in the seed: PPO, the network, a hash of the training."""
     config = {key: value for key, value in about["config"].items() if key not in {"seed", "evaluation"}}
     place = {key: value for key, value in config["environment"].items() if key != "dataset"}  # its path may differ
-    if place.get("motion") is None:  # as in runs of versions that had no motions
-        place.pop("motion", None)
     alike = msgspec.json.encode([about["task"], {**config, "environment": place}, about["lists"]], order="sorted")
     return f"PPO {config['policy']} {hashlib.sha256(alike).hexdigest()[:6]}"
 

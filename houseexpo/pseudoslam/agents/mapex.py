@@ -133,13 +133,12 @@ def centres_of(known: npt.NDArray[np.uint8]) -> Cells:
     """
     unknown = (known == UNKNOWN).astype(np.uint8)
     edge = (cv2.dilate(unknown, np.ones((3, 3), np.uint8)) > 0) & (known == FREE)
-    number, labels = cv2.connectedComponents(edge.astype(np.uint8), connectivity=8)
-    cells = np.argwhere(edge)
-    of = labels[edge]
-    sizes = np.bincount(of, minlength=number)
+    _, labels = cv2.connectedComponents(edge.astype(np.uint8), connectivity=8)
+    cells, of = np.argwhere(edge), labels[edge]
+    regions, first, sizes = np.unique(of, return_index=True, return_counts=True)
     found = []
-    for label in sorted(range(1, number), key=lambda k: int(np.argmax(of == k))):
-        if sizes[label] > IGNORED_CELLS:
-            members = cells[of == label]
+    for k in np.argsort(first):
+        if sizes[k] > IGNORED_CELLS:
+            members = cells[of == regions[k]]
             found.append(members[np.argmin(((members - members.mean(axis=0)) ** 2).sum(axis=1))])
     return np.array(found, np.int64).reshape(-1, 2)

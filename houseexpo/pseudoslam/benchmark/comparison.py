@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -134,17 +135,27 @@ class Compared:
 
     def _p(self, entry: Entry, key: str) -> Estimate:
         """Return the corrected p-value of the difference from the baseline (R3); none for the baseline itself."""
-        raw: dict[int, float] = {}
-        for other in self.entries:
-            over_seeds = [
-                None if None in values else sum(value for value in values if value is not None) / len(values)
-                for values in zip(*self._differences(other, key), strict=True)
-            ]
-            p = paired_p(over_seeds)
-            if p is not None:
-                raw[id(other)] = p
-        corrected = dict(zip(raw, holm(list(raw.values())), strict=True)).get(id(entry))
-        return Estimate(corrected, corrected, corrected, len(raw) if corrected is not None else 0)
+        rows = self._p_values[key]
+        if (p := rows.get(id(entry))) is None:
+            return Estimate(None, None, None, 0)
+        return Estimate(p, p, p, len(rows))
+
+    @cached_property
+    def _p_values(self) -> dict[str, dict[int, float]]:
+        """The corrected p-values of the rows, by their ``id``, for each metric that is compared plan by plan (R3)."""
+        found = {}
+        for metric in self.track.metrics:
+            if metric.paired:
+                raw: dict[int, float] = {}
+                for entry in self.entries:
+                    over_seeds = [
+                        None if None in values else sum(value for value in values if value is not None) / len(values)
+                        for values in zip(*self._differences(entry, metric.key), strict=True)
+                    ]
+                    if (p := paired_p(over_seeds)) is not None:
+                        raw[id(entry)] = p
+                found[metric.key] = dict(zip(raw, holm(list(raw.values())), strict=True))
+        return found
 
     def _differences(self, entry: Entry, key: str) -> list[Column]:
         """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""

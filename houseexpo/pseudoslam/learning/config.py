@@ -33,6 +33,7 @@ TRAVELS = ("waypoint", "frontier")
 Clock = Literal["actions", "steps", "metres"]
 Sight = Literal["map", "dict", "scales"]
 MAX_SEED = 2**32 - 1
+_LATER = (("ppo", "discount"), ("environment", "motion"))
 
 
 @dataclass(frozen=True)
@@ -221,8 +222,15 @@ class TrainConfig:
         return -(-steps // self.steps_per_update)
 
     def record(self) -> dict[str, Any]:
-        """Return plain values from which ``config_from`` makes the same configuration."""
+        """Return plain values from which ``config_from`` makes the same configuration.
+
+        Keys that came after the first policies (``_LATER``) are in it only where they differ from their defaults. So
+        the records of two trainings are equal if the trainings are, whichever version made them.
+        """
         record: dict[str, Any] = mapping_from(self)
+        for part, name in _LATER:
+            if record[part][name] == getattr(type(getattr(self, part)), name):
+                del record[part][name]
         return record
 
 

@@ -148,8 +148,7 @@ class SetPolicy(MultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
     def _build(self, lr_schedule: Any) -> None:
         super()._build(lr_schedule)
         number = self.features_extractor.number
-        for last in self.features_extractor.rate[-1:]:
-            nn.init.orthogonal_(last.weight, gain=0.01)  # all frontiers are alike to an untrained policy
+        nn.init.orthogonal_(self.features_extractor.rate[-1].weight, gain=0.01)  # untrained, it rates all alike
         self.action_net = _Part(slice(None, number))
         self.value_net = nn.Sequential(
             _Part(slice(number, None)), nn.Linear(2 * SET_WIDTH, SET_WIDTH), nn.ReLU(), nn.Linear(SET_WIDTH, 1)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
+from houseexpo.configuration import read_config
+from houseexpo.pseudoslam.learning.config import TrainConfig
 from tests.builders.paper_policies import EXPERIMENTS, PAPER, SCORES, SEEDS, score, task_of
 from tests.builders.shared import needs_shared
 
@@ -20,6 +23,15 @@ def test_weights_come_with_what_made_them(experiment: str, seed: int) -> None:
     assert len(about["commit"]) == 40  # a "+" behind it would say that the tree had been changed
     last = (folder / "evaluation.csv").read_text().splitlines()[-1]
     assert int(last.partition(",")[0]) == about["steps"] >= about["config"]["steps"]
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS)
+def test_a_training_of_today_goes_on_with_them_and_is_a_row_with_them(experiment: str) -> None:
+    """Checkpoints and rows of tables ask whether the records of two trainings are the same."""
+    told = json.loads((PAPER / f"{experiment}-0" / "policy.json").read_bytes())["config"]
+    config = read_config(TrainConfig, PAPER.parent / f"{experiment}.toml")
+    dataset = told["environment"]["dataset"]
+    assert replace(config, environment=replace(config.environment, dataset=dataset)).record() == told
 
 
 @pytest.mark.slow
