@@ -1,23 +1,5 @@
 """IFC files: storeys become levels; spaces give rooms, names and labels; openings tell doors from mere gaps.
 
-**Height of a floor**: where people stand on a storey.
-
-H1  A storey's elevation stands unless its walls' feet lie off it (elevations that an exporter left at 0): then those.
-H2  Doors' sills, the floors of spaces and the tops of slabs vote; where more of them agree on another height near the
-    elevation than on the elevation, that is the floor: a screed that nobody drew, doors that start a step above it.
-
-**Storeys**: which are levels, and which belong together.
-
-S1  A storey is a level where it has a room, or where walls of 1.8 m stand on its floor and it holds a wall itself: the
-    roof, the foundation and a mere reference height have neither. One without is passed over, not rejected.
-S2  Where the file names rooms or doors, a storey with neither is a roof with its parapets, or a void, unless it holds
-    a floor slab of its own and walls of 1.8 m around it. In a file without doors, it is also a level if its own walls
-    are 2.2 m high and enclose half the area or more that the walls of a storey with rooms do: somebody drew the rooms
-    of one storey, and not yet those of the next.
-S3  Storeys less than 0.9 m apart are one level with steps; so are those less than 1.8 m apart unless both have rooms
-    (a crawl space under a floor). The one with rooms, then with more walls, gives the height.
-S4  A level ends where the next of the same building starts that is at least head height above it.
-
 **Levels**: what stands on each, its rooms, its openings, its furniture.
 
 L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
@@ -34,7 +16,7 @@ L7  A building with spaces and no wall at all, a study of its rooms, gets walls 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,29 +29,27 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, fill_enclosed, union_of
+from pipeline.geometry.areas import buffer_mitred
 from pipeline.geometry.cutting import merge_meshes
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
 from pipeline.sources.files import base_id, level_id, list_files
-from pipeline.sources.ifc_model import Building, Part, Storey, load_building
+from pipeline.sources.ifc_model import Building, Part, load_building
 from pipeline.sources.ifc_spaces import (
     StandingWalls,
     closed_holes,
     footprint,
     is_room,
     level_of_door,
-    merge_parts,
     openings_of,
     rooms_of,
     shadow,
 )
+from pipeline.sources.ifc_storeys import Standing, is_made, standing_storeys, with_storeys
 from pipeline.sources.storeys.levels import Shift, near_shift
-from pipeline.sources.storeys.surfaces import Surfaces, WallProfile, cut_at_height
+from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
-    AGREE_M,
     CLEAR_M,
-    COMMON_STOREY_M,
     HIGHEST_LINTEL_M,
     IFC_WALL_M,
     KNEE_M,
@@ -77,160 +57,12 @@ from pipeline.sources.tolerances import (
     OFF_FLOOR_M,
     ROUGH_M,
     RUNS_THROUGH_M,
-    SLAB_M2,
-    SLAB_VOTES,
     SPACE_CRACK_M,
     SPACES_TOUCH,
-    SPLIT_LEVEL_M,
-    STOREY_ENCLOSED,
-    STOREY_WALLED,
-    STOREY_WALLS_M,
     UPRIGHT_M,
     WALL_FOOT_M,
 )
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
-
-
-@dataclass(frozen=True)
-class _Vote:
-    height: float
-    weight: float
-
-
-def floor_height(building: Building, storey: Storey) -> float:
-    """Height of the storey's floor in project axes, metres."""
-    given = _floor_of_walls(building.walls, storey)
-    votes = [_Vote(given, 1.0)]
-    votes += [_Vote(float(hole.mesh.vertices[:, 2].min()), 1.0) for hole in building.holes if hole.has_door]
-    votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
-    near = [vote for vote in votes if abs(vote.height - given) <= OFF_FLOOR_M]
-    near += [_slab(slab) for slab in building.slabs if abs(slab.top - given) <= OFF_FLOOR_M]
-    best = max(near, key=lambda vote: (_support(near, vote.height), -abs(vote.height - given)))
-    if _support(near, best.height) <= _support(near, given):
-        return given
-    agreeing = [vote.height for vote in near if abs(vote.height - best.height) <= AGREE_M]
-    return float(np.median(agreeing))  # H2
-
-
-def _floor_of_walls(walls: Sequence[Part], storey: Storey) -> float:
-    """H1."""
-    feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
-    middle = float(np.median(feet)) if feet else storey.elevation_m
-    return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
-
-
-def _slab(slab: Part) -> _Vote:
-    return _Vote(slab.top, min(footprint(slab.mesh).area / SLAB_M2, SLAB_VOTES))
-
-
-def _support(votes: Sequence[_Vote], height: float) -> float:
-    return sum(vote.weight for vote in votes if abs(vote.height - height) <= AGREE_M)
-
-
-@dataclass(frozen=True)
-class Standing:
-    """A storey that is a level: the height of its floor, and of the next; the storeys whose elements it takes.
-
-    ``buildings`` are the step ids of the buildings that it lies in; ``above`` is infinite under no other level.
-    """
-
-    storey: Storey
-    floor_z: float
-    keys: frozenset[int]
-    buildings: frozenset[int | None]
-    has_rooms: bool
-    own_walls_m: float
-    above: float = np.inf
-
-
-def standing_storeys(building: Building) -> list[Standing]:
-    """Return the storeys that are levels from the lowest to the highest."""
-    rooms = [space for space in building.spaces if is_room(space)]
-    doors = any(hole.has_door for hole in building.holes)
-    like_m2 = np.inf if doors else STOREY_ENCLOSED * _most_enclosed(building, rooms)
-    standing = (_standing(building, storey, rooms, bool(rooms) or doors, like_m2) for storey in building.storeys)
-    candidates = [found for found in standing if found]
-    kept: list[Standing] = []
-    for candidate in sorted(candidates, key=lambda each: (not each.has_rooms, -each.own_walls_m, each.floor_z)):
-        near = next((i for i, other in enumerate(kept) if _are_one(other, candidate)), None)
-        if near is None:
-            kept.append(candidate)
-        else:  # S3
-            keys, buildings = kept[near].keys | candidate.keys, kept[near].buildings | candidate.buildings
-            kept[near] = replace(kept[near], keys=keys, buildings=buildings)
-    kept.sort(key=lambda each: each.floor_z)
-    return [replace(each, above=_above(each, kept)) for each in kept]
-
-
-def _standing(
-    building: Building, storey: Storey, rooms: Sequence[Part], named: bool, like_m2: float
-) -> Standing | None:
-    """S1, S2; walls that enclose more than ``like_m2`` are drawn like those of a storey with rooms."""
-    own = [part for part in building.walls if part.storey == storey.key]
-    floor = floor_height(building, storey)
-    has_rooms = any(_is_in(space, storey, floor) for space in rooms)
-    entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
-    lacking = named and not has_rooms and not entered
-    like = lacking and like_m2 < np.inf and _enclosed_area(_high(own, floor)) > like_m2
-    if lacking and not like and not _is_walled(building, storey, own, floor):
-        return None
-    if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
-        return None
-    if not any(part.bottom < floor + CLEAR_M and part.top > floor + MARGIN_M for part in building.walls):
-        return None
-    keys, buildings = frozenset({storey.key}), frozenset({storey.building})
-    return Standing(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
-
-
-def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: float) -> bool:
-    """S2: whether walls of the storey stand around most of a slab that it holds at its floor."""
-    slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
-    around = sum(footprint(part.mesh).length for part in slabs)
-    return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
-
-
-def _high(walls: Iterable[Part], floor: float) -> list[Part]:
-    """S2: the walls that stand on a floor and are high enough for rooms."""
-    return [part for part in walls if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
-
-
-def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
-    """S2: square metres within the walls of a storey with rooms, of the largest one; infinite where there is none."""
-    storeys = {space.storey for space in rooms}
-    return max(
-        (_enclosed_area(part for part in building.walls if part.storey == key) for key in storeys), default=np.inf
-    )
-
-
-def _enclosed_area(walls: Iterable[Part]) -> float:
-    return float(fill_enclosed(union_of(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
-
-
-def _is_in(space: Part, storey: Storey, floor: float) -> bool:
-    return space.storey == storey.key or (space.storey is None and abs(space.bottom - floor) < OFF_FLOOR_M)
-
-
-def _is_entered(mesh: Mesh, floor: float) -> bool:
-    return abs(float(mesh.vertices[:, 2].min()) - floor) < OFF_FLOOR_M
-
-
-def _are_one(one: Standing, other: Standing) -> bool:
-    """S3."""
-    return abs(one.floor_z - other.floor_z) < (SPLIT_LEVEL_M if one.has_rooms and other.has_rooms else CLEAR_M)
-
-
-def _above(one: Standing, levels: Sequence[Standing]) -> float:
-    """S4."""
-    higher = (other.floor_z for other in levels if other.buildings & one.buildings)
-    return min((height for height in higher if height >= one.floor_z + CLEAR_M), default=np.inf)
-
-
-def _wall_length(parts: Iterable[Part], floor: float) -> float:
-    """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
-    surfaces = Surfaces.of(merge_parts(parts))
-    segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - MARGIN_M)
-    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2
-
 
 UNDER_M, OVER_M = 1.0, 0.3  # of a floor: slabs in between are steps of it, or its structure
 
@@ -250,10 +82,12 @@ class IfcLevel:
     leaves: tuple[Part, ...]
     furniture: tuple[Part, ...]
     named_openings: bool
+    guesses: tuple[str, ...]
 
 
 def storey_levels(building: Building) -> list[IfcLevel]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
+    building = with_storeys(building)
     if not building.walls:
         building = replace(building, walls=tuple(_walls_of_spaces(building)))
     found = standing_storeys(building)
@@ -311,6 +145,7 @@ def _level(
         leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
         furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),
         named_openings=building.named_openings,
+        guesses=("levels",) if is_made(standing.storey) else (),
     )
 
 
@@ -394,7 +229,8 @@ def read(item: Input) -> Iterator[Level]:
     found = storey_levels(building)
     if not found:
         names = ", ".join(storey.name for storey in building.storeys[:8])
-        detail = f"{path.name}: no wall of 1.8 m stands on any of its storeys ({names})"
+        storeys = f"any of its storeys ({names})" if names else "any floor, and there is no IfcBuildingStorey"
+        detail = f"{path.name}: no wall of 1.8 m stands on {storeys}"
         raise Rejection("source", Reason.NO_LEVEL, detail, "export the walls too, or the building as a mesh")
     shift = near_shift(np.concatenate([level.walls.vertices for level in found]))
     digest = sha256_of(path)
@@ -435,6 +271,7 @@ def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provena
         room_count=len(found.rooms) or None,
         named_openings=found.named_openings,
         only_walls=True,
+        guesses=found.guesses,
         openings=tuple(SourceOpening(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         n_objects=len(found.furniture),
         provenance=provenance,

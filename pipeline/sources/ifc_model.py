@@ -411,12 +411,14 @@ class Body:
 class Part(Body):
     """The body of an element, its words and its class.
 
-    ``storey`` is the step id of the storey that contains it, or None if there is none.
+    ``storey`` is the step id of the storey that contains it, or None if there is none; ``building`` is then the step id
+    of the building that contains it, or None if there is none either.
     """
 
     storey: int | None
     words: tuple[str, ...] = ()
     kind: str = ""
+    building: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -435,9 +437,13 @@ class Hole(Body):
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """What the levels are made from; ``named_openings``: the file has holes in its walls as elements."""
+    """What the levels are made from.
+
+    ``buildings`` are the step ids of its buildings. ``named_openings``: the file has holes in its walls as elements.
+    """
 
     schema: str
+    buildings: frozenset[int]
     storeys: tuple[Storey, ...]
     walls: tuple[Part, ...]
     loose: tuple[Part, ...]
@@ -457,11 +463,11 @@ def load_building(path: Path) -> Building:
     Raises
     ------
     Rejection
-        MISSING_FILE, EMPTY, UNREADABLE (garbage, truncated, ifcopenshell not installed) or NO_LEVEL (no storey).
+        MISSING_FILE, EMPTY, UNREADABLE (garbage, truncated, ifcopenshell not installed).
     """
     try:
         model, schema = open_model(path)
-        return _building(model, schema, path)
+        return _building(model, schema)
     except (MemoryError, Rejection):
         raise
     except Exception as error:
@@ -469,18 +475,16 @@ def load_building(path: Path) -> Building:
         raise Rejection("source", Reason.UNREADABLE, detail, "export the file again") from error
 
 
-def _building(model: Any, schema: str, path: Path) -> Building:
+def _building(model: Any, schema: str) -> Building:
     from ifcopenshell.util.unit import calculate_unit_scale
 
     metres = float(calculate_unit_scale(model))
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
-    if not storeys:
-        detail = f"{path.name} holds no IfcBuildingStorey"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "export the building with its storeys, or as a mesh")
     elements = elements_of(model)
     meshes = dict(_triangulate(model, elements.all()))
     return Building(
         schema=schema,
+        buildings=frozenset(int(each.id()) for each in model.by_type("IfcBuilding")),
         storeys=tuple(sorted(storeys, key=lambda s: (s.elevation_m, s.key))),
         walls=_parts(elements.walls, meshes),
         loose=_parts(elements.loose, meshes),
@@ -525,12 +529,18 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
 
 def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]:
     bodied = (each for each in sorted(elements, key=lambda each: each.id()) if each.id() in meshes)
-    return tuple(Part(meshes[each.id()], _storey_of(each), words_of(each), each.is_a()) for each in bodied)
+    return tuple(_part(each, meshes[each.id()]) for each in bodied)
 
 
-def _storey_of(element: Any) -> int | None:
-    storey = parent_of(element, "IfcBuildingStorey")
-    return int(storey.id()) if storey else None
+def _part(element: Any, mesh: Mesh) -> Part:
+    storey = _id_of_parent(element, "IfcBuildingStorey")
+    building = _id_of_parent(element, "IfcBuilding") if storey is None else None
+    return Part(mesh, storey, words_of(element), element.is_a(), building)
+
+
+def _id_of_parent(element: Any, kind: str) -> int | None:
+    parent = parent_of(element, kind)
+    return int(parent.id()) if parent else None
 
 
 def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:

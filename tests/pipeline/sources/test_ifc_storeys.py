@@ -118,3 +118,61 @@ def test_a_building_of_parapets_and_no_room_has_no_level(tmp_path):
     with pytest.raises(Rejection) as caught:
         list(ifc.read(next(ifc.find(str(house.write(tmp_path / "parapets.ifc"))))))
     assert caught.value.reason is Reason.NO_LEVEL
+
+
+class Unsorted:
+    """Two storeys of two rooms, each with a door, whose elements stand in a building or nowhere."""
+
+    def __init__(self, place: str, floor: float = 0.0) -> None:
+        self.house = TinyBuilding()
+        self.storeys = [self.house.storey("EG", 0.0)] if place == "one storey" else []
+        self.place = self.house.building if place == "building" else None
+        for k, names in enumerate((("Küche", "Wohnen"), ("Bad", "Schlafen"))):
+            self.add_storey(floor + 2.8 * k, names)
+
+    def add_storey(self, z: float, names: tuple[str, str]) -> None:
+        walls = self.house.walls_around(self.place, (0, 0, z - 0.2, 8, 6, z + 2.5))
+        self.house.opening(walls[0], (1, 0, z, 2, 0.2, z + 2.1), "IfcDoor")
+        inner = self.house.element("IfcWall", self.place, (4, 0.2, z, 4.2, 5.8, z + 2.5), "inner")
+        self.house.opening(inner, (4, 2, z, 4.2, 2.9, z + 2.1), "IfcDoor")
+        self.house.element("IfcSlab", self.place, (0, 0, z - 0.3, 8, 6, z), "slab")
+        for x, name in zip((0.2, 4.2), names, strict=True):
+            self.house.space(self.place, (x, 0.2, z, x + 3.6, 5.8, z + 2.5), "1", name)
+
+
+@pytest.mark.parametrize("place", ["building", "nowhere", "one storey"])
+def test_what_stands_in_no_storey_gets_those_of_its_heights(tmp_path, place):
+    path = Unsorted(place).house.write(tmp_path / "unsorted.ifc")
+    levels = list(ifc.read(next(ifc.find(str(path)))))
+    assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8])
+    assert [[room.words[0] for room in level.rooms] for level in levels] == [["Küche", "Wohnen"], ["Bad", "Schlafen"]]
+    assert [[opening.has_door for opening in level.openings] for level in levels] == [[True, True]] * 2
+    made = [level.provenance["storey"] for level in levels]
+    assert made == ["EG" if place == "one storey" else "at 0.00 m", "at 2.80 m"]
+    assert [level.guesses for level in levels] == [() if name == "EG" else ("levels",) for name in made]
+
+
+def test_without_spaces_the_feet_of_walls_give_the_storeys(tmp_path):
+    house = TinyBuilding()
+    for z in (0.0, 2.8):
+        house.walls_around(house.building, (0, 0, z, 8, 6, z + 2.5))
+        house.element("IfcSlab", house.building, (0, 0, z - 0.3, 8, 6, z), "slab")
+    levels = list(ifc.read(next(ifc.find(str(house.write(tmp_path / "walls.ifc"))))))
+    assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8])
+
+
+def test_a_stray_wall_of_a_sorted_house_makes_no_storey(tower, tmp_path):
+    tower.house.element("IfcWall", None, (9, 0, -0.3, 9.2, 6, 2.0), "garden wall")
+    tower.house.element("IfcWall", None, (0, 0, 2.8, 8, 0.2, 3.8), "parapet")
+    assert tower.floors(tmp_path) == [0.0]
+
+
+def test_two_buildings_without_storeys_keep_their_floors(tmp_path):
+    house = TinyBuilding()
+    other = house.add_building("Annex")
+    for building, x, z in ((house.building, 0.0, 0.0), (other, 20.0, 1.2)):
+        house.walls_around(building, (x, 0, z, x + 8, 6, z + 2.5))
+        house.space(building, (x + 0.2, 0.2, z, x + 7.8, 5.8, z + 2.5), "1", "Wohnen")
+    levels = list(ifc.read(next(ifc.find(str(house.write(tmp_path / "two.ifc"))))))
+    assert [level.frame.floor for level in levels] == pytest.approx([0.0, 1.2])
+    assert [len(level.rooms) for level in levels] == [1, 1]
