@@ -7,8 +7,10 @@ R1  A picture's colours are averaged, and transparent pixels are unknown. ``nega
 R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scale``, a cell darker than
     ``occupied_thresh`` is occupied, and one lighter than ``free_thresh`` is free. In between, it is unknown
     (``trinary``), or its occupancy grows linearly from 0 to 100 (``scale``).
-    A trinary picture of map_saver's three shades alone is what map_saver means by them: 205 is unknown. The
-    ``free_thresh`` of 0.25 that Nav2 wrote beside such pictures until 2025 would make it free.
+    In a trinary picture of map_saver's, 205 (darkness 0.196) is unknown, whatever ``free_thresh`` is: map_saver writes
+    it for unknown cells, and map_server would read it as free by the 0.25 that Nav2 wrote beside such pictures until
+    2025. A picture is map_saver's if it has white, and 205 is most of what is neither black nor white. The rest is
+    what people draw and erase.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
 R4  Without a ``map.yaml``, only what is nearly white is free, since programs draw unknown space in all kinds of grey.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
@@ -48,8 +50,9 @@ FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
 """R4: ``free_thresh`` of a picture alone."""
 SAVED_UNKNOWN: Final = 205
-SAVED_SHADES: Final = (0, SAVED_UNKNOWN, 254)
-"""The shades of map_saver: occupied, unknown and free."""
+"""The shade that map_saver writes for unknown cells, beside 0 and 254."""
+SAVED_SHARE: Final = 0.75
+"""R2: this share of the grey cells of map_saver's pictures is unknown, or more."""
 BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
@@ -88,6 +91,8 @@ class RobotMap:
         turns the grid counter-clockwise about this corner.
     name
         The name of the map, for messages.
+    unknown_shade
+        The shade of the picture that is unknown although its thresholds make it free (R2), or None.
 
     Raises
     ------
@@ -99,6 +104,7 @@ class RobotMap:
     resolution_m: float
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     name: str = "map"
+    unknown_shade: int | None = None
 
     def __post_init__(self) -> None:
         if self.occupancy.ndim != 2 or not self.occupancy.size:
@@ -195,7 +201,8 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
     size = _number(resolution, "resolution", file.name)
     if suffix == ".npy":
         return RobotMap(_from_array(file), size, name=file.name)
-    return RobotMap(shading.occupancy(_darkness(file), file.name), size, name=file.name)
+    cells, unknown_shade = shading.occupancy(_darkness(file), file.name)
+    return RobotMap(cells, size, name=file.name, unknown_shade=unknown_shade)
 
 
 def is_map_yaml(head: bytes) -> bool:
@@ -242,7 +249,8 @@ class _Shading:
     free: float = FREE_THRESH
     mode: str = "trinary"
 
-    def occupancy(self, pixels: tuple[npt.NDArray[np.uint8], Bools | None], name: str) -> Occupancy:
+    def occupancy(self, pixels: tuple[npt.NDArray[np.uint8], Bools | None], name: str) -> tuple[Occupancy, int | None]:
+        """Return the occupancy of pixels, and the shade that is unknown although the thresholds make it free."""
         if not (0.0 <= self.free <= self.occupied <= 1.0):
             found = f"free_thresh {self.free:g} and occupied_thresh {self.occupied:g}"
             raise MapError(
@@ -261,12 +269,23 @@ class _Shading:
             value[:] = between if self.mode == "scale" else UNKNOWN
             value[dark < self.free] = 0
             value[dark > self.occupied] = 100
-            if self.mode == "trinary" and not self.negate and np.isin(grey, SAVED_SHADES).all():  # R2
-                value[SAVED_UNKNOWN] = UNKNOWN
+        unknown_shade = None
+        if self.mode == "trinary" and not self.negate and value[SAVED_UNKNOWN] == 0 and _is_saved(grey):  # R2
+            value[SAVED_UNKNOWN], unknown_shade = UNKNOWN, SAVED_UNKNOWN
         cells: Occupancy = value[grey]
         if clear is not None:
             cells[clear] = UNKNOWN
-        return cells
+        return cells, unknown_shade
+
+
+def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:
+    """Whether a picture is map_saver's; R2."""
+    counts = np.bincount(grey.ravel(), minlength=256)
+    margin = int(255 * WHITE)
+    between = int(counts[margin + 1 : 255 - margin].sum())
+    return bool(
+        counts[255 - margin :].any() and counts[SAVED_UNKNOWN] > 0 and counts[SAVED_UNKNOWN] >= SAVED_SHARE * between
+    )
 
 
 def _from_yaml(file: Path) -> RobotMap:
@@ -285,16 +304,14 @@ def _from_yaml(file: Path) -> RobotMap:
     mode = str(document.get("mode", "trinary")).lower()
     if mode not in {"trinary", "scale", "raw"}:
         raise MapError(f"{file.name}: mode: expected trinary, scale or raw, found {mode[:40]!r}", "correct it")
-    shading = _Shading(
-        negate=_flag(document.get("negate", 0), file.name),
-        occupied=_number(document.get("occupied_thresh", OCCUPIED_THRESH), "occupied_thresh", file.name),
-        free=_number(document.get("free_thresh", FREE_THRESH), "free_thresh", file.name),
-        mode=mode,
-    )
+    occupied = _number(document.get("occupied_thresh", OCCUPIED_THRESH), "occupied_thresh", file.name)
+    free = document.get("free_thresh", min(FREE_THRESH, occupied))
+    negate = _flag(document.get("negate", 0), file.name)
+    shading = _Shading(negate, occupied, _number(free, "free_thresh", file.name), mode)
     resolution = _number(document["resolution"], "resolution", file.name)
     origin = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
-    cells = shading.occupancy(_darkness(picture), picture.name)
-    return RobotMap(cells, resolution, origin, file.name)
+    cells, unknown_shade = shading.occupancy(_darkness(picture), picture.name)
+    return RobotMap(cells, resolution, origin, file.name, unknown_shade)
 
 
 def _document(file: Path) -> Mapping[str, Any]:

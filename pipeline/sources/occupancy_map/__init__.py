@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -109,12 +109,14 @@ def _storey(found: RobotMap, name: str) -> Storey:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
     outlines, holes = _joined(slots, rooms)
-    unseen = _unseen(parts, found)
+    about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(_unseen(parts, found), 3)}
+    if found.unknown_shade is not None:
+        about["unknown_shade"] = found.unknown_shade
     return Storey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
         holes=tuple(holes),
         rooms=tuple(room("", outline) for outline in outlines),
-        about={"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)},
+        about=about,
     )
 
 

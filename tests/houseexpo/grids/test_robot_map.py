@@ -64,9 +64,36 @@ def test_the_unknown_cells_of_map_saver_stay_unknown_with_the_threshold_of_nav2(
     expected = [[0, -1, 100], [0, 0, -1]]
     for keys in ({"mode": "trinary", "free_thresh": 0.25}, {"free_thresh": 0.25}, {}):
         assert read_map(saved(tmp_path, shades=SAVED, **keys)).occupancy.tolist() == expected
-    other = np.array([[254, 205, 0], [254, 250, 205]], np.uint8)
-    assert read_map(saved(tmp_path, shades=other, free_thresh=0.25)).occupancy[0, 1] == 0
     assert read_map(saved(tmp_path, shades=SAVED, free_thresh=0.25, mode="scale")).occupancy[0, 1] == 0
+    assert read_map(saved(tmp_path, shades=SAVED, free_thresh=0.25)).unknown_shade == 205
+    assert read_map(saved(tmp_path, shades=SAVED)).unknown_shade is None  # by its threshold, not against it
+
+
+def test_a_few_cells_of_other_shades_do_not_make_the_unknown_cells_of_map_saver_free(tmp_path: Path) -> None:
+    """People erase with white (255) and draw with soft brushes; shades of all kinds are a map of another program."""
+    shades = np.full((60, 100), 205, np.uint8)
+    shades[10:50, 10:90], shades[10, 10:90] = 254, 0
+    shades[20, 20:25] = 255
+    shades[30, 20:60] = np.linspace(1, 253, 40)
+    found = read_map(saved(tmp_path, shades=shades, free_thresh=0.25))
+    assert (found.occupancy[shades == 205] == -1).all()
+    assert (found.free == ((shades > 255 * 0.75) & (shades != 205))).all()  # all other shades are read by the letter
+    shades[40:50, :40] = np.linspace(150, 240, 400).reshape(10, 40)
+    shades[:10], shades[50:] = 220, 190
+    mixed = read_map(saved(tmp_path, shades=shades, free_thresh=0.25))
+    assert mixed.free[shades == 205].all()
+    assert mixed.unknown_shade is None
+
+
+def test_a_threshold_that_is_missing_fits_the_other(tmp_path: Path) -> None:
+    """Old maps say occupied_thresh alone, and a low one."""
+    found = read_map(saved(tmp_path, shades=np.array([[255, 0]], np.uint8), occupied_thresh=0.05, free_thresh=None))
+    assert found.occupancy.tolist() == [[0, 100]]
+
+
+def test_a_picture_without_white_has_205_for_free(tmp_path: Path) -> None:
+    shades = np.array([[205, 205, 0]], np.uint8)
+    assert read_map(saved(tmp_path, shades=shades, free_thresh=0.25)).occupancy.tolist() == [[0, 0, 100]]
 
 
 def test_trinary_is_the_default(tmp_path: Path) -> None:

@@ -126,6 +126,17 @@ def test_unseen_space_is_a_guess(tmp_path: Path) -> None:
     assert plan.quality.score < sure.quality.score
 
 
+def test_unknown_space_of_a_retouched_map_is_no_room(tmp_path: Path) -> None:
+    """Nav2's threshold of 0.25 makes map_saver's 205 free by the letter; five cells were painted white."""
+    shades = two_rooms()
+    shades[20, 20:25] = 255
+    (plan,) = plans_of(saved(tmp_path, shades, free_thresh=0.25))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    assert plan.provenance["unknown_shade"] == UNSEEN
+    (plain,) = plans_of(saved(tmp_path, shades))
+    assert "unknown_shade" not in plain.provenance
+
+
 @pytest.mark.parametrize(
     ("keys", "reason", "said"),
     [
