@@ -7,7 +7,8 @@ R1  A room's outline is that of its cells, without the doorways, with straight w
 R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map shows none: there the way is an opening.
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
-R5  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
+R5  What lies outside of the house (``rooms``, R6) is no room. A way to it is an entrance, through the outer wall.
+R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOut, check_file, single_input
 from pipeline.sources.occupancy_map.rooms import Segmentation, Way, boxes_of, segment
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
-from pipeline.sources.tolerances import WALL_HEIGHT_M
+from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
 from pipeline.values import Input, Level
 
@@ -60,7 +61,7 @@ JAMB_M: Final = 0.1
 """A wall goes on at least so far beside a doorway."""
 GRID_M: Final = 1e-4
 UNSEEN: Final = 0.1
-"""R5: a plan of which more of the edges is unseen has a guess."""
+"""R6: a plan of which more of the edges is unseen has a guess."""
 UNSEEN_M: Final = 0.2
 _REASONS: Final = {
     "missing_file": Reason.MISSING_FILE,
@@ -105,10 +106,10 @@ def _storey(found: RobotMap, name: str) -> Storey:
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
     rooms = _outlines(parts, slots, height_m)
-    if not rooms:
+    if not rooms.keys() - parts.outside:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
-    outlines, holes = _joined(slots, rooms)
+    outlines, holes = _joined(slots, rooms, parts.outside)
     about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(_unseen(parts, found), 3)}
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
@@ -121,7 +122,7 @@ def _storey(found: RobotMap, name: str) -> Storey:
 
 
 def _guesses(level: Level) -> tuple[str, ...]:
-    """R5."""
+    """R6."""
     return ("unseen space",) if float(level.provenance["unseen_edge"]) > UNSEEN else ()
 
 
@@ -184,7 +185,8 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[
             raw[number] = outline
     straight = straighten(list(raw.values()), offset_m=STRAIGHT_M, angle_deg=ANGLE_DEG)
     found: dict[int, Polygon] = {}
-    for number, outline in sorted(zip(raw, straight, strict=True), key=lambda each: -each[1].area):
+    by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
+    for number, outline in by_size:
         near = [buffer_mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
         piece = _largest(left)
@@ -208,10 +210,12 @@ def _smooth(whole: BaseGeometry) -> BaseGeometry:
     return shapely.union_all(kept)
 
 
-def _joined(slots: list[_Slot], rooms: dict[int, Polygon]) -> tuple[list[Polygon], list[Hole]]:
-    """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1)."""
+def _joined(slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]) -> tuple[list[Polygon], list[Hole]]:
+    """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5)."""
     rooms, holes = dict(rooms), []
     for slot in slots:
+        if outside.issuperset(slot.rooms):
+            continue
         sides = [rooms[number] for number in slot.rooms if number in rooms]
         spans = [span for side in sides if (span := _reach(slot, side)) is not None]
         if len(spans) < 2:
@@ -225,8 +229,12 @@ def _joined(slots: list[_Slot], rooms: dict[int, Polygon]) -> tuple[list[Polygon
             step = slot.between(*span) if span[1] > span[0] else Polygon()
             whole = shapely.difference(shapely.union(rooms[number], step, grid_size=GRID_M), wall, grid_size=GRID_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area)
+        if first in outside:
+            low = high - OUTER_WALL_M - STEP_M  # R5: the wall that is put around the rooms, and a step out of it
+        elif second in outside:
+            high = low + OUTER_WALL_M + STEP_M
         holes.append(slot.hole(low, high))
-    return list(rooms.values()), holes
+    return [outline for number, outline in rooms.items() if number not in outside], holes
 
 
 def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
@@ -265,8 +273,9 @@ def _traced(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float
 
 
 def _unseen(parts: Segmentation, found: RobotMap) -> float:
-    """R5: return which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
-    rooms = parts.label_of_cells(found.occupancy.shape) > 0
+    """R6: return which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
+    label = parts.label_of_cells(found.occupancy.shape)
+    rooms = (label > 0) & ~np.isin(label, list(parts.outside))
     ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~found.free
     reach = 2 * round(UNSEEN_M / found.resolution_m) + 1
     near = cv2.dilate(found.occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)

@@ -10,6 +10,8 @@ R4  Where two rooms meet, the widest of the narrow places within APART_M of each
 R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
     the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
     or as thin as a wall.
+R6  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
+    the border is outside, unless all do.
 """
 
 from __future__ import annotations
@@ -34,6 +36,8 @@ THIN_M = 0.2
 LONGEST_M = 3.0
 MOST_CELLS = 4_000_000
 """Larger maps are divided into blocks of cells first."""
+MARGIN = 0.5
+"""R6: such a share of the border is free."""
 EDGE_SHARE = 0.1
 """Where a room's side is: this share of its rows or columns reach at least as far."""
 
@@ -52,13 +56,15 @@ class Way:
 class Segmentation:
     """The rooms of a map.
 
-    ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``ways`` join the rooms.
+    ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``ways`` join the rooms. The numbers in
+    ``outside`` are no rooms, but what lies outside of the house.
     """
 
     label: Labels
     ways: tuple[Way, ...]
     cell_m: float
     scale: int
+    outside: frozenset[int] = frozenset()
 
     def label_of_cells(self, shape: tuple[int, int]) -> Labels:
         """Return the labels of the map's own cells, where it has this shape."""
@@ -83,7 +89,17 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
     numbers = _numbered(_merged(basins), basins)
     label = numbers[basins.label].astype(np.int32)
     ways = _ways(numbers[basins.narrows.sides], basins.narrows)
-    return Segmentation(_filled(label, cell_m), ways, cell_m, scale)
+    outside = _outside(label, clear)
+    return Segmentation(_filled(label, cell_m, outside), ways, cell_m, scale, outside)
+
+
+def _outside(label: Labels, clear: Bools) -> frozenset[int]:
+    """Return the labels of what lies outside of the house; R6."""
+    sides = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
+    if np.concatenate([clear[side] for side in sides]).mean() < MARGIN:
+        return frozenset()
+    touching = frozenset(np.concatenate([label[side] for side in sides]).tolist()) - {0}
+    return touching if len(touching) < int(label.max(initial=0)) else frozenset()
 
 
 def _blocks(free: Bools, scale: int) -> Bools:
@@ -163,10 +179,12 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows) -> tuple[Way, ...]:
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
 
-def _filled(label: Labels, cell_m: float) -> Labels:
-    """R5: return the labels with furniture, and the direction of each room's walls."""
+def _filled(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
+    """R5: return the labels with furniture; nothing stands against a wall ``outside``."""
     filled = label.copy()
     for number, (rows, cols) in boxes_of(label):
+        if number in outside:
+            continue
         margin = round(2 * DEEPEST_M / cell_m) + 2
         top, left = max(rows.start - margin, 0), max(cols.start - margin, 0)
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]

@@ -126,6 +126,32 @@ def test_unseen_space_is_a_guess(tmp_path: Path) -> None:
     assert plan.quality.score < sure.quality.score
 
 
+def in_a_white_margin(shades: np.ndarray) -> np.ndarray:
+    """A map of which all that is unknown was painted white, with a margin of 2 m around it and a door of 0.9 m."""
+    wide = np.pad(np.where(shades == UNSEEN, FREE, shades), 40, constant_values=FREE)
+    wide[75:93, 45:52] = FREE  # through the left wall
+    return wide
+
+
+def test_a_white_margin_is_outside_and_its_doors_are_entrances(tmp_path: Path) -> None:
+    (plan,) = plans_of(saved(tmp_path, in_a_white_margin(two_rooms())))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    assert sorted(door.kind for door in plan.doors) == ["door", "entrance"]
+    assert [door.width for door in plan.doors] == pytest.approx([0.9, 0.9], abs=0.15)
+
+
+def test_a_room_at_the_border_of_a_cropped_map_stays_a_room(tmp_path: Path) -> None:
+    (plan,) = plans_of(saved(tmp_path, two_rooms()[10:, 10:]))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+
+
+def test_a_map_of_open_ground_is_one_space(tmp_path: Path) -> None:
+    """Without a house in it, there is nothing to be outside of."""
+    shades = np.full((80, 120), FREE, np.uint8)
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([24.0], rel=0.03)
+
+
 def test_unknown_space_of_a_retouched_map_is_no_room(tmp_path: Path) -> None:
     """Nav2's threshold of 0.25 makes map_saver's 205 free by the letter; five cells were painted white."""
     shades = two_rooms()
