@@ -77,13 +77,16 @@ class UnknownArgumentError(ConfigError, TypeError):
     """There is no such argument; a TypeError for programs that try arguments and do without those that are refused."""
 
 
-def check_options(kind: type, given: Iterable[str]) -> None:
-    """Raise UnknownArgumentError if an environment of this class does not have one of the given arguments."""
+def check_options(kind: type, given: Iterable[str], more: Iterable[str] = ()) -> None:
+    """Raise UnknownArgumentError if an environment of this class does not have one of the given arguments.
+
+    ``more`` are other arguments that it takes, to be named in the error.
+    """
     known = EnvOptions.__annotations__
     for name in given:
         if name not in known:
             own = (each for base in kind.__mro__ if "__init__" in vars(base) for each in signature(base).parameters)
-            takes = ", ".join(sorted({*known, *own} - {"self", "task", "args", "kwargs", "more", "options"}))
+            takes = ", ".join(sorted({*known, *own, *more} - {"self", "task", "args", "kwargs", "more", "options"}))
             advice = "; the id of an environment says which task it is" if name == "task" else ""
             raise UnknownArgumentError(
                 f"{kind.__name__}() got an unexpected keyword argument {name!r}{advice}; it takes {takes}"
@@ -166,12 +169,12 @@ class EnvSpec:
         """Return the space of one environment's observations."""
         config, several = self.config, self.kind == "scales"
         parts: dict[str, spaces.Space[Any]] = {
-            "map": self._image_space(channels_of(config, several=several), side_of(config))
+            "map": self.image_space(channels_of(config, several=several), side_of(config))
         }
         if self.complete:
             cells, reach = config.observation.global_cells, np.float32(config.laser.range_m)
             beams = len(self.params().sensor.fan_cos)
-            parts["global_map"] = self._image_space(1, cells)
+            parts["global_map"] = self.image_space(1, cells)
             parts["pose"] = spaces.Box(-_FAR_M, _FAR_M, (3,), np.float32)
             parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
         if config.goal and not several:
@@ -183,7 +186,8 @@ class EnvSpec:
             parts |= self.planner.spaces()
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
 
-    def _image_space(self, channels: int, side: int) -> spaces.Box:
+    def image_space(self, channels: int, side: int) -> spaces.Box:
+        """Return the space of square images in the configured layout."""
         shape = (channels, side, side) if self.layout == "CHW" else (side, side, channels)
         return spaces.Box(0, 255, shape, np.uint8)
 
@@ -244,9 +248,9 @@ class EnvSpec:
     def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None) -> Observation:
         """Return the observations of a pool of episodes, whose ``pictures`` have been drawn; ``MAPS`` are views."""
         shown = pictures.shown if pictures else episode.shown[:, None]
-        parts: dict[str, npt.NDArray[Any]] = {"map": self._in_layout(shown)}
+        parts: dict[str, npt.NDArray[Any]] = {"map": self.in_layout(shown)}
         if self.complete:
-            parts["global_map"] = self._in_layout(episode.overview[:, None])
+            parts["global_map"] = self.in_layout(episode.overview[:, None])
             parts["pose"] = metrics.since_start().astype(np.float32)
             parts["ranges"] = (episode.ranges * metrics.cell_m).astype(np.float32)
         if self.config.goal and self.kind != "scales":
@@ -257,7 +261,7 @@ class EnvSpec:
             parts |= self.planner.observe(episode, metrics)
         return parts if len(parts) > 1 else parts["map"]
 
-    def _in_layout(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    def in_layout(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return images (N, channels, rows, cols) in the configured layout."""
         return images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
 

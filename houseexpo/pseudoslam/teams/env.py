@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Literal, Unpack, get_args
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
@@ -13,68 +13,64 @@ from pettingzoo import ParallelEnv
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number, one_of, whole
+from houseexpo.pseudoslam.config.checks import whole
 from houseexpo.pseudoslam.envs.reset_options import Pose, pose_of
-from houseexpo.pseudoslam.envs.spec import MAPS, Actions, EnvOptions, Kind, Observation, check_options, make_env_spec
+from houseexpo.pseudoslam.envs.spec import (
+    MAPS,
+    Actions,
+    EnvOptions,
+    EnvSpec,
+    Kind,
+    Observation,
+    check_options,
+    make_env_spec,
+)
 from houseexpo.pseudoslam.kernels.step import STEP
-from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
-from houseexpo.pseudoslam.tasks import Exploration, ExplorationReward
+from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 _WANTED = np.full(1, STEP, np.uint8)
-Until = Literal["team", "robot", "report"]
 
 
 class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
-    """Robots that explore a house together: see ``houseexpo.pseudoslam.parallel_env``."""
-
-    metadata = {"name": "pseudoslam_exploration_v0", "render_modes": [], "is_parallelizable": True}  # noqa: RUF012
+    """Robots that do a task in a house together: see ``houseexpo.pseudoslam.parallel_env``."""
 
     def __init__(
         self,
+        task: TeamTask,
+        /,
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
         *,
         robots: int,
         radio: Radio,
-        until: Until = "team",
-        report_m: float = 1.0,
-        success_coverage: float | None = 0.95,
-        reward: ExplorationReward = "area",
         actions: Actions | None = None,
         observation: Kind = "map",
         **more: Unpack[EnvOptions],
     ) -> None:
-        whole(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
-        one_of(until, "until", get_args(Until))
-        number(report_m, "report_m", above=0.0)
-        if not isinstance(radio, Radio):
-            raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
-        if actions not in {None, "discrete", "continuous"}:
-            raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
-        if observation == "graph":
-            raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")
-        check_options(type(self), more)
-        self.task = Exploration(success_coverage, reward)
-        self._env_spec = make_env_spec(self.task, dataset, config, actions, observation, **more)
-        self.config, self.radio, self.until, self.report_m = self._env_spec.config, radio, until, report_m
-        if robots > 1 and self.config.trajectories:
-            raise ConfigError("trajectories: a team meets robots, people and obstacles; leave trajectories out")
-        if robots > 1 and self.config.known_map:
-            raise ConfigError("known_map: a team explores, so it cannot know the map; leave it out")
+        self.metadata = {
+            "name": f"pseudoslam_{task.name}_v0", "render_modes": [], "is_parallelizable": True
+        }  # fmt: skip
+        self.task, self.radio = task, radio
+        self._env_spec = make_team_spec(task, dataset, config, robots, radio, actions, observation, more, type(self))
+        self.config = self._env_spec.config
         self.render_mode = None
         self.possible_agents = [f"robot_{k}" for k in range(robots)]
         self.agents: list[str] = []
         self.action_spaces = {agent: self._env_spec.action_space() for agent in self.possible_agents}
-        self.observation_spaces = {agent: self._env_spec.observation_space() for agent in self.possible_agents}
+        self.observation_spaces = {
+            agent: observation_space_of(task, self._env_spec, robots) for agent in self.possible_agents
+        }
         self._pictures = self._env_spec.pictures(robots)
         one_each = (self._env_spec.pictures(1) for _ in range(robots))
         self._own_pictures = [pictures for pictures in one_each if pictures]
         self._rng: np.random.Generator | None = None
         self._team: Team | None = None
+        self._episode: TeamEpisode
         self._before: Metrics
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -91,6 +87,13 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         if self._team is None:
             raise ResetNeeded("call reset() before anything else")
         return self._team
+
+    @property
+    def episode(self) -> TeamEpisode:
+        """What the task keeps of this episode; raises ResetNeeded before the first reset."""
+        if self._team is None:
+            raise ResetNeeded("call reset() before anything else")
+        return self._episode
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -110,9 +113,11 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         self._team, self.agents = None, []
         world = self._env_spec.choice.draw(self._rng, given.get("plan_id"))
         self._team = Team(self._env_spec, world, len(self.possible_agents), self.radio, self._rng, starts)
+        house = self._env_spec.choice.house(world.plan_id) if self.task.house_matters else None
+        self._episode = self.task.begin(self._team, house)
         self.agents = list(self.possible_agents)
         now = self._before = self._team.metrics()
-        return self._observations(now), self._infos(now, self.task.success(now))
+        return self._observations(now), self._infos(now, success=self._episode.success(now))
 
     def step(
         self, actions: dict[str, Any]
@@ -131,35 +136,20 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         moves = np.concatenate([motion for motion, _ in found])
         ahead = np.concatenate([forward for _, forward in found])
         seen = team.step(moves)
-        rewards = self.task.rewards(self._before, seen, ahead, self.task.success(seen))
+        rewards = self._episode.step(self._before, seen, ahead)
         now = self._before = team.metrics()
-        success = self._success(now)
-        terminated, truncated = bool(success.any()), bool(now.truncated()[0])
+        terminated, truncated = self._episode.success(now), bool(now.truncated()[0])
         agents = self.agents
         answer = (
             self._observations(now),
             dict(zip(agents, rewards.tolist(), strict=True)),
             dict.fromkeys(agents, terminated),
             dict.fromkeys(agents, truncated),
-            self._infos(now, success),
+            self._infos(now, success=terminated),
         )
         if terminated or truncated:
             self.agents = []
         return answer
-
-    def _success(self, now: Metrics) -> Bools:
-        """Return for each robot whether the team's task is fulfilled."""
-        team, least = self.team, self.task.success_coverage
-        if least is None:
-            return np.zeros(len(team), bool)
-        if self.until == "team":
-            return np.full(len(team), team.coverage >= least)
-        found: Bools = now.coverage >= least
-        if self.until == "report":
-            starts = np.column_stack([now.readings["start_x"], now.readings["start_y"]])
-            away = np.hypot(*(now.pose_px[:, :2] - starts[0]).T)
-            found = found & (away <= self.report_m * self.config.pixels_per_metre)
-        return np.full(len(team), found.any())
 
     def _observations(self, now: Metrics) -> dict[str, Observation]:
         team, robots = self.team, len(self.team)
@@ -169,16 +159,18 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
                 pictures.draw(state.pool, state.sizes, _WANTED, constants, lambda draw: draw(0, 1))
                 self._pictures.shown[k] = pictures.shown[0]
         found = self._env_spec.observe(team.pool, now, self._pictures)
-        if isinstance(found, dict):
-            parts = {key: part.copy() if key in MAPS else part for key, part in found.items()}
+        more = self._episode.observe()
+        if more or isinstance(found, dict):
+            parts = found if isinstance(found, dict) else {"map": found}
+            parts = {key: part.copy() if key in MAPS else part for key, part in parts.items()} | more
             return {a: {key: part[k] for key, part in parts.items()} for k, a in enumerate(self.possible_agents)}
         copied = found.copy()
         return {self.possible_agents[k]: copied[k] for k in range(robots)}
 
-    def _infos(self, now: Metrics, success: Bools) -> dict[str, dict[str, Any]]:
+    def _infos(self, now: Metrics, *, success: bool) -> dict[str, dict[str, Any]]:
         team = self.team
-        report = self._env_spec.report(team.pool, now, success)
-        shared = {"plan_id": team.world.plan_id, "team": team.report()}
+        report = self._env_spec.report(team.pool, now, np.full(len(team), success))
+        shared = {"plan_id": team.world.plan_id, "team": team.report() | self._episode.report()}
         return {
             agent: {
                 **{key: value[k] if value.ndim > 1 else value[k].item() for key, value in report.items()},
@@ -187,6 +179,46 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             }
             for k, agent in enumerate(self.possible_agents)
         }
+
+
+def make_team_spec(  # noqa: PLR0917  # the arguments of an environment
+    task: TeamTask,
+    dataset: Plans,
+    config: SimulatorConfig | str | None,
+    robots: int,
+    radio: Radio,
+    actions: Actions | None,
+    observation: Kind,
+    more: EnvOptions,
+    kind: type,
+) -> EnvSpec:
+    """Return the specification of one robot's environment; raise ConfigError if an argument is invalid for a team.
+
+    ``kind`` is the class that takes the arguments.
+    """
+    whole(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
+    if not isinstance(radio, Radio):
+        raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
+    if actions not in {None, "discrete", "continuous"}:
+        raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
+    if observation == "graph":
+        raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")
+    check_options(kind, more, task.options())
+    spec = make_env_spec(task.single, dataset, config, actions, observation, **more)
+    if robots > 1 and spec.config.trajectories:
+        raise ConfigError("trajectories: a team meets robots, people and obstacles; leave trajectories out")
+    if robots > 1 and spec.config.known_map and not task.knows_map:
+        raise ConfigError(f"known_map: a team cannot know the map in the task {task.name!r}; leave it out")
+    return spec
+
+
+def observation_space_of(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
+    """Return the space of a robot's observations: those of one robot, and the task's parts."""
+    found, more = spec.observation_space(), task.spaces(spec, robots)
+    if not more:
+        return found
+    parts = dict(found.spaces) if isinstance(found, spaces.Dict) else {"map": found}
+    return spaces.Dict(parts | more)
 
 
 def _starts(poses: object, robots: int) -> Sequence[Pose | None]:

@@ -155,7 +155,7 @@ class Team:
                 continue
             first = self.states[0]
             occupied = first.occupied.copy()
-            stamp(occupied, self._places(), self.radius_px)
+            stamp(occupied, self.places_px(), self.radius_px)
             occupied.flags.writeable = False
             world = replace(self.world, occupied=occupied)
             try:
@@ -170,6 +170,8 @@ class Team:
                 ) from error
             state.observable_cells, state.obstacles = first.observable_cells, first.obstacles
             state.episode.observable[:] = first.episode.observable
+            if config.known_map:  # without the robots before it
+                state.episode.known[:] = first.episode.known
             self.states.append(state)
         if robots > 1:  # a clock says that something moves, so that scans do not rely on the map
             for k, state in enumerate(self.states):
@@ -178,7 +180,7 @@ class Team:
 
     def _check_start(self, number: int, start: Pose | None) -> None:
         """Raise ConfigError if a start overlaps an earlier robot's."""
-        for other, place in enumerate(self._places() if start is not None else ()):
+        for other, place in enumerate(self.places_px() if start is not None else ()):
             x, y = self.world.frame.points_from_pixels(place).tolist()
             least = 2.0 * self.spec.config.robot.radius_m
             if start is not None and math.hypot(start[0] - x, start[1] - y) < least:
@@ -197,7 +199,8 @@ class Team:
             self.states[k] = replace(state, episode=state.episode._replace(**rows))
         return self.states[0].episode._replace(**shared)
 
-    def _places(self) -> Floats:
+    def places_px(self) -> Floats:
+        """Return the robots' places (n, 2), pixels, as a new array."""
         return np.array([state.pose_px[:2] for state in self.states]).reshape(-1, 2)
 
     def metrics(self) -> Metrics:
@@ -283,7 +286,7 @@ class Team:
         """Let the robots that hear each other exchange their maps, each what it had before."""
         if len(self) == 1:
             return
-        self.heard = self.radio.hears(self.walls, self._places(), 1.0 / self.ppm, self.fading_db)
+        self.heard = self.radio.hears(self.walls, self.places_px(), 1.0 / self.ppm, self.fading_db)
         if self.radio.relative_poses == "met":
             self._meet()
         counts = self.pool.counts[:, 0]
@@ -305,7 +308,7 @@ class Team:
 
     def _meet(self) -> None:
         """Measure the transformation between the maps of robots that see each other."""
-        places, reach = self._places(), self.params.sensor.range_px
+        places, reach = self.places_px(), self.params.sensor.range_px
         for i in range(len(self)):
             for j in range(i):
                 near = math.hypot(*(places[i] - places[j]).tolist()) <= reach
