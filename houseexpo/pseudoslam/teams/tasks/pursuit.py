@@ -129,7 +129,7 @@ class PursuitEpisode(TeamEpisode):
         del before, ahead
         free = ~self.caught
         new = self._look()
-        sees_free = (self.sees & free).any(axis=1)
+        sees_free: Bools = np.asarray((self.sees & free).any(axis=1))
         self._in_sight += bool(sees_free.any())
         rewards = np.full(len(self.team), new / max(len(self.caught), 1))
         if self._task.reward == "sight":
@@ -144,8 +144,7 @@ class PursuitEpisode(TeamEpisode):
     def told(self) -> Bools:
         """Return whom each robot knows of (n, P): whom it sees, and whom those that it hears see."""
         heard = self.team.heard | np.eye(len(self.team), dtype=bool)
-        found: Bools = (heard[:, :, None] & self.sees[None]).any(axis=1)
-        return found
+        return np.asarray((heard[:, :, None] & self.sees[None]).any(axis=1))
 
     def observe(self) -> dict[str, Array]:
         """Return the places of the people."""

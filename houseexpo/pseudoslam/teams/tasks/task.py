@@ -119,7 +119,8 @@ def in_view(team: Team, robot: int, places_px: Floats) -> Bools:
     pose = team.states[robot].pose_px
     near = relative_m(pose, places_px, 1.0)
     sensor = team.params.sensor
-    found = (np.hypot(*near.T) <= sensor.range_px) & (np.abs(np.arctan2(near[:, 1], near[:, 0])) <= sensor.half_fov)
+    found: Bools = np.hypot(*near.T) <= sensor.range_px
+    found &= np.abs(np.arctan2(near[:, 1], near[:, 0])) <= sensor.half_fov
     for k in np.flatnonzero(found).tolist():
         found[k] = is_in_sight(team, pose[:2], places_px[k])
     return found
