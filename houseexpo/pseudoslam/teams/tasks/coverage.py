@@ -118,9 +118,9 @@ class CoverageEpisode(TeamEpisode):
     def _cover(self) -> Floats:
         """Sweep the ways since the last call; return how many cells each robot was the first to cover (n,)."""
         places, found = self.team.places_px(), np.zeros(len(self.team))
-        for k, (was, now) in enumerate(zip(self._places.tolist(), places.tolist(), strict=True)):
+        for k, (x, y, to_x, to_y) in enumerate(np.hstack([self._places, places]).tolist()):
             under = np.zeros_like(self.todo)
-            sweep(self.team.walls, *was, *now, self.radius_px, self._cells, under)
+            sweep(self.team.walls, x, y, to_x, to_y, self.radius_px, self._cells, under)
             self._passes += int(np.count_nonzero(under > self._under[k]))
             found[k] = np.count_nonzero(under & self.todo)
             self.todo[under != 0] = 0

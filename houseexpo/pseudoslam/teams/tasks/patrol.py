@@ -118,7 +118,8 @@ class PatrolEpisode(TeamEpisode):
     def _where(self) -> npt.NDArray[np.int64]:
         """Return the index of the place in which each robot is (n,), -1 for none."""
         cols, rows = self.team.places_px().astype(np.int64).T
-        return self.labels[rows, cols].astype(np.int64) - 1
+        found: npt.NDArray[np.int64] = self.labels[rows, cols].astype(np.int64) - 1
+        return found
 
     def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
         """Return the idleness removed, or minus the mean idleness (n,)."""
