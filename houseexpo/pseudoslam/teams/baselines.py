@@ -229,7 +229,7 @@ class Covering(Baseline):
         for share in (0.6, 1.0):
             side = 2 * int(share * self._episode.radius_px) + 1
             disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-            cells = np.flatnonzero(cv2.dilate(self._episode.todo, disc).ravel() & (ways < NO_WAY))
+            cells = np.flatnonzero((cv2.dilate(self._episode.todo, disc).ravel() != 0) & (ways < NO_WAY))
             if not len(cells):
                 continue
             rows, cols = np.divmod(cells, self._episode.todo.shape[1])
