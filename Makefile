@@ -93,7 +93,7 @@ results: learn ## run all policies of the leaderboard on its plans, with PLANS=5
 	    --out docs/leaderboard/$$id-$$name.json || exit; done
 
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
-	@$(BIN)/houseexpo benchmark compare docs/leaderboard --title Leaderboard --out docs/leaderboard.md --replace
+	@$(BIN)/houseexpo benchmark compare docs/leaderboard --curves --title Leaderboard --out docs/leaderboard.md --replace
 
 test: setup ## run the quick tests (3 to 5 minutes on two cores, kernels compiled)
 	@$(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile

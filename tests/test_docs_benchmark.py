@@ -14,6 +14,7 @@ from houseexpo.dataset.fetch import folder_of
 from houseexpo.pseudoslam.agents.loading import NAMES
 from houseexpo.pseudoslam.benchmark.cases import ids_sha256, written_ids
 from houseexpo.pseudoslam.benchmark.comparison import read_results
+from houseexpo.pseudoslam.benchmark.map_curves import map_panels
 from houseexpo.pseudoslam.benchmark.tables import markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
 from tests.builders.vectors import hut
@@ -66,8 +67,16 @@ def test_the_leaderboard_is_made_from_the_results() -> None:
         for each in found
         for over, _ in each.track.curves
     }
-    assert page == markdown(found, "Leaderboard", pictures)
-    assert all((ROOT / "docs" / picture).is_file() for picture in pictures.values())
+    of_maps = {
+        each.track.id: [
+            (about, f"leaderboard/{each.track.id}-maps-{number}.svg")
+            for number, (about, _) in enumerate(map_panels(each), start=1)
+        ]
+        for each in found
+    }
+    assert page == markdown(found, "Leaderboard", pictures, of_maps)
+    linked = {*pictures.values(), *(link for links in of_maps.values() for _, link in links)}
+    assert linked == {f"leaderboard/{file.name}" for file in RESULTS.glob("*.svg")}
 
 
 def test_the_results_are_of_the_plans_that_are_written_down() -> None:

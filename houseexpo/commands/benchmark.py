@@ -63,6 +63,14 @@ def run(
         int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
     ] = None,
     decision_limit: Annotated[float, typer.Option(min=0.001, help="Time limit of an action, seconds.")] = 60.0,
+    prediction: Annotated[
+        str | None,
+        typer.Option(
+            help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid or lines.",
+            show_default="none",
+            autocompletion=offering("policy", "free", "solid", "lines"),
+        ),
+    ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Run a policy in fixed plans from fixed starts, and write the result.
@@ -81,7 +89,7 @@ def run(
 
     _check_out(out)
     wanted = track_of(track)
-    settings = Settings(split, plans, seed, workers or cores(), decision_limit)
+    settings = Settings(split, plans, seed, workers or cores(), decision_limit, prediction or "")
     with Output(out, [dataset, maps], replace=replace):  # check before hours of work
         houses: Dataset | list[MapHouse] | None = None
         if maps is not None:
@@ -101,6 +109,9 @@ def compare(
         Path | None, typer.Option(help="A page with curves (.html), or the tables (.md).", show_default=False)
     ] = None,
     title: Annotated[str, typer.Option(help="Heading of the page.")] = "Policies compared",
+    curves: Annotated[
+        bool, typer.Option("--curves", help="Also draw coverage over metres for each map, on tracks of maps.")
+    ] = False,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Compare results in a table for each track; they must be for the same plans."""
@@ -112,10 +123,12 @@ def compare(
     if out is not None:
         check_name(out)
         _check_folder(out)
+    elif curves:
+        raise ConfigError("--curves: expected a page to draw them on, found none; name one with --out")
     _print(results)
     if out is not None:
         with Output(out, (each for each in results if each.is_file()), replace=replace) as output:
-            write_comparison(read_results(results), out, title, output.write)
+            write_comparison(read_results(results), out, title, output.write, each_map=curves)
         print_named(console(), "written", str(out))
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
 SERIES: Final = tuple(f"#0101{number:02d}" for number in range(10, 22))
@@ -65,13 +66,20 @@ _STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
 @contextmanager
 def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
     """Yield axes of this size in inches, and a buffer that holds their SVG when the context ends."""
+    with figure_of(size) as (figure, out):
+        yield figure.subplots(), out
+
+
+@contextmanager
+def figure_of(size: tuple[float, float]) -> Iterator[tuple[Figure, io.StringIO]]:
+    """Yield an empty figure of this size in inches, and a buffer that holds its SVG when the context ends."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     out = io.StringIO()
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=size, layout="constrained")
-        yield figure.subplots(), out
+        yield figure, out
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
 
 

@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric
+from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds, holm, paired_p
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, track_of
@@ -40,9 +41,18 @@ class Entry:
         """The name of the row."""
         policy = self.results[0].policy
         if len(self.results) > 1:
-            return f"{policy.family} ({counted(len(self.results), 'training')})"
+            return f"{policy.family} ({counted(len(self.results), 'training')}){self._predicts}"
         seed = f", seed {policy.seed}" if policy.seed else ""
-        return f"{policy.name}{seed}"
+        return f"{policy.name}{seed}{self._predicts}"
+
+    @property
+    def prediction(self) -> str:
+        """The name of the predicted map that was scored, "" for none."""
+        return self.results[0].policy.prediction or ""
+
+    @property
+    def _predicts(self) -> str:
+        return f", prediction {self.prediction}" if self.prediction else ""
 
     @property
     def sees_truth(self) -> bool:
@@ -59,6 +69,10 @@ class Entry:
     def columns(self, key: str) -> list[Column]:
         """Return the values of all episodes, for each seed."""
         return [one.column(key) for one in self.results]
+
+    def has_curve(self, over: str) -> bool:
+        """Whether the results have curves over steps or metres; those of earlier versions may lack them."""
+        return all(over in one.curves for one in self.results)
 
     def curve(self, over: str) -> Curve:
         """Return the mean of the seeds' curves; its band covers all of theirs."""
@@ -88,6 +102,8 @@ class Compared:
                     less = Metric(_LESS + metric.key, f"less {BASELINE}'s", metric.unit, metric.better)
                     found[metric.table] += [less, Metric(_P + metric.key, "p, Holm", "p", "low")]
         tables = [tuple(metrics) for metrics in found.values()]
+        if any(entry.prediction for entry in self.entries):
+            tables.append(prediction_metrics(self.track.budgets_m))
         return [tables[0] + self._shares(), *tables[1:]]
 
     def value(self, entry: Entry, metric: Metric) -> Estimate:
@@ -98,6 +114,8 @@ class Compared:
             return self._p(entry, metric.key.removeprefix(_P))
         if metric.key.startswith(_SHARE):
             return self._share(entry, metric.key.removeprefix(_SHARE))
+        if metric.table == TABLE and not entry.prediction:
+            return Estimate(None, None, None, 0)
         if len(entry.results) == 1:
             return entry.results[0].summary[metric.key]
         return estimate_seeds(entry.columns(metric.key))
@@ -227,7 +245,8 @@ def _grouped(results: Sequence[Result]) -> list[tuple[Result, ...]]:
     groups: dict[tuple[Any, ...], list[Result]] = {}
     for number, result in enumerate(results):
         policy = result.policy
-        seeds = {other.policy.training_seed for other in groups.get((policy.family,), ())}
+        family = (policy.family, policy.prediction or "")
+        seeds = {other.policy.training_seed for other in groups.get(family, ())}
         is_one_more = policy.family and policy.training_seed not in seeds
-        groups.setdefault((policy.family,) if is_one_more else ("", number), []).append(result)
+        groups.setdefault(family if is_one_more else ("", number), []).append(result)
     return [tuple(sorted(group, key=lambda one: one.policy.training_seed or 0)) for group in groups.values()]

@@ -16,9 +16,18 @@ from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 from houseexpo.pseudoslam.benchmark.player import Player, PlayerError
+from houseexpo.pseudoslam.benchmark.prediction import (
+    OF_POLICY,
+    PREDICTORS,
+    Grid,
+    Scoring,
+    check_prediction,
+    predictor_of,
+)
 from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
+from houseexpo.pseudoslam.kernels.collision import STATIC
 
 Answer = TypeVar("Answer")
 Note = Callable[[int], None]
@@ -54,6 +63,8 @@ class Runner:
         The seed of the policy; each episode derives its own seed from it and from the case's.
     player
         The process of the policy, if it is not in this one.
+    prediction
+        The predicted map that is scored (``prediction``): "policy", or one of ``PREDICTORS``; "" for none.
     """
 
     def __init__(
@@ -63,8 +74,13 @@ class Runner:
         plans: Houses,
         policy_seed: int = 0,
         player: Player | None = None,
+        *,
+        prediction: str = "",
     ) -> None:
         self.track, self.policy, self.policy_seed, self.player = track, policy, policy_seed, player
+        self.prediction = prediction
+        if prediction:
+            check_prediction(prediction)
         self.env: PseudoSlamEnv = track.environment(plans, policy.interface)
 
     def run(self, case: Case, note: Note = lambda _: None) -> Outcome:
@@ -81,16 +97,19 @@ class Runner:
             The policy raised an exception or returned an invalid action.
         """
         took: list[float] = []
-        trace = self.trace(case, note, took)
+        scoring = self._scoring() if self.prediction else None
+        trace = self.trace(case, note, took, scoring)
         values = {**self.track.measure(trace), "steps": trace.steps[-1], "metres": trace.metres[-1]}
+        if scoring is not None:
+            values |= self._asked(case, int(trace.steps[-1]), scoring.values)
         if self.track.task == "exploration":
             values["coverage"] = trace.coverage[-1]
         curves = {over: trace.coverage_at(over, places(most)).tolist() for over, most in self.track.curves}
         rounded = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in values.items()}
         return Outcome(case, rounded, curves, np.array(took, np.float32))
 
-    def trace(self, case: Case, note: Note, took: list[float]) -> Trace:
-        """Run one episode, and append the time of each decision to ``took``, milliseconds."""
+    def trace(self, case: Case, note: Note, took: list[float], scoring: Scoring | None = None) -> Trace:
+        """Run one episode, append the time of each decision to ``took``, milliseconds, and score predicted maps."""
         env, trace = self.env, Trace()
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
         self._add(trace, case, info, 0.0)
@@ -100,6 +119,11 @@ class Runner:
         policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
             raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
+        if scoring is not None:
+            scoring.occupied = (env.state.occupied & STATIC).astype(np.uint8)
+            if self.prediction == OF_POLICY:
+                scoring.predict = self._predict_of(policy)
+            scoring.add(0.0, knowledge_of(env.simulator, env.state))
         for step in range(env.config.max_steps):  # a limit also for actions that take no step
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
@@ -113,9 +137,31 @@ class Runner:
                 return trace
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)
+            if scoring is not None:
+                self._asked(case, step, lambda: scoring.add(trace.metres[-1], knowledge_of(env.simulator, env.state)))
             if terminated or truncated:
                 break
         return trace
+
+    def _scoring(self) -> Scoring:
+        """Return the scoring of the predictions of one episode, which gets its truth when the episode begins."""
+        if not self.track.budgets_m:
+            raise ConfigError(
+                f"--prediction: track {self.track.id} has no budget of metres, after which a prediction is scored; "
+                "choose budget, large, noisy, people or kth"
+            )
+        name = PREDICTORS[0] if self.prediction == OF_POLICY else self.prediction
+        of_map = predictor_of(name, self.env.config.pixels_per_metre)
+        return Scoring(lambda info: of_map(info["map"]), np.zeros((1, 1), np.uint8), self.track.budgets_m)
+
+    def _predict_of(self, policy: Any) -> Callable[[Any], Grid]:
+        found: Callable[[Any], Grid] | None = getattr(policy, "predicted_map", None)
+        if found is None:
+            raise ConfigError(
+                f"--prediction {OF_POLICY}: expected policy {self.policy.name!r} to have a method predicted_map(info), "
+                f"found none; choose one of {', '.join(PREDICTORS)}"
+            )
+        return found
 
     def _add(self, trace: Trace, case: Case, info: dict[str, Any], reward: float) -> None:
         state = self.env.state

@@ -14,6 +14,7 @@ from houseexpo.drawing.plots import SERIES, axes_of, svg_alone, svg_of
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
 from houseexpo.pseudoslam.benchmark.comparison import Compared
+from houseexpo.pseudoslam.benchmark.map_curves import map_panels
 from houseexpo.pseudoslam.benchmark.tables import ABOUT, HEADING, facts, heads, markdown, row, title
 
 if TYPE_CHECKING:
@@ -43,11 +44,16 @@ def write_comparison(
     file: Path,
     heading: str = HEADING,
     write: Callable[[Path, bytes], object] = write_whole,
+    *,
+    each_map: bool = False,
 ) -> None:
-    """Write a comparison as HTML or Markdown, by the extension; curves of ``page.md`` are in a folder ``page``."""
+    """Write a comparison as HTML or Markdown, by the extension; curves of ``page.md`` are in a folder ``page``.
+
+    With ``each_map`` the page also has the curves on each map (``map_curves``).
+    """
     check_name(file)
     if file.suffix == ".html":
-        write(file, page(found, heading).encode())
+        write(file, page(found, heading, each_map=each_map).encode())
         return
     pictures = {}
     for compared in found:
@@ -59,11 +65,18 @@ def write_comparison(
                 axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the lines
             write(picture, svg_alone(out).encode())
             pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
-    write(file, markdown(found, heading, pictures).encode())
+    more: dict[str, list[tuple[str, str]]] = {}
+    for compared in found if each_map else ():
+        for number, (about, out) in enumerate(map_panels(compared), start=1):
+            picture = file.with_suffix("") / f"{compared.track.id}-maps-{number}.svg"
+            picture.parent.mkdir(exist_ok=True)
+            write(picture, svg_alone(out).encode())
+            more.setdefault(compared.track.id, []).append((about, f"{picture.parent.name}/{picture.name}"))
+    write(file, markdown(found, heading, pictures, more).encode())
 
 
-def page(found: Sequence[Compared], heading: str = HEADING) -> str:
-    """Return the page."""
+def page(found: Sequence[Compared], heading: str = HEADING, *, each_map: bool = False) -> str:
+    """Return the page; ``each_map`` as in ``write_comparison``."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -73,7 +86,13 @@ def page(found: Sequence[Compared], heading: str = HEADING) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    sections = [(each, facts(each), list(_tables(each)), _legend(each), list(_curves(each))) for each in found]
+    sections = [
+        (
+            *(each, facts(each), list(_tables(each)), _legend(each), list(_curves(each))),
+            [(about, svg_of(out)) for about, out in map_panels(each)] if each_map else [],
+        )
+        for each in found
+    ]
     return environment.get_template("page.html.j2").render(sections=sections, heading=heading, about=ABOUT)
 
 
@@ -98,11 +117,13 @@ def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
 def _draw(axes: Axes, compared: Compared, over: str) -> None:
     """Draw the curves of all rows, with their bands."""
     for number, entry in enumerate(compared.entries):
+        if not entry.has_curve(over):
+            continue
         curve, colour = entry.curve(over), SERIES[number % len(SERIES)]
         low, mean, high = ([100 * value for value in part] for part in (curve.low, curve.mean, curve.high))
         axes.fill_between(curve.at, low, high, color=colour, alpha=0.18, linewidth=0)
         axes.plot(curve.at, mean, color=colour, linewidth=1.8, label=title(entry))
-    axes.set_xlim(0, curve.at[-1])
+    axes.set_xlim(0, dict(compared.track.curves)[over])
     axes.set_ylim(0, 100)
     axes.yaxis.set_major_formatter("{x:.0f}%")
     axes.set_xlabel(over)

@@ -7,6 +7,7 @@ R2  It gets the robot at the start of an episode, and an observation and the rob
 R3  Its answers are JSON of at most ``LONGEST_ANSWER`` bytes: nothing that it sends is executed.
 R4  It ends with the process that started it.
 R5  It says when it compiles kernels, so that this does not count as time of the policy, up to ``COMPILING_S``.
+R6  A predicted map, where the benchmark asks for one, comes back through the same memory, with its shape as JSON.
 
 A policy can still read and write files as the user who runs the benchmark, and use the network. The benchmark keeps
 honest policies from an accident and makes cheating deliberate; for strangers' code, use a container.
@@ -36,6 +37,7 @@ from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, Training
+from houseexpo.pseudoslam.benchmark.prediction import Grid, checked_map
 from houseexpo.pseudoslam.config import ObservationConfig
 from houseexpo.pseudoslam.kernels.compiling import on_compiling
 
@@ -123,6 +125,14 @@ class Player:
             raise PlayerError(str(said["failed"]))
         return said
 
+    def predicted_map(self, info: Knowledge) -> Grid:
+        """Return the map (rows, cols) that the policy predicts; raise PlayerError if there is none (R6)."""
+        shape = self.ask("predict", info).get("shape")
+        if shape != list(info["map"].shape):
+            raise PlayerError(f"predicted_map: expected an array of shape {info['map'].shape}, found {shape}")
+        rows, cols = info["map"].shape
+        return np.frombuffer(self._shared, np.uint8, rows * cols).reshape(rows, cols).copy()
+
     def _described(self) -> NamedPolicy:
         said = self._answer()
         if "refused" in said:
@@ -191,6 +201,10 @@ class _Policy:
         self.took_ms = float(took) if isinstance(took, int | float) else 0.0
         action = said.get("action")
         return np.array(action) if isinstance(action, list) else action
+
+    def predicted_map(self, info: Knowledge) -> Grid:
+        """Return the policy's prediction; raise PlayerError if it makes none, or it is no map."""
+        return self._player.predicted_map(info)
 
 
 def _named(said: dict[str, Any], player: Player) -> NamedPolicy:
@@ -291,12 +305,28 @@ def serve(descriptor: int, memory: int) -> None:
                         continue
                     _say(pipe)
                     continue
+                if kind == "predict":
+                    _say(pipe, **_prediction(policy, question[0], shared))
+                    continue
                 action = policy(*question)
             except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a policy raises is told
                 _say(pipe, failed=f"it raised {raised(error, __file__)}")
                 continue
             ms = 1000 * (time.perf_counter() - start)
             _say(pipe, action=_plain(action), decided=bool(getattr(policy, "decided", True)), ms=ms)
+
+
+def _prediction(policy: Any, info: Knowledge, memory: mmap.mmap) -> dict[str, Any]:
+    """Write a policy's predicted map to the shared memory, and return the answer (R6)."""
+    predict = getattr(policy, "predicted_map", None)
+    if predict is None:
+        return {"failed": "expected a method predicted_map(info), found none; choose another --prediction"}
+    shape = info["map"].shape
+    found = checked_map(predict(info), shape)
+    if found.size > SHARED_BYTES:
+        return {"failed": f"predicted_map: a map of {found.size:,} cells is too large to be passed on"}
+    np.frombuffer(memory, np.uint8, found.size)[:] = found.ravel()
+    return {"shape": shape}
 
 
 def _described(named: NamedPolicy) -> dict[str, Any]:

@@ -16,13 +16,15 @@ import msgspec
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
+from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, means
 from houseexpo.pseudoslam.benchmark.tracks import Track
 
 FORMAT: Final = "houseexpo benchmark 1"
-_SHARES: Final = ("coverage", "area_", "reached_", "spl", "success")
+_SHARES: Final = ("coverage", "area_", "reached_", "spl", "success", "iou")
 _COUNTS: Final = ("steps", "metres", "collisions")
 _ROUNDED: Final = 1e-4
+CURVE_DIGITS: Final = 4
 _SLACK: Final = 1.05
 Column = list[float | None]
 
@@ -31,6 +33,7 @@ class PolicyRecord(msgspec.Struct, frozen=True):
     """The policy: its name, its origin, the hash of that file, its seed, and whether it sees the truth.
 
     A trained policy also has its family and the seed of its training; results of one family are one row of a table.
+    With ``--prediction``, ``prediction`` names the predicted map that was scored.
     """
 
     name: str
@@ -42,6 +45,7 @@ class PolicyRecord(msgspec.Struct, frozen=True):
     observation: str
     family: str = ""
     training_seed: int | None = None
+    prediction: str | msgspec.UnsetType = msgspec.UNSET
 
 
 class PlansRecord(msgspec.Struct, frozen=True):
@@ -72,7 +76,10 @@ class Times(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """The output of ``houseexpo benchmark run``; ``episodes`` has a column for each value, in the plans' order."""
+    """The output of ``houseexpo benchmark run``; ``episodes`` has a column for each value, in the plans' order.
+
+    On tracks of maps, ``map_curves`` has the coverage of each episode at the places of ``curves``.
+    """
 
     format: str
     track: dict[str, Any]
@@ -83,6 +90,7 @@ class Result(msgspec.Struct, frozen=True):
     curves: dict[str, Curve]
     episodes: dict[str, Any]
     times: Times
+    map_curves: dict[str, list[list[float]]] | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def track_id(self) -> str:
@@ -96,7 +104,12 @@ class Result(msgspec.Struct, frozen=True):
 
 def summary_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, Estimate]:
     """Return the mean of each metric over plans, with its interval."""
-    return {metric.key: estimate([each.values[metric.key] for each in outcomes]) for metric in track.metrics}
+    metrics = [*track.metrics, *prediction_metrics(track.budgets_m)]
+    return {
+        metric.key: estimate([each.values[metric.key] for each in outcomes])
+        for metric in metrics
+        if metric.table != TABLE or metric.key in outcomes[0].values
+    }
 
 
 def curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, Curve]:
@@ -106,6 +119,14 @@ def curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, Curve]:
         mean, low, high = means(_matrix([each.curves[over] for each in outcomes]))
         found[over] = Curve(places(most).tolist(), mean.tolist(), low.tolist(), high.tolist())
     return found
+
+
+def map_curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, list[list[float]]]:
+    """Return the curves of each episode, rounded."""
+    return {
+        over: [[round(value, CURVE_DIGITS) for value in each.curves[over]] for each in outcomes]
+        for over, _ in track.curves
+    }
 
 
 def episodes_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
+import msgspec
 import numpy as np
 
 from houseexpo import __version__
@@ -32,6 +33,7 @@ from houseexpo.pseudoslam.benchmark.cases import (
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
 from houseexpo.pseudoslam.benchmark.maps import map_cases
 from houseexpo.pseudoslam.benchmark.player import Player
+from houseexpo.pseudoslam.benchmark.prediction import check_prediction
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, track_of
 from houseexpo.pseudoslam.tasks import ROOM
@@ -54,6 +56,8 @@ class Settings:
         Number of processes.
     decision_limit_s
         Time limit of an action of the policy, seconds.
+    prediction
+        The predicted map that is scored, as for ``Runner``; "" for none.
     """
 
     split: str = "test"
@@ -61,6 +65,7 @@ class Settings:
     seed: int = 0
     workers: int = 1
     decision_limit_s: float = 60.0
+    prediction: str = ""
 
 
 def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, settings: Settings) -> results.Result:
@@ -83,9 +88,12 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     with Player(policy_name) as player:
         check_task(player.policy, track)
         policy = policy_record(player.policy, settings.seed)
+    if settings.prediction:
+        check_prediction(settings.prediction)
+        policy = msgspec.structs.replace(policy, prediction=settings.prediction)
     chosen, cases, record = _cases(track, plans, settings)
     start = time.perf_counter()
-    new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed)
+    new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed, settings.prediction)
     done = run_cases(new_runner, cases, settings.workers, settings.decision_limit_s, policy_name)
     outcomes = dict(watched(done, f"{policy_name}, {track.id}", len(cases)))
     in_order = [outcomes[number] for number in range(len(cases))]
@@ -93,10 +101,10 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     return result_of(track, policy, record, in_order, times)
 
 
-def new_runner_of(track_id: str, policy_name: str, plans: Houses, seed: int) -> Runner:
+def new_runner_of(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> Runner:
     """Return a runner of episodes for one process, with the policy in a process of its own."""
     player = Player(policy_name)
-    return Runner(track_of(track_id), player.policy, plans, seed, player)
+    return Runner(track_of(track_id), player.policy, plans, seed, player, prediction=prediction)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:
@@ -146,6 +154,7 @@ def result_of(
         results.curves_of(track, outcomes),
         results.episodes_of(outcomes),
         times,
+        results.map_curves_of(track, outcomes) if track in MAP_TRACKS else msgspec.UNSET,
     )
 
 

@@ -51,12 +51,25 @@ def cell(metric: Metric, value: Estimate) -> str:
 
 
 def markdown(
-    all_compared: Sequence[Compared], heading: str = HEADING, pictures: Mapping[tuple[str, str], str] | None = None
+    all_compared: Sequence[Compared],
+    heading: str = HEADING,
+    pictures: Mapping[tuple[str, str], str] | None = None,
+    of_maps: Mapping[str, Sequence[tuple[str, str]]] | None = None,
 ) -> str:
-    """Return tables for each track under headings; ``pictures`` are links to curves, by track and horizontal axis."""
+    """Return tables for each track under headings.
+
+    Parameters
+    ----------
+    pictures
+        Links to curves, by track and horizontal axis.
+    of_maps
+        Texts on and links to the curves on each map, by track.
+    """
     lines = [f"# {heading}", ABOUT, ""]
     for compared in all_compared:
         lines += _section(compared, pictures or {})
+        for about, link in (of_maps or {}).get(compared.track.id, ()):
+            lines += [f"{about}", "", f"![Coverage over metres, map by map]({link})", ""]
     return "\n".join(lines).rstrip() + "\n"
 
 

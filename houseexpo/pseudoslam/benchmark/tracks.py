@@ -73,6 +73,11 @@ class Track:
         """Whether the track uses plans; otherwise it has its own room."""
         return self.task != "avoidance"
 
+    @property
+    def budgets_m(self) -> tuple[int, ...]:
+        """The budgets of metres after which coverage is measured; none for tracks without budgets."""
+        return self.measure.budgets if isinstance(self.measure, measures.Budget) else ()
+
     def environment(self, plans: Houses, interface: Interface) -> PseudoSlamEnv:
         """Return an environment of the track with the interface of a policy."""
         make: dict[str, Callable[..., PseudoSlamEnv]] = {
@@ -167,14 +172,14 @@ MAP_TRACKS: Final = (
         "See 99% of DARE's test maps, by a short way.",
         SimulatorConfig(5.0, RobotConfig(0.2, 0.4), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 0.99},
-        measures.quality_metrics(SHARES), measures.Quality(SHARES),
+        measures.quality_metrics(SHARES), measures.Quality(SHARES), (("metres", 800),),
     ),
     Track(
         "ariadne", "ariadne-v1",
         "See 99% of ARiADNE's complex maps, by a short way; a cell counts as 0.25 m.",
         SimulatorConfig(4.0, RobotConfig(0.2), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 0.99},
-        measures.quality_metrics(SHARES), measures.Quality(SHARES),
+        measures.quality_metrics(SHARES), measures.Quality(SHARES), (("metres", 800),),
     ),
 )  # fmt: skip
 """The tracks on maps of other people, which ``--maps`` names (``benchmark.maps`` reads them)."""

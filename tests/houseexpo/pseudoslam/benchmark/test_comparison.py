@@ -6,12 +6,14 @@ import re
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import read_results
-from houseexpo.pseudoslam.benchmark.episodes import Outcome
+from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
+from houseexpo.pseudoslam.benchmark.map_curves import PANELS, curves_of_maps
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
 from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, Times, write_result
@@ -182,3 +184,59 @@ def test_p_values_are_corrected_for_the_number_of_rows(tmp_path: Path) -> None:
     assert cell(metric, Estimate(0.0004, 0.0004, 0.0004, 3)) == "< 0.001"
     (alone,) = read_results(files[:1])
     assert not any(metric.key.startswith("p_") for metric in alone.tables()[0])
+
+
+KTH = track_of("kth")
+
+
+def map_result(name: str, speeds: dict[str, list[float]]) -> Result:
+    """The coverage grows by a share a metre until all is seen, on each map from each start."""
+    keys, outcomes = [metric.key for metric in KTH.metrics], []
+    at = places(300)
+    for map_name, starts in speeds.items():
+        for number, speed in enumerate(starts):
+            curve = {"metres": np.minimum(speed * at, 1.0).tolist()}
+            outcomes.append(Outcome(Case(map_name, number), dict.fromkeys(keys, 0.5), curve))
+    policy = PolicyRecord(name, f"somewhere:{name}", "", 0, False, "discrete", "map")
+    return result_of(KTH, policy, PlansRecord("maps", len(outcomes), "a" * 64, "b" * 64), outcomes, TIMES)
+
+
+def test_results_on_maps_keep_the_curve_of_each_start(tmp_path: Path) -> None:
+    files = written(tmp_path, map_result("mine", {"b": [0.01, 0.02], "a": [0.005]}))
+    (compared,) = read_results(files)
+    curves = curves_of_maps(compared.entries[0])
+    assert curves is not None
+    assert list(curves.maps) == ["a", "b"]
+    assert curves.at[20] == 75.0
+    assert curves.maps["b"][:, 20].tolist() == [0.75, 1.0]
+    assert curves.maps["a"][:, 20].tolist() == [0.375]
+    assert "map_curves" not in (written(tmp_path, budget_result("mine", 0.5))[0]).read_text()
+
+
+def test_each_map_has_a_panel_and_each_policy_a_line(tmp_path: Path) -> None:
+    names = {f"floor_{number:02d}": [0.01] for number in range(PANELS + 3)}
+    found = read_results(written(tmp_path, map_result("mine", names), map_result("other", names)))
+    write_comparison(found, tmp_path / "page.md", each_map=True)
+    pictures = sorted((tmp_path / "page").glob("kth-v1-maps-*.svg"))
+    assert [picture.name for picture in pictures] == ["kth-v1-maps-1.svg", "kth-v1-maps-2.svg"]
+    first, second = (picture.read_text() for picture in pictures)
+    assert "floor_19" in first
+    assert "floor_20" not in first
+    assert "floor_22" in second
+    assert first.count(">mine<") == first.count(">other<") == 1
+    text = (tmp_path / "page.md").read_text()
+    assert "Maps 21 to 23 of 23: coverage over metres." in text
+    assert "(page/kth-v1-maps-2.svg)" in text
+    write_comparison(found, tmp_path / "page.html", each_map=True)
+    assert (tmp_path / "page.html").read_text().count("floor_20") == 1
+    write_comparison(found, tmp_path / "plain.md")
+    assert "maps-1" not in (tmp_path / "plain.md").read_text()
+
+
+def test_results_without_curves_of_maps_are_left_out(tmp_path: Path) -> None:
+    old = msgspec.structs.replace(map_result("old", {"a": [0.01]}), map_curves=msgspec.UNSET, curves={})
+    found = read_results(written(tmp_path, old, map_result("mine", {"a": [0.02]})))
+    write_comparison(found, tmp_path / "page.md", each_map=True)
+    (picture,) = (tmp_path / "page").glob("kth-v1-maps-*.svg")
+    assert ">mine<" in picture.read_text()
+    assert ">old<" not in picture.read_text()

@@ -1,0 +1,208 @@
+"""How well unseen parts of a house are predicted: IoU of a predicted map and the truth.
+
+The definition is that of MapEx (Ho, Kim et al., 2025; castacks/MapEx, ``scripts/calc_metrics_subdirectory.py``):
+
+R1  The IoU is that of obstacles: cells that are obstacles in both maps, as a share of those that are obstacles in one
+    of them. It is taken over all cells, also those that the robot has seen. It is 0 if neither map has an obstacle.
+R2  A cell that a prediction leaves unknown counts as free.
+
+MapEx judges drawings, in which walls are lines and the outside is free. In a plan the outside is solid:
+
+R3  Only free cells and the obstacles beside them (8 neighbours) are judged, which a robot's map can hold. So the inside
+    of walls and the outside of a plan do not count. MapEx's floors lose only the inside of pillars and thick walls.
+R4  Over the unseen part, the judged cells that the robot's map does not know, the IoU is also taken of free cells.
+    There is none where all cells are known.
+
+No map is aligned: with errors of odometry the drift counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.benchmark.measures import Metric, Values
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.words import nearest
+
+Grid = npt.NDArray[np.uint8]
+Bools = npt.NDArray[np.bool_]
+Predictor = Callable[[Grid], Grid]
+"""A function from a map (rows, cols) to a predicted map of that shape; both hold 0 unknown, 127 free, 255 obstacle."""
+
+OF_POLICY: Final = "policy"
+"""The name of the prediction that the policy itself makes, by its method ``predicted_map(info)``."""
+LONGEST_GAP_M: Final = 1.5
+"""The longest gap in a wall that the predictor ``lines`` closes."""
+TABLE: Final = "prediction"
+_NEIGHBOURS: Final = np.ones((3, 3), np.uint8)
+_PARTS: Final = {"iou": "IoU", "iou_unseen_walls": "unseen walls, IoU", "iou_unseen_free": "unseen free, IoU"}
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The IoU of obstacles over all judged cells (R1), and of obstacles and of free cells over the unseen ones (R4)."""
+
+    iou: float
+    iou_unseen_walls: float | None
+    iou_unseen_free: float | None
+
+
+def judged_cells(occupied: Grid) -> Bools:
+    """Return which cells (rows, cols) are judged (R3): free ones and the obstacles beside them."""
+    found: Bools = cv2.dilate((occupied == 0).astype(np.uint8), _NEIGHBOURS) != 0
+    return found
+
+
+def scores_of(predicted: Grid, known: Grid, occupied: Grid, judged: Bools | None = None) -> Scores:
+    """Return the scores of a predicted map.
+
+    Parameters
+    ----------
+    predicted, known
+        The predicted and the robot's map (rows, cols): 0 unknown, 127 free, 255 obstacle.
+    occupied
+        The truth (rows, cols): not 0 for obstacles.
+    judged
+        ``judged_cells(occupied)``, if known.
+    """
+    judged = judged_cells(occupied) if judged is None else judged
+    walls, truth = predicted == OBSTACLE, occupied != 0  # R2
+    unseen = judged & (known == UNKNOWN)
+    return Scores(_iou(walls, truth, judged) or 0.0, _iou(walls, truth, unseen), _iou(~walls, ~truth, unseen))
+
+
+def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
+    """Return the IoU over a part of the cells; 0 if that part holds neither, None if it is empty."""
+    if not part.any():
+        return None
+    union = int(np.count_nonzero((one | other) & part))
+    return int(np.count_nonzero(one & other & part)) / union if union else 0.0
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Predictors that cost nothing.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def predict_free(known: Grid) -> Grid:
+    """Return the map with all unknown cells free: by R2 it is the prediction of a robot that makes none."""
+    return np.where(known == UNKNOWN, np.uint8(FREE), known)
+
+
+def predict_solid(known: Grid) -> Grid:
+    """Return the map with all unknown cells occupied."""
+    return np.where(known == UNKNOWN, np.uint8(OBSTACLE), known)
+
+
+def predict_lines(known: Grid, gap_px: float) -> Grid:
+    """Return the map with walls where gaps of at most ``gap_px`` unknown cells in rows and columns of walls are closed.
+
+    Other unknown cells are free.
+    """
+    walls = (known == OBSTACLE).astype(np.uint8)
+    side = max(int(gap_px), 1) + 1
+    padded = cv2.copyMakeBorder(walls, side, side, side, side, cv2.BORDER_CONSTANT, value=0)
+    found = predict_free(known)
+    for shape in ((1, side), (side, 1)):
+        closed = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, np.ones(shape, np.uint8))[side:-side, side:-side]
+        found[(closed != 0) & (known == UNKNOWN)] = OBSTACLE
+    return found
+
+
+PREDICTORS: Final = ("free", "solid", "lines")
+"""The names of the predictors that come with the benchmark."""
+
+
+def check_prediction(name: str) -> None:
+    """Raise ConfigError if there is no prediction of that name."""
+    known = (OF_POLICY, *PREDICTORS)
+    if name not in known:
+        raise ConfigError(
+            f"--prediction: expected one of {', '.join(known)}; found {name!r}" + nearest(name, list(known))
+        )
+
+
+def predictor_of(name: str, pixels_per_metre: float) -> Predictor:
+    """Return a predictor of ``PREDICTORS``."""
+    if name == "lines":
+        return lambda known: predict_lines(known, LONGEST_GAP_M * pixels_per_metre)
+    return {"free": predict_free, "solid": predict_solid}[name]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Scores on the way.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Scoring:
+    """The scores of predictions after given metres of an episode: those of the last map within them, as for coverage.
+
+    Parameters
+    ----------
+    predict
+        A function from the robot's knowledge to a predicted map.
+    occupied
+        The truth (rows, cols): not 0 for obstacles.
+    budgets_m
+        The metres, in ascending order.
+    """
+
+    predict: Callable[[Any], Grid]
+    occupied: Grid
+    budgets_m: tuple[int, ...]
+    found: list[Scores] = field(default_factory=list)
+    _judged: Bools | None = None
+    _before: Any = None
+
+    def add(self, metres: float, knowledge: Any) -> None:
+        """Score the map before this one for all budgets that the robot has now gone beyond."""
+        while len(self.found) < len(self.budgets_m) and metres > self.budgets_m[len(self.found)]:
+            self._score()
+        self._before = {**knowledge, "map": knowledge["map"].copy()}
+
+    def values(self) -> Values:
+        """Return the values of all budgets; the last map counts for those that were not reached."""
+        while len(self.found) < len(self.budgets_m):
+            self._score()
+        return {
+            f"{part}_{budget}_metres": getattr(scores, part)
+            for budget, scores in zip(self.budgets_m, self.found, strict=True)
+            for part in _PARTS
+        }
+
+    def _score(self) -> None:
+        if self._judged is None:
+            self._judged = judged_cells(self.occupied)
+        known = self._before["map"]
+        predicted = checked_map(self.predict({**self._before, "map": known.copy()}), known.shape)
+        self.found.append(scores_of(predicted, known, self.occupied, self._judged))
+
+
+def checked_map(found: object, shape: tuple[int, ...]) -> Grid:
+    """Return a predicted map; raise ConfigError if it is none of that shape."""
+    if not isinstance(found, np.ndarray) or found.dtype != np.uint8 or found.shape != shape:
+        was = f"{found.dtype} {found.shape}" if isinstance(found, np.ndarray) else repr(found)[:80]
+        raise ConfigError(f"predicted_map: expected an array uint8 {shape}, found {was}")
+    strange = set(np.unique(found).tolist()) - {UNKNOWN, FREE, OBSTACLE}
+    if strange:
+        raise ConfigError(
+            f"predicted_map: expected {UNKNOWN} (unknown), {FREE} (free) or {OBSTACLE} (obstacle), found {min(strange)}"
+        )
+    return found
+
+
+def prediction_metrics(budgets_m: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``Scoring``, for a table of their own."""
+    return tuple(
+        Metric(f"{part}_{budget}_metres", f"{title}, {budget} metres", "%", "high", TABLE)
+        for part, title in _PARTS.items()
+        for budget in budgets_m
+    )
