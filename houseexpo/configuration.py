@@ -39,12 +39,12 @@ def read_toml(file: Path) -> dict[str, Any]:
 def read_config(kind: type[Config], file: Path, *, convert: Convert | None = None) -> Config:
     """Return the configuration in a TOML file (``config_from``); errors name the file."""
     found = read_toml(file)
-    with of_file(file):
+    with name_in_config_errors(file):
         return config_from(kind, found, convert=convert)
 
 
 @contextmanager
-def of_file(file: object) -> Iterator[None]:
+def name_in_config_errors(file: object) -> Iterator[None]:
     """Put the name of a file before the message of a ConfigError."""
     try:
         yield
@@ -65,8 +65,8 @@ def config_from(
     key
         The key of ``value``, for messages.
     convert
-        A function for the values of fields that are not dataclasses, such as ``typed``. By default, lists become
-        tuples, true and false are checked, and everything else is left to the dataclass.
+        A function for the values of fields that are not dataclasses, such as ``convert_value``. By default, lists
+        become tuples, true and false are checked, and everything else is left to the dataclass.
     beside
         Keys that may stand beside those of the dataclass; they are only suggested.
 
@@ -110,7 +110,7 @@ def entries(value: object, key: str, known: Iterable[str], beside: Iterable[str]
     return list(value.items())
 
 
-def typed(value: Any, hint: Any, key: str) -> Any:
+def convert_value(value: Any, hint: Any, key: str) -> Any:
     """Return a value converted to a type; raise ConfigError if it has another one."""
     try:
         return msgspec.convert(value, hint)

@@ -99,7 +99,7 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
         error.filename = str(file)  # not the temporary name
         raise
     try:
-        with named_in_errors(file), os.fdopen(descriptor, "wb") as stream:
+        with name_in_os_errors(file), os.fdopen(descriptor, "wb") as stream:
             stream.write(data)
             stream.flush()
             os.fchmod(stream.fileno(), 0o644)
@@ -112,7 +112,7 @@ def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
 
 
 @contextmanager
-def named_in_errors(file: Path) -> Iterator[None]:
+def name_in_os_errors(file: Path) -> Iterator[None]:
     """Add the file's name to an ``OSError`` that names none, such as that of a full disk."""
     try:
         yield

@@ -79,7 +79,7 @@ class MeasuredReach(Reach):
         super().__init__(known)
         self._space = space
 
-    def _unknown(self, radius_m: float) -> Navigability:
+    def _missing_radius(self, radius_m: float) -> Navigability:
         from houseexpo.analysis.navigability import navigability
 
         return navigability(self._space(), (radius_m,))[f"{radius_m:.2f}"]

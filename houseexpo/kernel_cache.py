@@ -31,7 +31,7 @@ def cache_safely(package: Path) -> None:
     places: list[Any] = caching.CacheImpl._locator_classes  # noqa: SLF001  # numba offers no other way in code
     if not any(getattr(place, "package", None) == package for place in places):
         files = (caching.UserProvidedCacheLocator, caching.InTreeCacheLocator, caching.UserWideCacheLocator)
-        places[:] = [*(_stamped(place, package) for place in files), *places, _last_resort(package)]
+        places[:] = [*(_locator_for_folder(place, package) for place in files), *places, _last_resort(package)]
 
 
 @cache
@@ -78,7 +78,7 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
             super().save(key, data)
 
 
-def _stamped(place: Any, folder: Path) -> Any:
+def _locator_for_folder(place: Any, folder: Path) -> Any:
     """Return a cache locator like ``place``, but only for files of the folder (R3)."""
 
     class Stamped(place):  # type: ignore[misc]
@@ -101,7 +101,7 @@ class _OfThisProcess:
 def _last_resort(folder: Path) -> Any:
     """Return the cache locator that numba uses if all others fail: a folder of this process (R1)."""
 
-    class LastResort(_OfThisProcess, _stamped(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
+    class LastResort(_OfThisProcess, _locator_for_folder(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
         def __init__(self, py_func: Any, py_file: str) -> None:
             super().__init__(py_func, py_file)
             self._cache_path = _folder_of_this_process()

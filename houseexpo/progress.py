@@ -14,7 +14,7 @@ EVERY_S = 10.0
 """Seconds between two lines if there is no terminal."""
 
 
-def watched(items: Iterable[T], what: str, total: int | None = None) -> Iterator[T]:
+def show_progress(items: Iterable[T], what: str, total: int | None = None) -> Iterator[T]:
     """Yield the items and show how many of ``total`` are done, unless ``is_quiet``.
 
     A terminal shows a bar, which disappears at the end. Elsewhere, work shorter than ``EVERY_S`` writes no line.

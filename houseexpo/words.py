@@ -13,7 +13,7 @@ _NEAR: Final = 0.5  # share of common letters from which a name is similar
 _FEW: Final = 25  # names that are listed one by one
 
 
-def counted(number: int, noun: str) -> str:
+def count_noun(number: int, noun: str) -> str:
     """Return a count with its noun, in the singular or the plural.
 
     Examples

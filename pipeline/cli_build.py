@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from houseexpo.progress import is_quiet
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def from_python(
 
 def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSet:
     """Build a data set folder with its report and the record of how it was made."""
-    from houseexpo.dataset.build_record import record_build, recorded_build
+    from houseexpo.dataset.build_record import read_build_record, record_build
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
     from pipeline.batch.shards import end_shards
@@ -122,7 +122,7 @@ def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSe
             ended=display.note_outcome,
         )
         record = work.record(add=adds)
-        record_build(root, record.beside(recorded_build(root)) if adds else record)
+        record_build(root, record.appended_to(read_build_record(root)) if adds else record)
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)
@@ -166,7 +166,7 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
             ended=display.note_outcome,
         )
     if not is_quiet():
-        typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {counted(done.inputs, 'house')} done")
+        typer.echo(f"shard {asked}: {done.inputs - len(done.not_done)} of {count_noun(done.inputs, 'house')} done")
         if not done.not_done:
             typer.echo(f"next, when all shards are done: houseexpo assemble {work.out}")
     for name, why in list(done.not_done.items())[:8]:
@@ -202,6 +202,6 @@ def verify_all(places: list[str]) -> None:
     for line in wrong:
         typer.secho(line, fg=typer.colors.RED)
     if wrong:
-        typer.echo(f"{counted(len(wrong), 'file')} changed or gone; the build's own command writes what is missing")
+        typer.echo(f"{count_noun(len(wrong), 'file')} changed or gone; the build's own command writes what is missing")
         raise typer.Exit(DAMAGED)
     typer.echo("every file is as it was written")

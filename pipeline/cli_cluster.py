@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from pipeline.cli_parts import NOT_DONE, ended_cleanly, named_manifest, settings_of, show_outcomes
 
 _NAMED = 8
@@ -83,7 +83,7 @@ def slurm(
             queue, at_most = Queue(), limit or ARRAY_LIMIT
         count = written.write(left_of(begun, out), at_most, queue)
         waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
-        typer.echo(f"{count} of {counted(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
+        typer.echo(f"{count} of {count_noun(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
         if submit:
             typer.echo(written.submit())
 
@@ -118,12 +118,12 @@ def _show_left(left: Mapping[int, Sequence[str]], shards: int, what: str) -> Non
     """Name on standard error what the shards have not done, and what to do about it, also with -q."""
     for number, ids in left.items():
         named = ", ".join(ids[:_NAMED]) + (", ..." if len(ids) > _NAMED else "")
-        said = f"shard {number}/{shards}: {what}: {counted(len(ids), 'house')}: {named}"
+        said = f"shard {number}/{shards}: {what}: {count_noun(len(ids), 'house')}: {named}"
         typer.secho(said, fg=typer.colors.YELLOW, err=True)
     count = sum(map(len, left.values()))
     if count:
         typer.echo(
-            f"{what}: {counted(count, 'house')} of {counted(len(left), 'shard')}; run these shards again, or leave the "
-            "houses out with --partial",
+            f"{what}: {count_noun(count, 'house')} of {count_noun(len(left), 'shard')}; run these shards again, "
+            "or leave the houses out with --partial",
             err=True,
         )

@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from houseexpo.configuration import config_from, of_file, read_toml, typed
+from houseexpo.configuration import config_from, convert_value, name_in_config_errors, read_toml
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
@@ -135,7 +135,7 @@ def load_config(path: Path) -> BuildConfig:
     """
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
-    with of_file(path):
+    with name_in_config_errors(path):
         stages = config_from(PipelineConfig, tables, convert=convert, beside=("build", "limits"))
         config = config_from(BuildConfig, own, convert=convert)
         for name in ("min_quality", "furnished"):
@@ -159,7 +159,7 @@ def convert(value: Any, hint: Any, key: str) -> Any:
 
     Numbers must be finite and not negative; integers other than seeds must be at least 1.
     """
-    found = typed(value, hint, key)
+    found = convert_value(value, hint, key)
     if isinstance(found, float) and not (math.isfinite(found) and found >= 0):
         raise ConfigError(f"{key} = {value!r}: expected a finite number of at least 0")
     if isinstance(found, int) and not isinstance(found, bool) and found < (0 if key.endswith("seed") else 1):

@@ -18,7 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.text import Text
 
 from houseexpo.progress import is_quiet, is_verbose
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from pipeline.batch.entry import Entry
 
 EVERY_S = 10.0
@@ -52,7 +52,7 @@ class Tally:
         refused = f", {self.reasons.total()} rejected ({', '.join(counts)})" if counts else ""
         seconds, file = self.longest
         longest = f", longest {seconds:.1f} s: {file}" if file and is_verbose() else ""
-        return f"{counted(self.plans, 'plan')}{refused}{longest}"
+        return f"{count_noun(self.plans, 'plan')}{refused}{longest}"
 
 
 def watching(check: Callable[[], None]) -> Display:

@@ -11,7 +11,7 @@ from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
 from houseexpo.plan import Quality
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.words import unknown_name
 from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
@@ -109,7 +109,7 @@ def _inspect_input(
     item = corrected_input(inputs[place], overrides)
     make_folder(output.out)
     try:
-        levels = list(watched(reader(item.reader).read(item), f"reading {item.id}"))
+        levels = list(show_progress(reader(item.reader).read(item), f"reading {item.id}"))
     except Rejection as rejection:
         return Inspection(None, _picture_of(rejection, output), rejection)
     number = _number(item, levels, number, name)
@@ -123,7 +123,7 @@ def _inspect_input(
     rejection_: Rejection | None = None
     try:
         found = stages(level, override.apply_to(config.planning), rng_of(level, config.build.seed))
-        snapshots.extend(watched(found, f"planning {level.id}", _STEPS))
+        snapshots.extend(show_progress(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not snapshots:

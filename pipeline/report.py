@@ -20,7 +20,7 @@ from rich.text import Text
 from houseexpo.commands.printing import new_table
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from pipeline.batch.assemble import DataSet, settle
 from pipeline.batch.entry import Entry, Refused
 from pipeline.sources import is_path
@@ -87,15 +87,15 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
 def headline(stats: Mapping[str, Any]) -> str:
     """Return one line with the outcomes of the inputs."""
     outcomes = stats["outcomes"]
-    plans = counted(outcomes["plans"], "plan") if outcomes["plans"] else "no plan"
+    plans = count_noun(outcomes["plans"], "plan") if outcomes["plans"] else "no plan"
     beside = {
         "doubtful": outcomes["doubtful"],
-        counted(outcomes["duplicates"], "duplicate").partition(" ")[2]: outcomes["duplicates"],
+        count_noun(outcomes["duplicates"], "duplicate").partition(" ")[2]: outcomes["duplicates"],
         "rejected": outcomes["rejected"],
         "not done": outcomes["not_done"],
     }
     said = ", ".join(f"{count:,} {what}" for what, count in beside.items() if count)
-    return f"{plans} from {counted(outcomes['inputs'], 'house')}" + (f" ({said})" if said else "")
+    return f"{plans} from {count_noun(outcomes['inputs'], 'house')}" + (f" ({said})" if said else "")
 
 
 def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
@@ -216,7 +216,7 @@ def notes_lines(data_set: DataSet) -> list[str]:
     several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
     if several:
         outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)
-        inputs = counted(len(data_set.entries), "input")
+        inputs = count_noun(len(data_set.entries), "input")
         lines.append(f"{inputs} gave {outcomes} outcomes: {len(several)} with several levels or buildings")
     if len(data_set.licences) > 1:
         named = ", ".join(name or "none" for name in data_set.licences)

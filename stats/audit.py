@@ -126,7 +126,7 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
     width_m: float
     aspect: float
 
-    def broken(self) -> Iterator[Rule]:
+    def broken_rules(self) -> Iterator[Rule]:
         """Yield the rules that the room breaks (R4 to R6)."""
         limits = LIMITS[self.type]
         if self.area_m2 < limits.area_m2:
@@ -144,7 +144,7 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
             "width": f"{self.width_m:.2f} m wide, at least {limits.width_m:g}",
             "aspect": f"aspect {self.aspect:.1f}, at most {limits.aspect or 0:g}",
         }
-        yield from (f"{name}: {texts[rule]}" for rule in self.broken())
+        yield from (f"{name}: {texts[rule]}" for rule in self.broken_rules())
 
 
 class Audit(Struct, array_like=True, frozen=True):
@@ -161,9 +161,9 @@ class Audit(Struct, array_like=True, frozen=True):
     wall: list[tuple[int, int]]
     door: list[tuple[int, int]]
 
-    def broken(self) -> set[Rule]:
+    def broken_rules(self) -> set[Rule]:
         """Return the rules that the plan breaks, those of its rooms included."""
-        found: set[Rule] = {rule for room in self.rooms for rule in room.broken()}
+        found: set[Rule] = {rule for room in self.rooms for rule in room.broken_rules()}
         if self.overlap > MAX_OVERLAP:
             found.add("overlap")
         if self.holes > MAX_HOLES:
@@ -174,7 +174,7 @@ class Audit(Struct, array_like=True, frozen=True):
 
     def reasons(self) -> Iterator[str]:
         """Yield a description of each rule that the plan or a room breaks."""
-        broken = self.broken()
+        broken = self.broken_rules()
         if "overlap" in broken:
             yield f"rooms overlap by {self.overlap:.1%}, at most {MAX_OVERLAP:.0%}"
         if "holes" in broken:
@@ -198,7 +198,7 @@ def audit(plan: PlanData) -> Audit | None:
     places = {room.id: place for place, room in enumerate(rooms)}
     doors = [[places[side] for side in door.rooms if side in places] for door in plan.doors]
     return Audit(
-        [_audited(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
+        [_audit_room(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
         round(float(shapely.area(shapes).sum() / covered.area) - 1.0, 6),
         round(_hole_share(covered), 6),
         _pieces(len(rooms), wall),
@@ -230,7 +230,7 @@ def aspect(shape: Polygon) -> float:
     return float(long / short)
 
 
-def _audited(room: Room, shape: Polygon) -> AuditedRoom:
+def _audit_room(room: Room, shape: Polygon) -> AuditedRoom:
     kind = TYPES.get(room.label, "other")
     return AuditedRoom(room.id, kind, round(shape.area, 3), round(clear_width(shape), 3), round(aspect(shape), 3))
 
@@ -292,11 +292,11 @@ class AuditSummary:
 
     def take(self, found: Audit) -> None:
         """Add the audit of one plan."""
-        broken = found.broken()
+        broken = found.broken_rules()
         self.plans += 1
         self.any += bool(broken)
         self.broken.update(broken)
-        of_rooms = [(room, set(room.broken())) for room in found.rooms]
+        of_rooms = [(room, set(room.broken_rules())) for room in found.rooms]
         self.rooms.update(room.type for room in found.rooms)
         self.broken_rooms.update((room.type, rule) for room, rules in of_rooms for rule in rules)
         self.shares["overlap"].add(found.overlap)

@@ -14,7 +14,7 @@ from typing import Any
 
 from houseexpo.dataset import Dataset
 from houseexpo.floorplan import FloorPlan
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from houseexpo.workers import cores
 from stats.record import Record
 
@@ -39,7 +39,8 @@ class Bad:
         if self.pieces == 0:
             yield f"{robot} fits nowhere"
         elif self.pieces is not None and self.largest_share is not None:
-            yield f"not connected for {robot}: {counted(self.pieces, 'piece')}, {self.largest_share:.0%} in the largest"
+            pieces = count_noun(self.pieces, "piece")
+            yield f"not connected for {robot}: {pieces}, {self.largest_share:.0%} in the largest"
         if self.ring is not None:
             yield f"invalid ring: {self.ring} itself"
         if self.repeats is not None:

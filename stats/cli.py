@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.errors import ConfigError
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from stats.gather import Measured
@@ -58,7 +58,7 @@ def stats(
     """
     from houseexpo.commands.printing import console, print_json, print_named
     from houseexpo.outputs import Output
-    from stats.gather import measured
+    from stats.gather import measure_data_set
     from stats.listed import judge, read_list
     from stats.page import check_names, write_report
     from stats.report import Report
@@ -72,7 +72,7 @@ def stats(
     with ExitStack() as opened:
         for path in files:
             opened.enter_context(Output(path, [dataset, compare, unusable], replace=replace))
-        one = opened.enter_context(measured(dataset, geometry=geometry, workers=workers))
+        one = opened.enter_context(measure_data_set(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:
             _list_bad(one, radius or _RADIUS_M, workers, json=json)
@@ -80,9 +80,13 @@ def stats(
         if audit:
             _list_audited(one, json=json)
             return
-        other = None if compare is None else opened.enter_context(measured(compare, geometry=geometry, workers=workers))
+        other = (
+            None
+            if compare is None
+            else opened.enter_context(measure_data_set(compare, geometry=geometry, workers=workers))
+        )
         verdict = None if listed is None or unusable is None else judge(one.records, listed, unusable.name)
-        report = Report(one.summed(), None if other is None else other.summed(), verdict, one.broken)
+        report = Report(one.total(), None if other is None else other.total(), verdict, one.broken)
         if json:
             print_json(report.values())
         for table in () if json else tables(report):
@@ -125,7 +129,7 @@ def _say_broken(one: Measured) -> None:
     """List the plans that cannot be read, on standard error."""
     if not one.broken:
         return
-    typer.secho(f"left out, cannot be read: {counted(len(one.broken), 'plan')}", fg=typer.colors.RED, err=True)
+    typer.secho(f"left out, cannot be read: {count_noun(len(one.broken), 'plan')}", fg=typer.colors.RED, err=True)
     for broken in one.broken[:_NAMED]:
         typer.echo(f"  {broken}", err=True)
     if len(one.broken) > _NAMED:

@@ -62,7 +62,7 @@ def total_variation(one: Mapping[str, int], other: Mapping[str, int]) -> float:
 
 def report(distances: list[Distance]) -> dict[str, Any]:
     """Return plain values by the measures' names."""
-    return {d.name: {key: _rounded(value) for key, value in asdict(d).items() if key != "name"} for d in distances}
+    return {d.name: {key: _round(value) for key, value in asdict(d).items() if key != "name"} for d in distances}
 
 
 def _numbers(one: PlanSummary, other: PlanSummary) -> Iterator[Distance]:
@@ -88,5 +88,5 @@ def _reaches(one: PlanSummary, other: PlanSummary) -> Iterator[Distance]:
         yield Distance(f"connected_{radius}", title, DIFFERENCE, abs(share - share_), "", share, share_)
 
 
-def _rounded(value: Any) -> Any:
+def _round(value: Any) -> Any:
     return round(value, 6) if isinstance(value, float) else value

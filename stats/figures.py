@@ -77,7 +77,7 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
     return svg_of(out)
 
 
-def reached(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
+def plot_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
     """Draw the share of plans in which a robot can reach everything, over its radius."""
     with axes_of(size) as (axes, out):
         for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):

@@ -54,7 +54,7 @@ class Measured:
     geometry: bool = False
     broken: tuple[Broken, ...] = ()
 
-    def summed(self) -> Gathered:
+    def total(self) -> Gathered:
         """Return the sum of the records."""
         found = add_up(self.data_set, self.records, geometry=self.geometry)
         found.name = self.name
@@ -62,7 +62,7 @@ class Measured:
 
 
 @contextmanager
-def measured(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[Measured]:
+def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[Measured]:
     """Open a data set and measure its readable plans; the others are listed.
 
     The parameters are those of ``records``. The data set exists until the context ends.

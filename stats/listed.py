@@ -40,7 +40,7 @@ class Verdict:
         """Share of the list's plans that are measured as bad."""
         return len(self.both) / max(len(self.both) + len(self.listed_only), 1)
 
-    def drawn(self, seed: int = 0) -> tuple[list[str], list[str]]:
+    def sample(self, seed: int = 0) -> tuple[list[str], list[str]]:
         """Return ten random plans that only the measurement calls bad, and ten that only the list does."""
         rng = np.random.default_rng(seed)
         some, other = (
@@ -51,7 +51,7 @@ class Verdict:
 
     def report(self) -> dict[str, Any]:
         """Return plain values."""
-        measured_only, listed_only = self.drawn()
+        measured_only, listed_only = self.sample()
         return {
             "list": self.name,
             "radius_m": float(RADIUS),

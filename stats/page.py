@@ -65,7 +65,7 @@ def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
         leaks=leaks(report.one),
         distances=report.distances,
         verdict=report.verdict,
-        drawn=_drawn(report, plans or {}),
+        drawn=_example_plans(report, plans or {}),
     )
 
 
@@ -106,7 +106,7 @@ def _reach(report: Report) -> Iterator[Plot]:
     one, other = report.one.whole, None if report.other is None else report.other.whole
     rows = [(f"{radius} m", f"{reach.connected:,}") for radius, reach in sorted(one.reach.items())]
     about = "Share of the plans in which a round robot gets to every place that it fits into."
-    drawing = figures.reached(one.reach, None if other is None else other.reach, size=_CARD)
+    drawing = figures.plot_reach(one.reach, None if other is None else other.reach, size=_CARD)
     yield Plot("Navigable plans", about, drawing, rows)
     here, there = (None if s is None else s.reach[RADIUS].narrowest for s in (one, other))
     if here is not None and here.count:
@@ -141,12 +141,12 @@ def _connections(report: Report, kind: Connection) -> tuple[list[str], list[tupl
     return [*(each.name for each in audited), *public], rows
 
 
-def _drawn(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[str, list[tuple[str, str]]]]:
+def _example_plans(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[str, list[tuple[str, str]]]]:
     if report.verdict is None:
         return []
     titles = ("Only the measure calls these bad", "Only the list calls these bad")
     groups: list[Any] = []
-    for title, ids in zip(titles, report.verdict.drawn(), strict=True):
+    for title, ids in zip(titles, report.verdict.sample(), strict=True):
         groups.append((title, [(name, figures.reach_svg(plans[name], float(RADIUS))) for name in ids if name in plans]))
     return [group for group in groups if group[1]]
 
@@ -165,7 +165,7 @@ def write_report(report: Report, data_set: Dataset, path: Path) -> None:
 
 def write_page(report: Report, data_set: Dataset, path: Path) -> None:
     """Write the HTML page; plans on which a list and the measurement disagree are read from ``data_set`` and drawn."""
-    ids = [] if report.verdict is None else [name for group in report.verdict.drawn() for name in group]
+    ids = [] if report.verdict is None else [name for group in report.verdict.sample() for name in group]
     write_whole(path, page(report, {name: data_set[name] for name in ids}).encode())
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from rich.table import Table
 
 from houseexpo.commands.printing import new_table
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from stats.audit import RULES, AuditSummary
 from stats.compare import DIFFERENCE, Distance
 from stats.gather import Gathered
@@ -55,7 +55,7 @@ def mean(value: float | None, distance: Distance) -> str:
 def numbers_table(gathered: Gathered) -> Table:
     """Show mean, median and extremes of each measure that the plans have."""
     columns = ("total", "mean", "median", "5%", "95%", "min", "max")
-    table = _table(f"{gathered.name}: {counted(gathered.whole.plans, 'plan')}", "", *columns)
+    table = _table(f"{gathered.name}: {count_noun(gathered.whole.plans, 'plan')}", "", *columns)
     for measure in MEASURES:
         found = gathered.whole.tallies[measure.key].report()
         if found["count"]:
@@ -100,7 +100,7 @@ def rings_table(summary: PlanSummary) -> Table:
 
 def rules_table(found: AuditSummary) -> Table:
     """Show how many plans break each rule of real homes."""
-    table = _table(f"Rules of real homes, {counted(found.plans, 'plan')} with rooms", "", "plans", "share")
+    table = _table(f"Rules of real homes, {count_noun(found.plans, 'plan')} with rooms", "", "plans", "share")
     for rule, title in RULES.items():
         table.add_row(title, f"{found.broken[rule]:,}", f"{found.broken[rule] / found.plans:.2%}")
     table.add_row("Any of these", f"{found.any:,}", f"{found.any_share:.2%}")

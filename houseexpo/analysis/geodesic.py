@@ -67,7 +67,7 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
     while waiting:
         _, here = heappop(waiting)
         if here == 1:
-            return Way(nodes[_back(before)], float(known[1]))
+            return Way(nodes[_trace_back(before)], float(known[1]))
         if settled[here]:
             continue
         settled[here] = True
@@ -122,7 +122,7 @@ def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int
     legs: dict[tuple[int, int], float] = {}
     for room in plan.rooms:
         doors = [door for door in plan.doors if room.id in door.rooms]
-        position = _inside(room)
+        position = _inner_point(room)
         graph.nodes[room.id]["position"] = position
         lengths = walking_distances(_with_doors(room, doors), [position, *map(_middle, doors)])
         for i, door in enumerate(doors, start=1):
@@ -135,7 +135,7 @@ def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int
     return graph
 
 
-def _back(before: npt.NDArray[np.int64]) -> list[int]:
+def _trace_back(before: npt.NDArray[np.int64]) -> list[int]:
     """Return the path from the first node to the second, given the predecessor of each node."""
     found = [1]
     while found[-1] != 0:
@@ -167,7 +167,7 @@ def _middle(door: Door) -> tuple[float, float]:
     return (x1 + x2) / 2, (y1 + y2) / 2
 
 
-def _inside(room: Room) -> tuple[float, float]:
+def _inner_point(room: Room) -> tuple[float, float]:
     """Return the centroid if it lies in the room, else the centre of the widest disc."""
     import shapely
 

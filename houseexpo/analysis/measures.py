@@ -205,16 +205,16 @@ def _depth(plan: PlanData) -> int | None:
     return int(max(nx.multi_source_dijkstra_path_length(graph, starts, weight=None).values()))
 
 
-def _of_robot(plan: PlanData) -> Navigability:
+def _reach_of_robot(plan: PlanData) -> Navigability:
     return (plan.navigability or navigability(plan, (ROBOT_M,)))(ROBOT_M)
 
 
-def _narrowest(plan: PlanData) -> float:
-    return _of_robot(plan).narrowest
+def _narrowest_passage(plan: PlanData) -> float:
+    return _reach_of_robot(plan).narrowest
 
 
-def _reached(plan: PlanData) -> float:
-    return _of_robot(plan).largest_share
+def _reachable_share(plan: PlanData) -> float:
+    return _reach_of_robot(plan).largest_share
 
 
 MEASURES: Final = (
@@ -251,12 +251,12 @@ MEASURES: Final = (
     Measure("loops", "Loops", _loops, about="Independent cycles of rooms and doors; 0 for a tree."),
     Measure("depth", "Depth from the entrance", _depth, about="Doors between the entrance and the farthest room."),
     Measure(
-        *("narrowest", "Narrowest passage", _narrowest, "m", 0.01, 0.1),
+        *("narrowest", "Narrowest passage", _narrowest_passage, "m", 0.01, 0.1),
         about="Width of the narrowest passage that a robot has to use.",
         is_of_robot=True,
     ),
     Measure(
-        *("reach", "Reached by a robot", _reached, "", 0.01, 0.05),
+        *("reach", "Reached by a robot", _reachable_share, "", 0.01, 0.05),
         about="Share of its floor that a robot can reach.",
         is_of_robot=True,
     ),

@@ -110,21 +110,21 @@ class _Pieces:
 
     def at(self, radius: float) -> list[_Piece]:
         """Return the pieces at this radius (metres), the largest first."""
-        if radius < self._whole_to:
+        if radius < self._radius_of_one_piece:
             return [_Piece(self._shape, 0.0)]
         return [_Piece(polygon, radius) for polygon in self._erode(radius)]
 
     def width(self, piece: _Piece, radius: float) -> float:
         """Return twice the radius at which the piece splits, or the diameter of the widest disc if it never does."""
         for start, split, whole in self._known:
-            if start <= radius < split and (whole is piece.polygon or _holds(whole, piece.polygon)):
+            if start <= radius < split and (whole is piece.polygon or _contains_piece(whole, piece.polygon)):
                 return 2.0 * split
         split = self._split(piece, radius)
         self._known.append((radius, split, piece.polygon))
         return 2.0 * split
 
     @cached_property
-    def _whole_to(self) -> float:
+    def _radius_of_one_piece(self) -> float:
         """Return a radius, metres, up to which the space is certainly one piece that is large enough to count."""
         import shapely
 
@@ -137,12 +137,12 @@ class _Pieces:
     def _split(self, piece: _Piece, radius: float) -> float:
         import shapely
 
-        passages, low = self._through(piece, radius), radius
+        passages, low = self._passage_radii(piece, radius), radius
         while True:
             high = low + SPLIT_STEP_M
             if high * (1.0 + ROUND) > self._widest_m / 2.0:
                 self._passages, self._widest_m = find_passages(self._shape), np.inf
-                passages = self._through(piece, radius)
+                passages = self._passage_radii(piece, radius)
             ahead = passages[passages > low * (1.0 - ROUND)]
             none = not ahead.size and np.isinf(self._widest_m)
             count = self._count(piece, high) if ahead.size and ahead[0] < high * (1.0 + ROUND) else 1
@@ -153,7 +153,7 @@ class _Pieces:
                 return piece.radius + float(disc.length)
             low = high
 
-    def _through(self, piece: _Piece, radius: float) -> Floats:
+    def _passage_radii(self, piece: _Piece, radius: float) -> Floats:
         """Return the radii of the passages of a piece, ascending; the piece may end at one that is equally wide."""
         import shapely
 
@@ -173,7 +173,7 @@ class _Pieces:
         return (low + high) / 2.0
 
     def _count(self, piece: _Piece, radius: float) -> int:
-        return sum(_holds(piece.polygon, part) for part in self._erode(radius))
+        return sum(_contains_piece(piece.polygon, part) for part in self._erode(radius))
 
     def _erode(self, radius: float) -> list[Polygon]:
         radius = round(radius, 6)
@@ -189,6 +189,6 @@ def _largest_share(pieces: Sequence[_Piece]) -> float:
     return round(float(pieces[0].polygon.area / sum(piece.polygon.area for piece in pieces)), 4)
 
 
-def _holds(whole: Polygon, part: Polygon) -> bool:
+def _contains_piece(whole: Polygon, part: Polygon) -> bool:
     """Return whether a piece at a greater radius is part of ``whole``."""
     return bool(whole.covers(part.representative_point()))

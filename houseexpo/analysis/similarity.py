@@ -41,7 +41,7 @@ from houseexpo.errors import PlanError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import Mask, Space, edges_in_pixels, fill, rings_of
 from houseexpo.plan.model import PlanData
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.tolerances import FINER_GRID
 
 if TYPE_CHECKING:
@@ -178,7 +178,10 @@ def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
         moved = transform(other, symmetry)
         for (down, bound), (right, bound_) in product(downs, rights):
             if max(bound, bound_) < best:
-                here, there = _window(one, down, right, moved.shape), _window(moved, -down, -right, one.shape)
+                here, there = (
+                    _covered_window(one, down, right, moved.shape),
+                    _covered_window(moved, -down, -right, one.shape),
+                )
                 differ = areas - 2 * int(np.count_nonzero(here & there))
                 if differ < best:
                     best, found = differ, Match(differ / larger, symmetry)
@@ -316,11 +319,11 @@ def find_pairs(
     prints = np.zeros((count, 1 + 2 * _BINS), np.int32)
     profiles_of = cache(lambda number: measure_profiles(mask_of(number)))
     packed_of = lru_cache(maxsize=_KEPT)(lambda number: pack_mask(mask_of(number)))
-    for i in watched(range(count), label, count) if label else range(count):
+    for i in show_progress(range(count), label, count) if label else range(count):
         prints[i] = fingerprint_of(profiles_of(i)) if fresh[i] else known.fingerprints[i]
     with ThreadPoolExecutor(threads) as pool:
         possible = _possible_pairs(prints, fresh, threshold, pool)
-        near = _in_threads(pool, partial(_near, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
+        near = _in_threads(pool, partial(_near_pairs, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
         pairs = _in_threads(pool, partial(_pairs_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
         return Comparison(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
@@ -395,7 +398,7 @@ def _in_threads(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], 
         yield from future.result()
 
 
-def _near(limits: _Limits, jobs: list[tuple[_Numbers, Profiles, Profiles]]) -> list[_Numbers]:
+def _near_pairs(limits: _Limits, jobs: list[tuple[_Numbers, Profiles, Profiles]]) -> list[_Numbers]:
     """Return the pairs that their profiles do not rule out."""
     from houseexpo.analysis.kernels.masks import may_be_near
 
@@ -433,15 +436,15 @@ def _offsets(sums: npt.NDArray[np.int64], sums_: npt.NDArray[np.int64], areas: i
     """Return the possible offsets of the second profile on the first, each with a lower bound of the difference."""
     size, size_ = len(sums), len(sums_)
     ends = sorted({end + by for end in (0, size - size_) for by in range(-SHIFT_PX, SHIFT_PX + 1)}, key=abs)
-    common = [int(np.minimum(_from(sums, at, size_), _from(sums_, -at, size)).sum()) for at in ends]
+    common = [int(np.minimum(_slice_from(sums, at, size_), _slice_from(sums_, -at, size)).sum()) for at in ends]
     return [(at, areas - 2 * shared) for at, shared in zip(ends, common, strict=True)]
 
 
-def _from(values: npt.NDArray[np.int64], start: int, length: int) -> npt.NDArray[np.int64]:
+def _slice_from(values: npt.NDArray[np.int64], start: int, length: int) -> npt.NDArray[np.int64]:
     """Return the part of ``values`` that an array of this length covers if it begins at ``start``."""
     return values[max(start, 0) : max(start + length, 0)]
 
 
-def _window(mask: Mask, down: int, right: int, shape: tuple[int, ...]) -> Mask:
+def _covered_window(mask: Mask, down: int, right: int, shape: tuple[int, ...]) -> Mask:
     """Return the part of ``mask`` that a mask of this shape covers if it is placed at (down, right)."""
     return mask[max(down, 0) : max(down + shape[0], 0), max(right, 0) : max(right + shape[1], 0)]

@@ -58,11 +58,11 @@ class _Commands(TyperGroup):
             typer.echo(f"interrupted; the same command again: {typed_command()}", err=True)
             raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
-            typer.secho(f"houseexpo: {_said(error)}", fg=typer.colors.RED, err=True)
+            typer.secho(f"houseexpo: {_message_of(error)}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
 
 
-def _said(error: Exception) -> str:
+def _message_of(error: Exception) -> str:
     """Return the message of an error; for errors of the system, the file, the problem and what to do."""
     if not isinstance(error, OSError) or isinstance(error, HouseExpoError) or not error.strerror:
         return str(error)
@@ -118,7 +118,7 @@ def _entries() -> dict[str, EntryPoint]:
 
 
 def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
-    function = _loaded(entry)
+    function = _load_command(entry)
     if isinstance(function, typer.Typer):
         return _group(entry.name, function)
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
@@ -126,7 +126,7 @@ def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
     found: Any = typer.main.get_command(alone)
-    found.params += _loudness()
+    found.params += _verbosity_options()
     found.rich_help_panel = panel_of(entry.name)
     return found
 
@@ -139,34 +139,36 @@ def _group(name: str, commands: typer.Typer) -> Any:
     for command in (found, *found.commands.values()):
         command.context_settings = {**_SETTINGS, **command.context_settings}
         command.params = [each for each in command.params if not each.name.endswith("_completion")]
-        command.params += _loudness()
+        command.params += _verbosity_options()
     return found
 
 
-def _loudness() -> list[Any]:
+def _verbosity_options() -> list[Any]:
     """Return the options -v and -q of a command, so that they may also follow its name."""
     alone = typer.Typer(add_completion=False)
-    alone.command()(_only_loudness)
+    alone.command()(_declare_verbosity)
     found = typer.main.get_command(alone).params
     for option in found:
         option.expose_value = False  # its callback handles it, not the command
     return found
 
 
-def _loaded(entry: EntryPoint) -> Callable[..., Any] | typer.Typer:
+def _load_command(entry: EntryPoint) -> Callable[..., Any] | typer.Typer:
     """Return a command's function or Typer; if it cannot be loaded, a function that reports why."""
     package = entry.module.partition(".")[0]
     spec = PathFinder.find_spec(package)  # finds it without importing it
     if spec is not None and spec.submodule_search_locations is None and entry.module != package:
-        return _broken(entry, f"{spec.origin} hides the installed package {package!r}; run it from another folder")
+        return _command_that_fails(
+            entry, f"{spec.origin} hides the installed package {package!r}; run it from another folder"
+        )
     try:
         function: Callable[..., Any] | typer.Typer = entry.load()
     except Exception as error:  # noqa: BLE001  # whatever a plug-in does, the others work
-        return _broken(entry, f"{type(error).__name__}: {error}")
+        return _command_that_fails(entry, f"{type(error).__name__}: {error}")
     return function
 
 
-def _broken(entry: EntryPoint, why: str) -> Callable[..., Any]:
+def _command_that_fails(entry: EntryPoint, why: str) -> Callable[..., Any]:
     def cannot_be_loaded() -> None:
         raise MissingDependencyError(f"{entry.name} cannot be loaded: {why}")
 
@@ -195,12 +197,12 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-def _verbosely(times: int) -> None:
+def _set_verbose(times: int) -> None:
     if times:
         _set_up_logs(times, quiet=False)
 
 
-def _quietly(asked: bool) -> None:
+def _set_quiet(asked: bool) -> None:
     if asked:
         _set_up_logs(0, quiet=True)
 
@@ -209,11 +211,11 @@ _MORE = "Report each action; -vv: report more."
 _LESS = "Report only errors, without progress bars."
 
 
-def _only_loudness(
+def _declare_verbosity(
     verbose: Annotated[
-        int, typer.Option("--verbose", "-v", count=True, callback=_verbosely, help=_MORE, show_default=False)
+        int, typer.Option("--verbose", "-v", count=True, callback=_set_verbose, help=_MORE, show_default=False)
     ] = 0,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", callback=_quietly, help=_LESS)] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", callback=_set_quiet, help=_LESS)] = False,
 ) -> None:
     """Declare the options that every command has."""
 

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 REPLACE_HELP = "Overwrite files that houseexpo did not write."
 
 
-def offering(*words: str) -> Callable[[str], list[str]]:
+def completion_of(*words: str) -> Callable[[str], list[str]]:
     """Return a function for shell completion: the words that start with what was typed."""
 
-    def begun(incomplete: str) -> list[str]:  # typer identifies the parameter by its name
+    def complete(incomplete: str) -> list[str]:  # typer identifies the parameter by its name
         return [word for word in words if word.startswith(incomplete)]
 
-    return begun
+    return complete
 
 
 POLICIES = (
@@ -78,7 +78,7 @@ def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
         if is_plan_file(name):
             found.append(load_plan(name))
             continue
-        opened = _looked_up_in(name, data) if opened is None else opened
+        opened = _data_set_for_lookup(name, data) if opened is None else opened
         found += [opened[plan_id] for plan_id in plan_ids([name])]
     return found
 
@@ -93,7 +93,7 @@ def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | Non
     return plans([*what, *(ids or ())], data)
 
 
-def _looked_up_in(name: str, data: Path | None) -> Dataset:
+def _data_set_for_lookup(name: str, data: Path | None) -> Dataset:
     """Return the data set in which to look up a word as an id."""
     try:
         return data_set(data)

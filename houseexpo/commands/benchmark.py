@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, completion_of
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def run(
         typer.Option(
             help="A name, a Python file (FILE.py, FILE.py:name), or module:name.",
             show_default=False,
-            autocompletion=offering(*POLICIES),
+            autocompletion=completion_of(*POLICIES),
         ),
     ],
     out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
@@ -42,7 +42,7 @@ def run(
         typer.Option(
             help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people; "
             "on --maps also kth, dare or ariadne.",
-            autocompletion=offering(*TRACK_NAMES),
+            autocompletion=completion_of(*TRACK_NAMES),
         ),
     ] = "budget",
     dataset: Annotated[
@@ -140,7 +140,7 @@ def team(
         typer.Option(
             help="team-2, team-4 or team-8; repeat it for several.",
             show_default="all",
-            autocompletion=offering("team-2", "team-4", "team-8"),
+            autocompletion=completion_of("team-2", "team-4", "team-8"),
         ),
     ] = None,
     policy: Annotated[
@@ -148,7 +148,7 @@ def team(
         typer.Option(
             help="nearest, greedy, hungarian or auction; repeat it for several.",
             show_default="all",
-            autocompletion=offering("nearest", "greedy", "hungarian", "auction"),
+            autocompletion=completion_of("nearest", "greedy", "hungarian", "auction"),
         ),
     ] = None,
     dataset: Annotated[

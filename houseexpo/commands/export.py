@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, is_plan_file, offering
-from houseexpo.words import counted
+from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, completion_of, is_plan_file
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from houseexpo.errors import PlanError
@@ -24,7 +24,7 @@ _OWN = "the format's own"
 def export(
     dataset: Annotated[Path, typer.Argument(help="Data set folder, archive, JSON lines, or one plan's JSON file.")],
     to: Annotated[
-        str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=offering(*_NAMES.split(", ")))
+        str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=completion_of(*_NAMES.split(", ")))
     ],
     out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
     ids: Annotated[
@@ -80,7 +80,7 @@ def export(
     files = write(plans, to, out, refused=refused.append, replace=replace, sources=[dataset], **options)
     if refused and len(refused) == count:
         raise refused[0]
-    said = f"{counted(count - len(refused), 'plan')}, {counted(len(files), 'file')} in {out}"
+    said = f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}"
     console().print(said, highlight=False, soft_wrap=True)
     print_refused(console(stderr=True), "left out", list(map(str, refused)))
     if refused:
@@ -92,7 +92,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     from houseexpo.dataset import Dataset, open_dataset
     from houseexpo.errors import UnknownPlanError
     from houseexpo.floorplan import load_plan
-    from houseexpo.progress import watched
+    from houseexpo.progress import show_progress
     from houseexpo.words import unknown_name
 
     data: Dataset | dict[str, FloorPlan]
@@ -106,7 +106,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     if unknown:
         raise UnknownPlanError(f"{path}: {'; '.join(unknown_name(name, known) for name in unknown[:5])}")
     chosen = known if wanted is None else wanted
-    return len(chosen), watched((data[name] for name in chosen), "exporting", len(chosen))
+    return len(chosen), show_progress((data[name] for name in chosen), "exporting", len(chosen))
 
 
 def _with_rooms(plans: Iterator[FloorPlan]) -> Iterator[FloorPlan]:

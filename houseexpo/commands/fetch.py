@@ -33,7 +33,7 @@ def fetch(
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.fetch import fetch as run_fetch
     from houseexpo.dataset.manifest import load_manifest
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
 
     published = load_manifest(manifest)
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
@@ -48,6 +48,6 @@ def fetch(
         folder = run_fetch(subset.value, manifest=published, progress=show)
     out = printed()
     out.print(
-        f"{counted(len(open_dataset(folder)), 'plan')} of {published.name} ({published.licence})", highlight=False
+        f"{count_noun(len(open_dataset(folder)), 'plan')} of {published.name} ({published.licence})", highlight=False
     )
     out.print(str(folder), highlight=False, soft_wrap=True)

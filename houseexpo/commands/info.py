@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from houseexpo.commands.arguments import IDS_HELP
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
@@ -101,7 +101,7 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
     rows: list[_Row] = [
         ("plan", plan.id, plan.id),
         ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
-        ("vertices", vertices, f"{len(plan.verts)}, {counted(len(plan.holes), 'hole')}"),
+        ("vertices", vertices, f"{len(plan.verts)}, {count_noun(len(plan.holes), 'hole')}"),
         ("rooms", plan.room_num, f"{plan.room_num} by the source's count"),
         ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
     ]
@@ -126,7 +126,7 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
 def _of_robot(plan: FloorPlan, radius_m: float) -> _Row:
     found = plan.navigability(radius_m)
     value = {"pieces": found.components, "largest_share": found.largest_share, "narrowest_m": found.narrowest}
-    pieces = counted(found.components, "piece")
+    pieces = count_noun(found.components, "piece")
     said = f"{pieces}, {found.largest_share:.1%} in the largest, narrowest passage {found.narrowest:.2f} m"
     return (f"robot {radius_m:.2f} m", value, said)
 

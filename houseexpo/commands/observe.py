@@ -42,7 +42,7 @@ def observe(
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.observe import observe as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
     from houseexpo.workers import cores
 
     check_apart(out, [dataset])
@@ -53,7 +53,7 @@ def observe(
     done = run_observe(data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or cores())
     print_to = console()
     print_to.print(
-        f"{counted(done.pairs, 'pair')} in {out}: {counted(done.made, 'shard')} made, {done.known} known, "
+        f"{count_noun(done.pairs, 'pair')} in {out}: {count_noun(done.made, 'shard')} made, {done.known} known, "
         f"{done.size / 1e6:,.1f} MB",
         highlight=False,
         soft_wrap=True,

@@ -31,7 +31,7 @@ def prepare(
     from houseexpo.commands.printing import console, print_refused
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
     from houseexpo.workers import cores
 
     given = (
@@ -42,7 +42,7 @@ def prepare(
     done = run_prepare(data_set(dataset), given, workers or cores())
     out = console()
     out.print(
-        f"{counted(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",
+        f"{count_noun(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",
         highlight=False,
         soft_wrap=True,
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, offering
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, completion_of
 from houseexpo.commands.environment import MotionName, TaskName
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
@@ -36,7 +36,7 @@ def record(
         typer.Option(
             help="A name such as frontier, a file, or module:name; several, separated by commas, run side by side.",
             show_default="frontier; wall, avoidance; a-star, navigation",
-            autocompletion=offering(*POLICIES),
+            autocompletion=completion_of(*POLICIES),
         ),
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Largest number of steps; the episode may end earlier.")] = 200,
@@ -67,14 +67,14 @@ def record(
     from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
     from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
 
     printed = console()
     names = (_POLICIES[task] if policy is None else policy).split(",")
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
-        with Output(out, [dataset], replace=replace), printed.status(f"recording {counted(steps, 'step')}"):
+        with Output(out, [dataset], replace=replace), printed.status(f"recording {count_noun(steps, 'step')}"):
             interfaces = [interface_for(name, task) for name in names]
             racers = [
                 (
@@ -96,7 +96,7 @@ def record(
         for file in (out, bag):
             if file is not None:
                 opened.enter_context(Output(file, [dataset], replace=replace))
-        opened.enter_context(printed.status(f"recording {counted(steps, 'step')}"))
+        opened.enter_context(printed.status(f"recording {count_noun(steps, 'step')}"))
         interface = interface_for(names[0], task)
         env, options = environment(
             dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution,
@@ -108,8 +108,9 @@ def record(
         )
     written = " and ".join(str(file) for file in (out, bag) if file)
     printed.print(
-        f"{written}: {counted(done.steps, 'step')} in plan {done.info['plan_id']}, {done.info['coverage']:.0%} seen, "
-        f"{counted(done.info['collisions'], 'collision')}, reward {done.reward:.2f}",
+        f"{written}: {count_noun(done.steps, 'step')} in plan {done.info['plan_id']}, "
+        f"{done.info['coverage']:.0%} seen, "
+        f"{count_noun(done.info['collisions'], 'collision')}, reward {done.reward:.2f}",
         highlight=False,
         soft_wrap=True,
     )

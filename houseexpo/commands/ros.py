@@ -121,8 +121,8 @@ def ros(
             fleet = fleet_in(houses.first, starts)
             if isinstance(network, Network):
                 network.refuse_second(EVENTS)
-            node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.named(name), []), say=say)
-        with suppress(KeyboardInterrupt), _told_by_signals() as is_told:
+            node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.load(name), []), say=say)
+        with suppress(KeyboardInterrupt), _watch_signals() as is_told:
             say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, {where}; Ctrl-C ends it")
             node.run(float("inf") if seconds is None else seconds, until=is_told)
         say(f"ended after {node.elapsed_s:.1f} simulated seconds")
@@ -144,7 +144,7 @@ class _Houses:
             self._data = data_set(dataset)
             self.first = self._data[plan] if plan else self._data[0]
 
-    def named(self, plan_id: str) -> FloorPlan:
+    def load(self, plan_id: str) -> FloorPlan:
         if self._data is None:
             raise ConfigError(f"house {plan_id!r}: there is only {self.first.id!r}; start with a data set to choose")
         found: FloorPlan = self._data[plan_id]
@@ -185,7 +185,7 @@ def _pose(text: str) -> Pose:
 
 
 @contextmanager
-def _told_by_signals() -> Iterator[Callable[[], bool]]:
+def _watch_signals() -> Iterator[Callable[[], bool]]:
     """Yield a function that says whether SIGTERM or Ctrl-C came, also where a shell started this in the background.
 
     At the first signal nothing is raised, since an exception within CycloneDDS's calls would be lost or become another
@@ -193,12 +193,12 @@ def _told_by_signals() -> Iterator[Callable[[], bool]]:
     """
     told: list[int] = []
 
-    def tell(number: int, _frame: FrameType | None) -> None:
+    def on_signal(number: int, _frame: FrameType | None) -> None:
         told.append(number)
         if len(told) > 1:
             raise KeyboardInterrupt
 
-    before = {number: signal.signal(number, tell) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield lambda: bool(told)
     finally:

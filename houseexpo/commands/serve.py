@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from houseexpo.service.service import Service, Settings
@@ -52,7 +52,7 @@ def serve(
         from houseexpo.errors import MissingDependencyError, installing
 
         raise MissingDependencyError(f"serve needs {error.name}: {installing('serve')}") from None
-    from houseexpo.service.collection import opened
+    from houseexpo.service.collection import open_collections
     from houseexpo.service.service import Service, Settings, is_any, is_loopback
 
     if review and read_only:
@@ -60,17 +60,17 @@ def serve(
     for place in dataset or () if review else ():
         files_at(place, "serve --review")  # decisions are stored beside the data set
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
-    listening = _listening(host, port)
+    listening = _listening_socket(host, port)
     with listening:
         names = (socket.gethostname(),) if is_any(host) else ()
         settings = Settings(host, listening.getsockname()[1], names, read_only, review, token)
-        service = Service(opened(dataset or [_fetched()]), settings)
+        service = Service(open_collections(dataset or [_published_data_set()]), settings)
         for shown in service.collections.values():
             for name in ("n_doors", "navigability") if measure else ():
                 shown.dataset.column(name)
-            typer.echo(f"{shown.name}: {counted(len(shown.now.views.table), 'plan')}")
+            typer.echo(f"{shown.name}: {count_noun(len(shown.now.views.table), 'plan')}")
             if review:
-                typer.echo(f"decisions go to {_checked_decisions(shown.path)}")
+                typer.echo(f"decisions go to {_check_decisions(shown.path)}")
         typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 
@@ -82,7 +82,7 @@ def address(settings: Settings) -> str:
     return f"http://{host}:{settings.port}/" + (f"?token={settings.token}" if settings.token else "")
 
 
-def _checked_decisions(dataset: Path) -> Path:
+def _check_decisions(dataset: Path) -> Path:
     """Return the file for decisions on a data set; raise ConfigError if it is not writable."""
     from houseexpo.dataset.store.folders import overrides_file
     from houseexpo.service.review.decisions import Decisions
@@ -92,13 +92,13 @@ def _checked_decisions(dataset: Path) -> Path:
     return decisions.file
 
 
-def _fetched() -> Path:
+def _published_data_set() -> Path:
     from houseexpo.commands.arguments import data_set
 
     return data_set(None).path
 
 
-def _listening(host: str, port: int) -> socket.socket:
+def _listening_socket(host: str, port: int) -> socket.socket:
     """Return a listening socket before data sets are opened, so that a port in use is reported and browsers wait."""
     from houseexpo.errors import ConfigError
 

@@ -11,7 +11,7 @@ import typer
 
 from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP
 from houseexpo.errors import ConfigError
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
@@ -41,15 +41,15 @@ def show(
     from houseexpo.exports.encoding import image
     from houseexpo.files import write_whole
     from houseexpo.outputs import Output
-    from houseexpo.progress import watched
+    from houseexpo.progress import show_progress
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
     with Output(out, [*what, data], replace=replace):
-        found = _chosen(named_plans(what, data, ids), limit, sample, seed)
+        found = _choose_plans(named_plans(what, data, ids), limit, sample, seed)
         across = columns or math.ceil(math.sqrt(len(found)))
         names = [plan.id for plan in found]
-        shown = watched((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
+        shown = show_progress((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
         if out.suffix == ".svg":
             documents = [svg(plan, size=size) for plan in shown]
             content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
@@ -57,10 +57,10 @@ def show(
             images = [draw_plan(plan, size=size) for plan in shown]
             content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
         write_whole(out, content)
-    console().print(f"{counted(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
+    console().print(f"{count_noun(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
 
 
-def _chosen(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:
+def _choose_plans(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:
     """Return the plans to draw; raise ConfigError if there are none, or more than a sheet can show."""
     import numpy as np
 

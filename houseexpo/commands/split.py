@@ -28,7 +28,7 @@ def split(
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
     from houseexpo.dataset.store import files_at
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
     from houseexpo.workers import cores
 
     if out is None and not files_at(dataset, "split without --out").is_dir():
@@ -47,8 +47,8 @@ def split(
         table.add_row(name, str(said["ids"]), f"{said['ids'] / max(len(plans), 1):.3f}", said["sha256"][:16])
     printed = console()
     printed.print(table)
-    kept = counted(record["groups"], "group") if record["groups"] else "none"
-    said = f"{counted(len(plans), 'plan')}; levels and copies of a house that stay together: {kept}"
+    kept = count_noun(record["groups"], "group") if record["groups"] else "none"
+    said = f"{count_noun(len(plans), 'plan')}; levels and copies of a house that stay together: {kept}"
     printed.print(said, highlight=False, soft_wrap=True)
     for file in files:
         printed.print(f"written {file}", highlight=False, soft_wrap=True)

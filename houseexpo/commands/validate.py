@@ -24,7 +24,7 @@ def validate(
     from houseexpo.commands.printing import console, new_table, print_json
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate as run_validate
-    from houseexpo.words import counted
+    from houseexpo.words import count_noun
     from houseexpo.workers import cores
 
     report = run_validate(dataset, workers or cores())
@@ -36,7 +36,9 @@ def validate(
     if list_:
         for finding in report.findings:
             out.print(str(finding), highlight=False, soft_wrap=True)
-    table = new_table(f"{dataset.name}: {counted(report.plans, 'plan')}, {counted(len(report.findings), 'finding')}")
+    table = new_table(
+        f"{dataset.name}: {count_noun(report.plans, 'plan')}, {count_noun(len(report.findings), 'finding')}"
+    )
     table.add_column("rule")
     table.add_column("findings", justify="right")
     table.add_column("plans", justify="right")

@@ -65,7 +65,7 @@ class BuildRecord(msgspec.Struct, frozen=True):
     build: Build
     earlier: tuple[Build, ...] = ()
 
-    def beside(self, before: BuildRecord | None) -> BuildRecord:
+    def appended_to(self, before: BuildRecord | None) -> BuildRecord:
         """Return the record of a build that added its plans to those of the builds in ``before``."""
         if before is None:
             return self
@@ -76,7 +76,7 @@ class BuildRecord(msgspec.Struct, frozen=True):
         """Return the arguments of ``houseexpo`` for each build, in order."""
         return [each.words(out) for each in (*self.earlier, self.build)]
 
-    def typed(self, out: Path) -> list[str]:
+    def shell_lines(self, out: Path) -> list[str]:
         """Return the commands as lines for a shell."""
         return [shlex.join(["houseexpo", *words]) for words in self.commands(out)]
 
@@ -87,7 +87,7 @@ def _with_add(build: Build) -> Build:
 
 def record_build(root: Path, record: BuildRecord) -> None:
     """Save the record in a data set folder and note that this user built it; an equal file is not written again."""
-    if recorded_build(root) != record:
+    if read_build_record(root) != record:
         write_whole(root / FILE, encode_record(record), durable=True)
     note_built_here(root, record)
 
@@ -100,7 +100,7 @@ def note_built_here(root: Path, record: BuildRecord) -> None:
             write_whole(file, encode_record(record))
 
 
-def built_here(root: Path, record: BuildRecord) -> bool:
+def was_built_here(root: Path, record: BuildRecord) -> bool:
     """Return whether this user built the data set in this place as the record says (R2)."""
     try:
         return _copy_in_cache(root).read_bytes() == encode_record(record)
@@ -113,7 +113,7 @@ def encode_record(record: BuildRecord) -> bytes:
     return as_json(msgspec.to_builtins(record))
 
 
-def recorded_build(root: Path) -> BuildRecord | None:
+def read_build_record(root: Path) -> BuildRecord | None:
     """Return the record of how a data set folder was built, None if it has none or an invalid one."""
     try:
         found = msgspec.json.decode((root / FILE).read_bytes(), type=BuildRecord)

@@ -64,11 +64,11 @@ def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, pro
     lists = [download(source, downloads, progress) for source in published.lists]
     ids = None if size == "all" else _ids(archive, int(size), published.subsets.get("demo", ()))
 
-    def wanted(name: str) -> bool:
+    def is_wanted(name: str) -> bool:
         return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
 
     if not target.is_dir():  # another process may have created it meanwhile
-        unpack(archive, target, wanted=wanted, beside=lists)
+        unpack(archive, target, wanted=is_wanted, beside=lists)
     return target
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any, Final
 
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 PICTURES: Final = 6
 ROWS: Final = 5
@@ -27,7 +27,7 @@ def as_html(plans: Any) -> str:
     parts = [f"<p><b>{escape(plans.path.name)}</b>: {escape(_counts(plans))}</p>"]
     pictures = (
         f'<div style="margin: 4px">{svg(plan, size=160)}<div style="font-size: 80%; text-align: center">'
-        f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m2</div></div>"
+        f"{count_noun(plan.room_num, 'room')}, {plan.area:.0f} m2</div></div>"
         for plan in plans[:PICTURES]
     )
     parts.append(f'<div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>')
@@ -42,7 +42,7 @@ def _counts(plans: Any) -> str:
         return "no plans"
     areas, rooms = sorted(plans.column("area")), sorted(plans.column("room_num"))
     said = [
-        counted(len(plans), "plan"),
+        count_noun(len(plans), "plan"),
         f"{_range(rooms, '{:.0f}')} rooms, {_middle(rooms):.0f} in the median",
         f"{_range(areas, '{:.0f}')} m2, {_middle(areas):.0f} in the median",
     ]

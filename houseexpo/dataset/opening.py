@@ -19,7 +19,7 @@ from houseexpo.errors import (
     installing,
 )
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.words import counted, unknown_name
+from houseexpo.words import count_noun, unknown_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -234,13 +234,13 @@ class Dataset(Sequence[FloorPlan]):
         return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines() if line]
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
-        """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``store.derived``).
+        """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``measure_cached``).
 
         A progress bar shows the plans still to be measured. An interrupted run continues where it stopped.
         """
-        from houseexpo.dataset.store.derived import derived
+        from houseexpo.dataset.store.derived import measure_cached
 
-        return derived(self._catalogue, self._rows.tolist(), name, measure, workers)
+        return measure_cached(self._catalogue, self._rows.tolist(), name, measure, workers)
 
     def select(
         self,
@@ -310,7 +310,7 @@ class Dataset(Sequence[FloorPlan]):
         lists = self._catalogue.lists
         if name not in lists:
             known = ", ".join(sorted(lists)) or "none; houseexpo split makes some"
-            raise DatasetError(f"{self._catalogue.shown}: no list {name!r}; known: {known}")
+            raise DatasetError(f"{self._catalogue.display_name}: no list {name!r}; known: {known}")
         here, row_of = set(self._rows.tolist()), self._catalogue.row_of
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
@@ -330,7 +330,7 @@ class Dataset(Sequence[FloorPlan]):
 
     def __repr__(self) -> str:
         some = "" if len(self) == len(self._catalogue.ids) else f"{len(self):,} of "
-        return f"Dataset({self.path.name!r}, {some}{counted(len(self._catalogue.ids), 'plan')})"
+        return f"Dataset({self.path.name!r}, {some}{count_noun(len(self._catalogue.ids), 'plan')})"
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: counts, the first plans as pictures, and a table of some plans."""
@@ -342,7 +342,7 @@ class Dataset(Sequence[FloorPlan]):
         row = self._catalogue.row_of.get(plan_id, -1)
         if row < 0 or (len(self) < len(self._catalogue.ids) and row not in self._rows):
             known = self._catalogue.ids if row < 0 else self.ids
-            raise UnknownPlanError(f"{self._catalogue.shown}: {unknown_name(plan_id, known)}")
+            raise UnknownPlanError(f"{self._catalogue.display_name}: {unknown_name(plan_id, known)}")
         return row
 
     def _plan(self, row: int) -> FloorPlan:
@@ -354,7 +354,7 @@ class Dataset(Sequence[FloorPlan]):
 
 def _title_of(plan: FloorPlan) -> str:
     """Return a short description of a plan: its rooms and its free space."""
-    return f"{counted(plan.room_num, 'room')}, {plan.area:.0f} m2"
+    return f"{count_noun(plan.room_num, 'room')}, {plan.area:.0f} m2"
 
 
 def _reopen(address: str | Path, ids: list[str]) -> Dataset:

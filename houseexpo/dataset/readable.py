@@ -12,7 +12,7 @@ from houseexpo.dataset.opening import Dataset, open_dataset
 from houseexpo.dataset.store.records import Record, lists, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def _copy_readable(path: Path, copy: Path) -> tuple[Broken, ...]:
     seen: dict[str, str] = {}
     broken = []
     with copy.open("wb") as out:
-        for record in watched(records(path), f"reading {path.name}"):
+        for record in show_progress(records(path), f"reading {path.name}"):
             try:
                 plan = _decode_checked(record, seen)
             except PlanError as error:

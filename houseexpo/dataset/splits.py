@@ -75,7 +75,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     """
     _check(shares)
     used = {name: share for name, share in shares.items() if share > 0}
-    groups = together(plans, workers)
+    groups = groups_of(plans, workers)
     index = {name: number for number, name in enumerate(plans.ids)}
     strata = _strata(plans)
     rng = np.random.default_rng(seed)
@@ -91,7 +91,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     return Split({name: tuple(sorted(ids)) for name, ids in parts.items()}, seed, used, groups)
 
 
-def together(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
+def groups_of(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
     """Return the ids in groups that no split may divide (R1, R2), each sorted, the groups by their first id."""
     ids = plans.ids
     sets = _Sets(len(ids))

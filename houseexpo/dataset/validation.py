@@ -26,7 +26,7 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.categories import LABELS
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
 from houseexpo.processes import in_chunks, in_processes
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M, TILE_M2
 
 Broken = tuple[str, str]
@@ -286,7 +286,7 @@ def validate(path: Path, workers: int = 1) -> Report:
     count = 0
     findings: list[Finding] = []
     seen: dict[str, str] = {}
-    for ids, found in watched(_check_chunks(path, workers), f"checking {path.name}"):
+    for ids, found in show_progress(_check_chunks(path, workers), f"checking {path.name}"):
         count += len(ids)
         findings += found
         for place, plan in ids:

@@ -110,7 +110,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
         raise ConfigError(f"picture: expected a size of more than 0 pixels, found {asked}")
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
-    closed = _inside(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
+    closed = _inner_area(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
     floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
     inside = [*floors, *_hatches(plan), *_furniture(plan), *_doors(plan)]
@@ -122,7 +122,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
 
 
-def _inside(plan: PlanData) -> Polygon | MultiPolygon:
+def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
     """Return the area of the outline and of furniture that is cut out of it."""
     if not plan.objects:
         return plan.outline
@@ -212,7 +212,7 @@ def _hatches(plan: PlanData) -> Iterator[Area]:
 def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
     """Place a label and the area where the room is wide, as large as fits on one or more lines; None if too small."""
     centre, clearance = _middle(room.shape)
-    wide_px = _chord(room.shape, centre) * scale * 0.92
+    wide_px = _free_width(room.shape, centre) * scale * 0.92
     tall_px = 2 * clearance * scale * 0.95
     extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's font has no superscript 2
     name = " / ".join(room.labels).replace("_", " ")
@@ -239,7 +239,7 @@ def _middle(shape: Polygon) -> tuple[Point, float]:
     return shapely.Point(circle.coords[0]), float(circle.length)
 
 
-def _chord(shape: Polygon, centre: Point) -> float:
+def _free_width(shape: Polygon, centre: Point) -> float:
     """Return the free width around a point, the same on its left and right, metres."""
     import shapely
 

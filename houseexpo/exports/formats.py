@@ -144,7 +144,7 @@ def export(
     if refused is None or chosen.indexed:
         made = chosen.files(distinct, **options)
     else:
-        made = _held(chosen, distinct, refused, options)
+        made = _files_of_plans(chosen, distinct, refused, options)
     read = [*(os.fspath(each) for each in sources), getattr(plans, "path", None)]
     with Output(folder, read, replace=replace, folder=True) as output:
         for name, content in made:
@@ -153,7 +153,7 @@ def export(
     return written
 
 
-def _held(
+def _files_of_plans(
     chosen: Format, plans: Iterable[FloorPlan], refused: Callable[[PlanError], object], options: dict[str, Any]
 ) -> Iterator[tuple[str, bytes]]:
     """Yield the files of the plans that the format can represent."""

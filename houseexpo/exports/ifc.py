@@ -178,7 +178,7 @@ class _Writer:
         """Return a body on a shape: ``heights`` are that of its foot, and its own, metres."""
         low, high = heights
         parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
-        solids = [self._extruded(part, low, high) for part in parts]
+        solids = [self._extrusion(part, low, high) for part in parts]
         shown = self._new(
             "IfcShapeRepresentation",
             ContextOfItems=self._body,
@@ -194,7 +194,7 @@ class _Writer:
             Representation=self._new("IfcProductDefinitionShape", Representations=[shown]),
         )
 
-    def _extruded(self, part: Polygon, low: float, high: float) -> Any:
+    def _extrusion(self, part: Polygon, low: float, high: float) -> Any:
         outer, *inner = [self._polyline(ring) for ring in rings_of(part)]
         profile = self._new("IfcArbitraryClosedProfileDef", ProfileType="AREA", OuterCurve=outer)
         if inner:

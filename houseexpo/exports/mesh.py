@@ -94,25 +94,25 @@ def _walls(built: Solid) -> Manifold:
     """Return the walls: one part up to the height of doors, and one with lintels above."""
     above = shapely.union_all([*built.walls, *built.lintels])
     if not built.lintels:
-        return extruded(above, built.wall_height)
-    below = extruded(shapely.union_all(built.walls), built.door_height)
-    return below + extruded(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
+        return extrude(above, built.wall_height)
+    below = extrude(shapely.union_all(built.walls), built.door_height)
+    return below + extrude(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
 
 
 def _floor(built: Solid) -> Manifold:
     """Return the slab under rooms and walls, with its top at height 0."""
     slab = shapely.union_all([built.space, *built.walls])
-    return extruded(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
+    return extrude(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
 
 
 def _furniture(built: Solid) -> Manifold:
     from manifold3d import Manifold, OpType
 
-    pieces = [extruded(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
+    pieces = [extrude(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
     return Manifold.batch_boolean(pieces, OpType.Add)
 
 
-def extruded(shape: Any, height: float) -> Manifold:
+def extrude(shape: Any, height: float) -> Manifold:
     """Return a closed body on a shape, from height 0 to ``height``."""
     from manifold3d import CrossSection, FillRule
 

@@ -37,12 +37,12 @@ def passages(plan: FloorPlan, wall_thickness: float) -> list[Passage]:
     found = []
     walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind == "entrance" for d in plan.doors) else None
     for door in plan.doors:
-        shape = door.polygon if walls is None or door.kind != "entrance" else _through(door, walls)
+        shape = door.polygon if walls is None or door.kind != "entrance" else _cut_in_wall(door, walls)
         found.append(Passage(door, shape, _middle(door, shape) if door.kind == "entrance" else door.segment))
     return found
 
 
-def _through(door: Door, walls: shapely.Geometry) -> Polygon:
+def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
     """The part of an outer wall, as thick as it is drawn, that an entrance takes out."""
     a, b = np.asarray(door.segment, np.float64)
     along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)

@@ -47,11 +47,11 @@ def without_holes(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
         No slit gives a simple ring.
     """
     while polygon.interiors:
-        polygon = _one_less(polygon, avoid)
+        polygon = _join_one_hole(polygon, avoid)
     return polygon
 
 
-def _one_less(polygon: Polygon, avoid: Sequence[Polygon]) -> Polygon:
+def _join_one_hole(polygon: Polygon, avoid: Sequence[Polygon]) -> Polygon:
     hole = shapely.Polygon(polygon.interiors[0])
     for slit in _slits(polygon, hole, avoid):
         cut = shapely.difference(polygon, slit)

@@ -86,10 +86,10 @@ def _model(world: ET.Element, name: str, pieces: Iterator[_Piece]) -> None:
     link = _child(model, "link", name=name)
     for piece in pieces:
         for kind in ("collision", "visual"):
-            _stand(link, kind, piece)
+            _add_piece(link, kind, piece)
 
 
-def _stand(link: ET.Element, kind: str, piece: _Piece) -> None:
+def _add_piece(link: ET.Element, kind: str, piece: _Piece) -> None:
     """Add a piece as a collision or a visual."""
     x1, y1, x2, y2 = shapely.Polygon(piece.ring).bounds
     square = {tuple(corner) for corner in piece.ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.exports.encoding import Files, number, plain
-from houseexpo.exports.mesh import FLOOR_M, extruded
+from houseexpo.exports.mesh import FLOOR_M, extrude
 from houseexpo.exports.openings import passages
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid
@@ -85,7 +85,7 @@ def usd(
         '    kind = "component"',
         ")",
         "{",
-        f"    custom string houseexpo:id = {_quoted(plan.id)}",
+        f"    custom string houseexpo:id = {_quote(plan.id)}",
     ]
     for scope, parts in (("Walls", walls), ("Floors", floors), ("Doors", bodies), ("Furniture", things)):
         if parts:
@@ -98,10 +98,10 @@ def _body(
 ) -> list[str]:
     """Return the lines of a mesh that stands on a shape: ``heights`` are that of its foot, and its own, metres."""
     low, high = heights
-    mesh = extruded(shape, high).to_mesh64()
+    mesh = extrude(shape, high).to_mesh64()
     points = np.asarray(mesh.vert_properties)[:, :3] + (0.0, 0.0, low)
     lines = _mesh(name, kind, points, np.asarray(mesh.tri_verts))
-    return [f"        {line}" for line in (*lines, *_said(kind, label, words), "}")]
+    return [f"        {line}" for line in (*lines, *_semantics(kind, label, words), "}")]
 
 
 def _mesh(name: str, kind: str, points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Iterator[str]:
@@ -119,18 +119,18 @@ def _mesh(name: str, kind: str, points: npt.NDArray[np.float64], faces: npt.NDAr
     yield f"    color3f[] primvars:displayColor = [({_COLOURS[kind]})]"
 
 
-def _said(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
-    yield f"    token[] semantics:labels:class = [{_quoted(label)}]"
+def _semantics(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
+    yield f"    token[] semantics:labels:class = [{_quote(label)}]"
     yield '    string semantic:Semantics:params:semanticType = "class"'
-    yield f"    string semantic:Semantics:params:semanticData = {_quoted(label)}"
-    yield f"    custom string semanticLabel = {_quoted(label)}"
+    yield f"    string semantic:Semantics:params:semanticData = {_quote(label)}"
+    yield f"    custom string semanticLabel = {_quote(label)}"
     if words:
-        yield f"    custom string[] houseexpo:words = [{', '.join(map(_quoted, words))}]"
+        yield f"    custom string[] houseexpo:words = [{', '.join(map(_quote, words))}]"
     if kind == "door":
         yield '    uniform token purpose = "guide"'
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     """Return a text as USD writes one; control characters are left out."""
     said = plain(re.sub(r"[\x00-\x1f]", " ", text)).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{said}"'

@@ -132,7 +132,7 @@ class RobotMap:
         """(rows, cols): whether a cell is occupied."""
         return self.occupancy >= OCCUPIED_FROM
 
-    def placed(self, pixels: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def points_from_pixels(self, pixels: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return points (n, 2) in the map's frame, metres, of points (across, down) from the picture's top left corner.
 
         Points are in cells; the middle of cell (row, col) is (col + 0.5, row + 0.5).
@@ -201,7 +201,7 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
     size = _number(resolution, "resolution", file.name)
     if suffix == ".npy":
         return RobotMap(_from_array(file), size, name=file.name)
-    cells, unknown_shade = shading.occupancy(_darkness(file), file.name)
+    cells, unknown_shade = shading.occupancy(_grey_of(file), file.name)
     return RobotMap(cells, size, name=file.name, unknown_shade=unknown_shade)
 
 
@@ -310,7 +310,7 @@ def _from_yaml(file: Path) -> RobotMap:
     shading = _Shading(negate, occupied, _number(free, "free_thresh", file.name), mode)
     resolution = _number(document["resolution"], "resolution", file.name)
     origin = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
-    cells, unknown_shade = shading.occupancy(_darkness(picture), picture.name)
+    cells, unknown_shade = shading.occupancy(_grey_of(picture), picture.name)
     return RobotMap(cells, resolution, origin, file.name, unknown_shade)
 
 
@@ -343,7 +343,7 @@ def _picture(file: Path, document: Mapping[str, Any]) -> Path | None:
     return None
 
 
-def _darkness(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
+def _grey_of(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
     """R1: the mean of a picture's colours, 0 to 255, and where it is transparent."""
     from PIL import Image, UnidentifiedImageError
 
@@ -434,7 +434,7 @@ def _from_bag(path: Path, topic: str | None) -> RobotMap:
     """R7."""
     with bag_reader(path) as reader:
         maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
-        chosen = _chosen_topic([each.topic for each in maps], topic, path.name)
+        chosen = _choose_topic([each.topic for each in maps], topic, path.name)
         last = None
         for _, _, last in reader.messages([each for each in maps if each.topic == chosen]):  # noqa: B007
             pass
@@ -444,7 +444,7 @@ def _from_bag(path: Path, topic: str | None) -> RobotMap:
     return _from_message(message, f"{path.name} {chosen}")
 
 
-def _chosen_topic(topics: list[str], wanted: str | None, name: str) -> str:
+def _choose_topic(topics: list[str], wanted: str | None, name: str) -> str:
     """R7."""
     known = sorted(set(topics))
     if not known:

@@ -124,7 +124,7 @@ def _labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) ->
         for i, labels in enumerate(words.values()):
             room = paired.get(i)
             if room is None:
-                room = _holder(i, shared, fit, sizes, set(paired.values()))
+                room = _room_of_box(i, shared, fit, sizes, set(paired.values()))
             if room is not None:
                 found[room] += [(i in paired, float(fit[i, room]), label) for label in labels]
     ordered = [sorted(names, key=lambda name: (not name[0], -name[1])) for names in found]
@@ -152,7 +152,7 @@ def _pair_boxes(fit: Matrix) -> dict[int, int]:
     return {box: room for box, room in pairs if fit[box, room] > BOX_FITS}
 
 
-def _holder(box: int, shared: Matrix, fit: Matrix, sizes: tuple[Matrix, Matrix], taken: set[int]) -> int | None:
+def _room_of_box(box: int, shared: Matrix, fit: Matrix, sizes: tuple[Matrix, Matrix], taken: set[int]) -> int | None:
     """Return the room of a remaining box (R2, R3)."""
     covered = [k for k in range(len(sizes[1])) if k not in taken and shared[box, k] > BOX_COVERS * sizes[1][k]]
     if covered:

@@ -65,7 +65,7 @@ def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[
     links, rooms = _drop_until_stable(faces, links)
     room_of = {face: k for k, room in enumerate(rooms) for face in room}
     doors = [Doorway(k.neck, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
-    return [_whole(faces[room]) for room in rooms], doors
+    return [_union_of_faces(faces[room]) for room in rooms], doors
 
 
 def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
@@ -103,13 +103,13 @@ def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
 
     if not necks:
         return []
-    looks = np.stack([_looks(neck) for neck in necks])
+    looks = np.stack([_points_in_front(neck) for neck in necks])
     place = np.full(looks.shape[:2], -1)
     point, face = shapely.STRtree(faces).query(shapely.points(looks).ravel(), predicate="within")
     place.flat[point] = face
     found = []
     own: set[int] = set()
-    fills = _fills(faces[place[:, 0]], necks)
+    fills = _faces_filled_by_necks(faces[place[:, 0]], necks)
     for neck, (middle, one, other), fits in zip(necks, place.tolist(), fills.tolist(), strict=True):
         if fits and min(middle, one, other) >= 0 and middle not in (one, other) and middle not in own:
             found.append(_Link(neck, middle, (one, other)))
@@ -117,7 +117,7 @@ def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
     return [link for link in found if own.isdisjoint(link.sides)]
 
 
-def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.bool_]:
+def _faces_filled_by_necks(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.bool_]:
     """Return whether each face is about as large as its neck, that is, whether nothing else runs through it."""
     import shapely
 
@@ -126,7 +126,7 @@ def _fills(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.
     return np.asarray((found > 0.5 * area - JAGS_M2) & (found < 2.0 * area + JAGS_M2))
 
 
-def _looks(neck: Neck) -> Floats:
+def _points_in_front(neck: Neck) -> Floats:
     """Return the middle of a neck and a point in front of each of its fronts, (3, 2)."""
     return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BESIDE_M * neck.into])
 
@@ -141,7 +141,7 @@ def _drop_until_stable(faces: npt.NDArray[np.object_], links: list[_Link]) -> tu
         rooms = _rooms(len(faces), links, kept)
         room_of = {face: k for k, room in enumerate(rooms) for face in room}
         sides = [(room_of[link.sides[0]], room_of[link.sides[1]]) for link in kept]
-        drop = {k for k, (one, other) in enumerate(sides) if one == other} or _open(kept, sides)
+        drop = {k for k, (one, other) in enumerate(sides) if one == other} or _open_links(kept, sides)
         if not drop:
             size = [float(area[room].sum()) for room in rooms]
             beside_small = [k for k, pair in enumerate(sides) if min(size[room] for room in pair) < SMALLEST_ROOM_M2]
@@ -162,7 +162,7 @@ def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]
     return [sorted(room) for room in nx.connected_components(joined)]
 
 
-def _open(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
+def _open_links(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
     """R3."""
     wide: set[int] = set()
     for row in _in_rows([link.neck for link in links], sides):
@@ -191,7 +191,7 @@ def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]
     return [sorted(row) for row in nx.connected_components(rows)]
 
 
-def _whole(faces: npt.NDArray[np.object_]) -> Polygon:
+def _union_of_faces(faces: npt.NDArray[np.object_]) -> Polygon:
     """Return faces that share edges as one polygon."""
     import shapely
 

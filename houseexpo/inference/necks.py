@@ -176,7 +176,7 @@ def find_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
     line, ends_at_corner = _snap_ends(line, corner)
     into = _normals(line, into[found])
     is_corner = np.stack([np.ones(len(line), dtype=bool), ends_at_corner], axis=1)
-    return _Fronts(line, into, is_corner, _room(line, into, walls))
+    return _Fronts(line, into, is_corner, _space_in_front(line, into, walls))
 
 
 def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
@@ -232,7 +232,7 @@ def _normals(line: Floats, into: Floats) -> Floats:
     return np.asarray(normal * side[:, None])
 
 
-def _room(line: Floats, into: Floats, walls: _Walls) -> Floats:
+def _space_in_front(line: Floats, into: Floats, walls: _Walls) -> Floats:
     """Return the width of the space a little in front of each front, in the front's direction."""
     along, middle = _right_of(into), line.mean(axis=1)
     widest = np.zeros(len(line))

@@ -141,9 +141,9 @@ class Reach(Mapping[str, Navigability]):
         key = f"{radius_m:.2f}"
         if key in self._known and float(key) == radius_m:
             return self._known[key]
-        return self._unknown(radius_m)
+        return self._missing_radius(radius_m)
 
-    def _unknown(self, radius_m: float) -> Navigability:
+    def _missing_radius(self, radius_m: float) -> Navigability:
         found = f"{radius_m:.2f}"
         raise PlanError(f"expected one of {sorted(self._known)}, found {found!r}; no plan is bound", "navigability")
 

@@ -168,7 +168,7 @@ def _histogram(axes: Axes, tally: Mapping[str, Any], title: str, unit: str) -> N
         axes.annotate(f"{starts[last]:,.4g} and more", (1, 0), xytext=(0, 2), xycoords="axes fraction", ha="right",
                       textcoords="offset points", color=_MUTED, fontsize=7.5, rotation=90, va="bottom")  # fmt: skip
     axes.set_xlabel(unit)
-    axes.yaxis.set_major_locator(_few())
+    axes.yaxis.set_major_locator(_few_ticks())
     axes.yaxis.set_major_formatter("{x:,.0f}")
 
 
@@ -195,14 +195,14 @@ def _reach(axes: Axes, reach: Mapping[str, Mapping[str, Any]]) -> None:
         axes.annotate(f"{share:.1f}", (float(radius), share), xytext=(0, 6), ha="center",
                       textcoords="offset points", fontsize=8, color=_INK)  # fmt: skip
     axes.set_ylim(max(min([*shares, 90]) - 2, 0), 102)
-    axes.yaxis.set_major_locator(_few())
+    axes.yaxis.set_major_locator(_few_ticks())
     axes.set_xticks([float(radius) for radius in radii])
     axes.yaxis.set_major_formatter("{x:.0f}%")
     axes.set_xlabel("radius of the robot, m")
     axes.set_title("Plans in which a robot gets everywhere")
 
 
-def _few() -> Any:
+def _few_ticks() -> Any:
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(4, integer=True)

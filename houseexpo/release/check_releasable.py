@@ -26,7 +26,7 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.records import records
 from houseexpo.errors import DatasetError
 from houseexpo.files import sha256_of
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.release.metadata import LINE, is_line
 
 
@@ -135,7 +135,7 @@ def check_releasable(path: Path) -> Iterator[Releasable]:
     file = path / "manifest.json"
     if not file.is_file():
         raise _no_build(path)
-    with _at_rest(path):
+    with _lock_for_reading(path):
         manifest = _manifest(file)
         licence = _licence(path, manifest)
         _check_credit(path, manifest)
@@ -163,7 +163,7 @@ def _no_build(path: Path) -> DatasetError:
 
 
 @contextmanager
-def _at_rest(path: Path) -> Iterator[None]:
+def _lock_for_reading(path: Path) -> Iterator[None]:
     """Hold the builds' lock, shared with other readers (R1); no build writes to a data set without ``.build``."""
     lock = path / ".build" / "lock"
     if not lock.is_file():
@@ -223,8 +223,8 @@ def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
     needed = ("index.parquet", "stats.json", *(f"json/{name}.json" for name in plans.ids))
     if missing := [name for name in needed if name not in manifest.files]:
         raise DatasetError(f"{path}: {missing[0]}: expected in the manifest, not found in it; build again")
-    for name, expected in watched(manifest.files.items(), f"checking {path.name}", len(manifest.files)):
-        if not _inside(path, name):
+    for name, expected in show_progress(manifest.files.items(), f"checking {path.name}", len(manifest.files)):
+        if not _lies_below(path, name):
             raise DatasetError(f"{path}: manifest.json: expected names of files in the folder, found {name!r}")
         try:
             found = sha256_of(path / name)
@@ -237,7 +237,7 @@ def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
             )
 
 
-def _inside(path: Path, name: str) -> bool:
+def _lies_below(path: Path, name: str) -> bool:
     return path.resolve() in (path / name).resolve().parents
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 from houseexpo.release.check_releasable import Releasable
 from houseexpo.release.metadata import About
 from houseexpo.release.splits import Splits
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 KEYWORDS: Final = (
     "floor plans",
@@ -47,7 +47,7 @@ class Facts:
     def title(self) -> str:
         """The given title, or a generic one."""
         kind = "made houses" if self.material.manifest.is_made else "houses"
-        return self.about.title or f"{counted(self.plans, 'floor plan')} of {kind}"
+        return self.about.title or f"{count_noun(self.plans, 'floor plan')} of {kind}"
 
     @property
     def stats(self) -> Mapping[str, Any]:
@@ -56,7 +56,7 @@ class Facts:
         return found
 
     @property
-    def furnished(self) -> bool:
+    def has_furniture(self) -> bool:
         """Whether any plan has furniture."""
         return "objects" in self.rows
 
@@ -65,10 +65,10 @@ class Facts:
         """A paragraph that describes the data set."""
         rooms, area = sum(self.rows["rooms"].values()), self.stats["area_m2"]
         made = self.material.manifest.is_made
-        furniture = " Some are furnished." if self.furnished else ""
+        furniture = " Some are furnished." if self.has_furniture else ""
         return (
-            f"{counted(self.plans, 'floor plan')} of houses for robots that learn to explore and to navigate, with "
-            f"{counted(rooms, 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
+            f"{count_noun(self.plans, 'floor plan')} of houses for robots that learn to explore and to navigate, with "
+            f"{count_noun(rooms, 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
             f"metres. A plan has {rooms / self.plans:.1f} rooms and {area['mean']:.0f} m2 on average.{furniture} "
             + ("The houses were made by a program; nobody lives in them." if made else f"{self.credit}")
         ).strip()
@@ -97,7 +97,7 @@ class Facts:
         """The limitations of the data."""
         furniture = (
             "Furniture was placed by rules, in part of the plans."
-            if self.furnished
+            if self.has_furniture
             else "Furniture is not in the plans: free space is everything inside the walls."
         )
         made = self.material.manifest.is_made

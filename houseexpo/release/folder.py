@@ -35,7 +35,7 @@ def check_target(target: Path) -> None:
         raise ConfigError(
             f"{target}: expected an empty folder or a former release, found other files; choose another --out"
         )
-    known = {SUMS, *_named(target / SUMS)}
+    known = {SUMS, *_names_in_sums(target / SUMS)}
     others = sorted(set(_files(target)) - known)
     if others:
         raise ConfigError(
@@ -45,7 +45,7 @@ def check_target(target: Path) -> None:
 
 
 @contextmanager
-def appearing(target: Path) -> Iterator[Path]:
+def replace_when_done(target: Path) -> Iterator[Path]:
     """Yield a folder beside the target; at the end it replaces the target, or is removed after an error (R2)."""
     target = target.absolute()
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ def _files(folder: Path) -> list[str]:
     return sorted(file.relative_to(folder).as_posix() for file in found)
 
 
-def _named(sums: Path) -> Iterator[str]:
+def _names_in_sums(sums: Path) -> Iterator[str]:
     for line in sums.read_text(encoding="utf-8", errors="replace").splitlines():
         yield line.partition("  ")[2]
 

@@ -23,13 +23,13 @@ from houseexpo.exports.encoding import image
 from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import decode
 from houseexpo.processes import in_processes
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.release import citation
 from houseexpo.release.card import MEASURES, SHEET, card, measures_png, sheet_png
 from houseexpo.release.check_releasable import Licence, Releasable, check_releasable
 from houseexpo.release.croissant import croissant
 from houseexpo.release.descriptions import Facts
-from houseexpo.release.folder import CROISSANT, appearing, check_target, write_archive, write_sums
+from houseexpo.release.folder import CROISSANT, check_target, replace_when_done, write_archive, write_sums
 from houseexpo.release.metadata import About
 from houseexpo.release.splits import Splits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, Placed, Row, Table, TableWriter
@@ -73,9 +73,9 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     """
     target = Path(out)
     check_target(target)
-    with check_releasable(files_at(dataset, "release")) as found, appearing(target) as folder:
+    with check_releasable(files_at(dataset, "release")) as found, replace_when_done(target) as folder:
         parts = release_splits(found.plans, workers)
-        tables = TABLES if _furnished(found) else tuple(table for table in TABLES if table is not OBJECTS)
+        tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)
         rows = _write_tables(folder, tables, found, parts, workers)
         facts = Facts(_slug(target), about or About(), found, parts, rows)
         _write_files(folder, tables, facts)
@@ -93,7 +93,7 @@ def _write_tables(
     chunks = list(_chunks(parts))
     plans = ((part, [(found.plans.raw(name), parts.group_of[name]) for name in ids]) for part, ids in chunks)
     made = map(_rows_of, plans) if workers <= 1 else in_processes(_rows_of, plans, workers)
-    for part, answers in groupby(watched(made, "writing tables", len(chunks)), key=itemgetter(0)):
+    for part, answers in groupby(show_progress(made, "writing tables", len(chunks)), key=itemgetter(0)):
         with ExitStack() as files:
             writers = {
                 table.name: files.enter_context(TableWriter(folder / table.name / f"{part}.parquet", table))
@@ -150,7 +150,7 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
     write_sums(folder)
 
 
-def _furnished(found: Releasable) -> bool:
+def _has_furniture(found: Releasable) -> bool:
     """Return whether any plan has furniture, according to the statistics."""
     return bool(found.stats["plans"].get("furniture", {}).get("count"))
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.splits import split, together
+from houseexpo.dataset.splits import groups_of, split
 from houseexpo.errors import DatasetError
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 SHARES: Final = {"train": 0.7, "val": 0.1, "test": 0.2}
 SEED: Final = 0
@@ -45,8 +45,8 @@ def release_splits(plans: Dataset, workers: int = 1) -> Splits:
         lists: Mapping[str, tuple[str, ...]] = {name: ids for name, ids in found.parts.items() if ids}
         groups = found.groups
     else:
-        groups = together(plans, workers)
-        lists = _checked(own, plans)
+        groups = groups_of(plans, workers)
+        lists = _check_lists(own, plans)
     group_of = {name: group[0] for group in groups for name in group}
     _check_apart(lists, groups, plans)
     return Splits({name: tuple(sorted(lists[name])) for name in sorted(lists, key=_place)}, group_of)
@@ -56,7 +56,7 @@ def _place(name: str) -> tuple[int, str]:
     return (_FIRST.index(name) if name in _FIRST else len(_FIRST), name)
 
 
-def _checked(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tuple[str, ...]]:
+def _check_lists(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tuple[str, ...]]:
     """Return the lists with sorted ids; raise DatasetError unless each plan is in exactly one of them (R1)."""
     times = Counter(name for ids in own.values() for name in ids)
     wrong = sorted(name for name in {*times, *plans.ids} if times[name] != 1 or name not in plans)
@@ -68,7 +68,7 @@ def _checked(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str, tu
     if wrong:
         raise DatasetError(
             f"{plans.path}: expected each plan in one of the lists {', '.join(sorted(own))}, found "
-            f"{counted(len(wrong), 'id')} otherwise, {wrong[0]!r} in {times[wrong[0]]}; run houseexpo split again"
+            f"{count_noun(len(wrong), 'id')} otherwise, {wrong[0]!r} in {times[wrong[0]]}; run houseexpo split again"
         )
     return {name: ids for name, ids in own.items() if ids}
 

@@ -66,7 +66,7 @@ def _plan_rows(placed: Placed) -> Iterator[Row]:
         **known,
         "split": placed.split,
         "group": placed.group,
-        **{_reached(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
+        **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "n_objects": len(plan.objects),
         "image": {"bytes": placed.png, "path": f"{plan.id}.png"},
@@ -124,7 +124,7 @@ def wkb(shape: BaseGeometry) -> bytes:
     return bytes(shapely.to_wkb(shapely.orient_polygons(shape), byte_order=1, include_srid=False))
 
 
-def _reached(radius_m: float) -> str:
+def _reach_column(radius_m: float) -> str:
     return f"reached_{round(radius_m * 100):02d}cm"
 
 
@@ -133,7 +133,11 @@ _OF_PLAN: Final = (
     Column("split", pa.string(), "The split that contains the plan."),
 )
 _REACH: Final = tuple(
-    Column(_reached(radius), pa.float64(), f"Share of its floor that a round robot of {radius:.2f} m radius can reach.")
+    Column(
+        _reach_column(radius),
+        pa.float64(),
+        f"Share of its floor that a round robot of {radius:.2f} m radius can reach.",
+    )
     for radius in RADII_M
 )
 PLANS: Final = Table(

@@ -1,9 +1,9 @@
 """Read the bodies of requests, and answer: values as JSON, data under a tag, parts of data, and errors.
 
-Every answer below ``/api`` has an entity tag, so that unchanged data is not sent again (RFC 9110). ``values`` and
-``hashed`` use the SHA-1 of the data as the tag (a millisecond per megabyte), ``tagged`` and ``ranged`` a tag that is
-already known, and ``on_disk`` the size and time of a file. An error becomes a page for people and JSON for programs,
-never a traceback.
+Every answer below ``/api`` has an entity tag, so that unchanged data is not sent again (RFC 9110). ``json_response``
+and ``hashed_response`` use the SHA-1 of the data as the tag (a millisecond per megabyte), ``tagged_response`` and
+``range_response`` a tag that is already known, and ``file_response`` the size and time of a file. An error becomes a
+page for people and JSON for programs, never a traceback.
 """
 
 from __future__ import annotations
@@ -61,17 +61,19 @@ def matches(request: Request, etag: str) -> bool:
     return given == "*" or etag in (tag.strip().removeprefix("W/") for tag in given.split(","))
 
 
-def values(request: Request, content: Any) -> Response:
+def json_response(request: Request, content: Any) -> Response:
     """Return plain values as JSON."""
-    return hashed(request, msgspec.json.encode(content), "application/json")
+    return hashed_response(request, msgspec.json.encode(content), "application/json")
 
 
-def hashed(request: Request, data: bytes, media_type: str, headers: Mapping[str, str] | None = None) -> Response:
+def hashed_response(
+    request: Request, data: bytes, media_type: str, headers: Mapping[str, str] | None = None
+) -> Response:
     """Return the data, tagged with the SHA-1 of its bytes."""
-    return tagged(request, data, hashlib.sha1(data, usedforsecurity=False).hexdigest(), media_type, headers)
+    return tagged_response(request, data, hashlib.sha1(data, usedforsecurity=False).hexdigest(), media_type, headers)
 
 
-def tagged(
+def tagged_response(
     request: Request, data: bytes, tag: str, media_type: str, headers: Mapping[str, str] | None = None
 ) -> Response:
     """Return the data, or 304 if the client has it; clients ask each time, so that they never show old data."""
@@ -82,13 +84,13 @@ def tagged(
     return Response(data, media_type=media_type, headers=found)
 
 
-def ranged(request: Request, data: bytes, tag: str, media_type: str) -> Response:
+def range_response(request: Request, data: bytes, tag: str, media_type: str) -> Response:
     """Return the data, or the part that the request names; a request for several parts gets all of the data."""
     etag = f'"{tag}"'
     asked = _RANGE.fullmatch(request.headers.get("range", ""))
     is_other = request.headers.get("if-range", etag) != etag  # the client's first parts are of another file
     if asked is None or asked[0] == "bytes=-" or is_other or matches(request, etag):
-        return tagged(request, data, tag, media_type, {"accept-ranges": "bytes"})
+        return tagged_response(request, data, tag, media_type, {"accept-ranges": "bytes"})
     size = len(data)
     first, last = (max(size - int(asked[2]), 0), size - 1) if not asked[1] else (int(asked[1]), size - 1)
     if asked[1] and asked[2]:
@@ -100,7 +102,7 @@ def ranged(request: Request, data: bytes, tag: str, media_type: str) -> Response
     return Response(data[first : last + 1], 206, headers, media_type)
 
 
-def on_disk(request: Request, file: Path, media_type: str) -> Response:
+def file_response(request: Request, file: Path, media_type: str) -> Response:
     """Return a file, the part of it that the request names, or 304 if the client has it."""
     found = FileResponse(file, media_type=media_type, stat_result=file.stat(), headers={"cache-control": "no-cache"})
     etag = found.headers["etag"]

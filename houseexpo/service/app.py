@@ -35,7 +35,7 @@ class _Files(StaticFiles):
 def make_app(service: Service) -> Starlette:
     """Return the application of a service, ready for a server or a test client."""
 
-    async def failed(request: Request, error: Exception) -> Response:
+    async def answer_error(request: Request, error: Exception) -> Response:
         return error_answer(service, request, error)
 
     folders = {f"/static/{part}": f"houseexpo.service.{part}" for part in PARTS} | {"/static": "houseexpo.service"}
@@ -44,7 +44,7 @@ def make_app(service: Service) -> Starlette:
         routes += area.routes(service)
     app = Starlette(
         routes=routes,
-        exception_handlers={HTTPException: failed, HouseExpoError: failed, Exception: failed},
+        exception_handlers={HTTPException: answer_error, HouseExpoError: answer_error, Exception: answer_error},
         lifespan=few_threads,
         max_body_size=service.settings.limits.body_bytes,
     )

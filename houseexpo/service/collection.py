@@ -20,7 +20,7 @@ from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.recent import Recent
 from houseexpo.service.records import Records, read_records
-from houseexpo.service.search import Query, View, Views, measured_table
+from houseexpo.service.search import Query, View, Views, measure_table
 from houseexpo.service.tags import Tags
 from houseexpo.service.thumbnails import thumbnail
 
@@ -46,7 +46,7 @@ class Opened:
         self.number = next(_OPENINGS)
         self.numbers = {name: number for number, name in enumerate(data.ids)}
 
-    def known(self, plan_id: str) -> str:
+    def check_id(self, plan_id: str) -> str:
         """Return the id if it names a plan; raise UnknownPlanError if not, without the slow search for similar ids."""
         if plan_id not in self.numbers:
             raise UnknownPlanError(f"no plan {plan_id[:80]!r} in this data set")
@@ -54,12 +54,12 @@ class Opened:
 
     def plan(self, plan_id: str) -> FloorPlan:
         """Return a plan by its id; raise UnknownPlanError if there is none."""
-        return self.data[self.known(plan_id)]
+        return self.data[self.check_id(plan_id)]
 
     @cached_property
     def views(self) -> Views:
         """The views that answer queries."""
-        return Views(measured_table(self.data))
+        return Views(measure_table(self.data))
 
     @cached_property
     def records(self) -> Records:
@@ -120,10 +120,10 @@ class Collection:
         """Return a plan's small picture (SVG) if it is in memory, otherwise None."""
         return self._pictures.get((self._now.number, plan_id))
 
-    def drawn(self, plan_id: str) -> bytes:
+    def draw_thumbnail(self, plan_id: str) -> bytes:
         """Return a plan's small picture; draw it if it is not in memory."""
         now = self._now
-        return self._pictures.made((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
+        return self._pictures.get_or_make((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
 
     def look(self) -> None:
         """Reopen the data set in its own thread if it has been rebuilt; look at most every two seconds."""
@@ -146,7 +146,7 @@ class Collection:
             _LOG.info("%s: it was rebuilt; %s plans", self.path, len(fresh.data))
 
 
-def opened(paths: Iterable[Path]) -> dict[str, Collection]:
+def open_collections(paths: Iterable[Path]) -> dict[str, Collection]:
     """Open data sets; each is named after its folder or file, with a number if that name is taken.
 
     Raises

@@ -16,7 +16,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.search import MEASURES
 from houseexpo.service.service import Service
-from houseexpo.service.work import computed
+from houseexpo.service.work import compute
 
 _PIXELS_PER_METRE = 10.0
 _PIXELS = 300.0
@@ -37,7 +37,7 @@ def routes(service: Service) -> list[BaseRoute]:
         places = (shown, service.collections[other])
         opened = [place.now for place in places]
         plans = [now.plan(name) for now, name in zip(opened, asked, strict=True)]
-        difference, symmetry = await computed(request, _difference, *plans)
+        difference, symmetry = await compute(request, _difference, *plans)
         return service.page(
             request,
             "compare.html",

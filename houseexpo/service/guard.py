@@ -82,8 +82,8 @@ class Guard:
             await self._app(scope, receive, send)
             return
         headers, client = Headers(scope=scope), (scope.get("client") or ("", 0))[0]
-        refusal = self._stranger(scope, headers) or self._forbidden(scope, headers)
-        refusal = refusal or self._too_much(scope, headers, client)
+        refusal = self._refuse_stranger(scope, headers) or self._refuse_write(scope, headers)
+        refusal = refusal or self._refuse_overload(scope, headers, client)
         if refusal is not None:
             await _answer(refusal, scope, receive, send)
         elif scope["type"] == "websocket":
@@ -91,37 +91,37 @@ class Guard:
         else:
             await self._app(scope, receive, _with_headers(send))
 
-    def _stranger(self, scope: Scope, headers: Headers) -> Refusal | None:
+    def _refuse_stranger(self, scope: Scope, headers: Headers) -> Refusal | None:
         token = self._settings.token
         if not self._settings.knows(_without_port(headers.get("host", ""))):  # R1
             text = "The Host header names another server. Use the address that houseexpo serve printed."
             return Refusal(421, text)
-        if not token or _shows(scope, headers, self._settings):  # R2
+        if not token or _shows_token(scope, headers, self._settings):  # R2
             return None
         if scope["type"] == "http" and (there := _with_token(scope, self._settings)) is not None:
             return Refusal(303, "", there)
         text = "This server requires a token. Open the address that houseexpo serve printed; it contains the token."
         return Refusal(401, text, {"www-authenticate": "Bearer"})
 
-    def _forbidden(self, scope: Scope, headers: Headers) -> Refusal | None:
+    def _refuse_write(self, scope: Scope, headers: Headers) -> Refusal | None:
         writes = scope["type"] == "http" and scope["method"] not in _READS
-        if (writes or scope["type"] == "websocket") and not _own(headers):  # R3
+        if (writes or scope["type"] == "websocket") and not _is_same_origin(headers):  # R3
             return Refusal(403, "Only the pages of this server may do this; the request came from another site.")
         if writes and self._settings.read_only:  # R4
             return Refusal(403, "This service is read-only. Nothing was changed.")
         return None
 
-    def _too_much(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
+    def _refuse_overload(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
         most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
         if length.isdecimal() and int(length[:_DIGITS]) > most:  # R7
             return Refusal(413, f"A request may have at most {most:,} bytes.", {"connection": "close"})
         if not self._rate.allows(client):  # R5
             return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
-        if scope["type"] == "websocket" and self._full(client):
+        if scope["type"] == "websocket" and self._has_no_socket_left(client):
             return Refusal(503, "Too many open sockets; close another page of this service.", {"retry-after": "5"})
         return None
 
-    def _full(self, client: str) -> bool:
+    def _has_no_socket_left(self, client: str) -> bool:
         limits = self._settings.limits
         return self._sockets.total() >= limits.sockets or self._sockets[client] >= limits.sockets_per_client
 
@@ -166,7 +166,7 @@ def cookie_name(settings: Settings) -> str:
     return f"houseexpo-token-{settings.port}"
 
 
-def _shows(scope: Scope, headers: Headers, settings: Settings) -> bool:
+def _shows_token(scope: Scope, headers: Headers, settings: Settings) -> bool:
     given = [cookie_parser(headers.get("cookie", "")).get(cookie_name(settings), "")]
     kind, _, value = headers.get("authorization", "").partition(" ")
     given += [value.strip()] if kind.lower() == "bearer" else []
@@ -192,7 +192,7 @@ def _query(scope: Scope) -> list[tuple[str, str]]:
     return parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
 
 
-def _own(headers: Headers) -> bool:
+def _is_same_origin(headers: Headers) -> bool:
     if headers.get("sec-fetch-site", "none") not in {"same-origin", "none"}:
         return False
     origin = headers.get("origin")
@@ -207,14 +207,14 @@ def _place_of(origin: str) -> str | None:
 
 
 def _with_headers(send: Send) -> Send:
-    async def sent(message: Message) -> None:
+    async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             found = MutableHeaders(scope=message)
             for name, value in HEADERS.items():
                 found.setdefault(name, value)  # R6
         await send(message)
 
-    return sent
+    return send_with_headers
 
 
 async def _answer(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
@@ -246,7 +246,7 @@ class LimitedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Start looking; abort a connection beyond the limit."""
         super().connection_made(transport)
-        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._close_if_idle)
         address = _address(self)
         if sum(_address(other) == address for other in self.connections) > MAX_PER_ADDRESS:  # R9
             transport.abort()
@@ -256,7 +256,7 @@ class LimitedProtocol(H11Protocol):
         self._look.cancel()
         super().connection_lost(exc)
 
-    def _looked(self) -> None:
+    def _close_if_idle(self) -> None:
         if self.transport.get_protocol() is not self:  # it became a socket, which has its own limits
             return
         cycle = self.cycle
@@ -264,7 +264,7 @@ class LimitedProtocol(H11Protocol):
             self.transport.close()
             return
         self._before = self.cycle
-        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._looked)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._close_if_idle)
 
 
 def _address(connection: Any) -> str | None:

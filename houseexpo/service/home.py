@@ -67,9 +67,9 @@ def routes(service: Service) -> list[BaseRoute]:
 def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
     """Return the description and the figures of a data set, and ``pictures`` of its plans, spread over the whole."""
     now = shown.now
-    table, described = now.views.table, _described(shown.path)
+    table, described = now.views.table, _read_description(shown.path)
     figures = [("plans", f"{len(table):,}"), *_totals(now)]
-    figures += [(words, f"{count:,}") for words, count in _recorded(now) if count]
+    figures += [(words, f"{count:,}") for words, count in _outcome_counts(now) if count]
     return {
         "name": described.get("name", "") or shown.name,
         "what": described.get("description", "") or _sentence(now, described),
@@ -93,7 +93,7 @@ def _totals(now: Opened) -> list[tuple[str, str]]:
     return found
 
 
-def _recorded(now: Opened) -> list[tuple[str, int]]:
+def _outcome_counts(now: Opened) -> list[tuple[str, int]]:
     quality = now.views.table.numbers("quality")
     doubtful = int((quality[~np.isnan(quality)] < SURE).sum())
     records = now.records
@@ -117,7 +117,7 @@ def _sentence(now: Opened, described: Mapping[str, str]) -> str:
     return " ".join(told)
 
 
-def _described(path: Path) -> dict[str, str]:
+def _read_description(path: Path) -> dict[str, str]:
     """Return what a data set's files say about it; those of a release take precedence over the build's manifest."""
     if not path.is_dir():
         return {}

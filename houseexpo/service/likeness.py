@@ -20,11 +20,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import values
+from houseexpo.service.answers import json_response
 from houseexpo.service.recent import Recent
-from houseexpo.service.search import Table, parsed_query
+from houseexpo.service.search import Table, parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import computed
+from houseexpo.service.work import compute
 
 Floats = npt.NDArray[np.float64]
 
@@ -52,14 +52,14 @@ def routes(service: Service) -> list[BaseRoute]:
     maps: Recent[Floats] = Recent(_KEPT)
 
     def page(request: Request) -> Response:
-        query = str(parsed_query(request.query_params))
+        query = str(parse_query(request.query_params))
         return service.page(request, "map.html", shown=service.collection(request), here="map", query=query)
 
     async def places(request: Request) -> Response:
-        query = parsed_query(request.query_params)
+        query = parse_query(request.query_params)
         now, view = service.collection(request).find(query)
         table = now.views.table
-        found = await computed(request, lambda: maps.made(now.number, lambda: positions_of(features_of(table))))
+        found = await compute(request, lambda: maps.get_or_make(now.number, lambda: positions_of(features_of(table))))
         columns = {name: _plain(table.numbers(name)) for name in _COLOURED}
         answer: dict[str, Any] = {
             "ids": list(table.ids),
@@ -69,7 +69,7 @@ def routes(service: Service) -> list[BaseRoute]:
             "colours": {name: column for name, column in columns.items() if any(each is not None for each in column)},
             "found": np.flatnonzero(view.mask).tolist() if len(view.rows) < len(table) else None,
         }
-        return values(request, answer)
+        return json_response(request, answer)
 
     return [Route("/{data}/map", page), Route("/api/{data}/map", places)]
 
@@ -108,7 +108,7 @@ def positions_of(features: Floats) -> Floats:
         apart = places[one] - places[other]
         square = np.sum(apart**2, axis=1, keepdims=True)
         pull = np.clip(2.0 * apart / (1.0 + square), -_STEP, _STEP)
-        moved = -_summed(one, pull, count) + _summed(other, pull, count)
+        moved = -_sum_by_row(one, pull, count) + _sum_by_row(other, pull, count)
         for _ in range(_STRANGERS):
             stranger = rng.integers(0, count, count)
             apart = places - places[stranger]
@@ -130,7 +130,7 @@ def _components(features: Floats) -> Floats:
     return np.asarray(centred @ weights)
 
 
-def _summed(rows: npt.NDArray[Any], steps: Floats, count: int) -> Floats:
+def _sum_by_row(rows: npt.NDArray[Any], steps: Floats, count: int) -> Floats:
     return np.column_stack([np.bincount(rows, steps[:, axis], count) for axis in (0, 1)])
 
 

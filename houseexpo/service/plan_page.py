@@ -23,9 +23,9 @@ from houseexpo.plan.categories import colour
 from houseexpo.plan.explanations import DOORS, GROUNDS, NOTES
 from houseexpo.plan.parts import SURE
 from houseexpo.service.collection import Opened
-from houseexpo.service.search import MEASURES, RADII, Rows, parsed_query
+from houseexpo.service.search import MEASURES, RADII, Rows, parse_query
 from houseexpo.service.service import Service
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 
 def routes(service: Service) -> list[BaseRoute]:
@@ -33,7 +33,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def plan(request: Request) -> Response:
         shown = service.collection(request)
-        query, name = parsed_query(request.query_params), request.path_params["plan"]
+        query, name = parse_query(request.query_params), request.path_params["plan"]
         now, view = shown.find(query)
         found = now.plan(name)
         before, place, after, number = _neighbours(now, name, view.rows, request.url.query)
@@ -151,7 +151,7 @@ class Evidence(NamedTuple):
     doors: list[Reason]
 
     @property
-    def rated(self) -> bool:
+    def has_ratings(self) -> bool:
         """Whether a door says how sure it is."""
         return any(door.sure for door in self.doors)
 
@@ -164,7 +164,7 @@ def evidence_of(plan: FloorPlan) -> Evidence:
     """Return the evidence in a plan's file; a provenance in an unknown form is ignored."""
     origin = plan.provenance or {}
     grounds = {} if plan.quality is None else plan.quality.grounds
-    against = sorted(((GROUNDS.get(name, _spaced(name)), value) for name, value in grounds.items() if value > 0))
+    against = sorted(((GROUNDS.get(name, _with_spaces(name)), value) for name, value in grounds.items() if value > 0))
     return Evidence(
         "" if plan.quality is None else _quality_text(plan.quality),
         sorted(against, key=lambda pair: -pair[1]),
@@ -176,7 +176,7 @@ def evidence_of(plan: FloorPlan) -> Evidence:
 def _quality_text(quality: Quality) -> str:
     how = f"doubtful, since it is below {SURE:g}" if quality.is_doubtful else f"sure, since it is {SURE:g} or more"
     against = sum(value > 0 for value in quality.grounds.values())
-    found = f"{against or 'None'} of {counted(len(quality.grounds), 'possible fault')} was found"
+    found = f"{against or 'None'} of {count_noun(len(quality.grounds), 'possible fault')} was found"
     return f"Quality {quality.score:.2f}: {how}. {found if against < 2 else found.replace('was', 'were')}."
 
 
@@ -185,7 +185,7 @@ def _notes(notes: Any) -> Iterator[str]:
         for name, value in notes.items():
             key = f"{name}:{value}" if isinstance(value, str) else str(name)
             times = f" ({value})" if isinstance(value, int) else ""
-            yield NOTES.get(key, _spaced(key)) + times
+            yield NOTES.get(key, _with_spaces(key)) + times
 
 
 def _cuts(cuts: Any) -> dict[Any, str]:
@@ -204,8 +204,8 @@ def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> Reason:
 def sides_of(plan: FloorPlan, door: Door) -> str:
     """Return the names of the rooms on both sides of a door."""
     labels = {room.id: room.label for room in plan.rooms}
-    return " and ".join("outside" if room is None else _spaced(labels.get(room, "room")) for room in door.rooms)
+    return " and ".join("outside" if room is None else _with_spaces(labels.get(room, "room")) for room in door.rooms)
 
 
-def _spaced(name: str) -> str:
+def _with_spaces(name: str) -> str:
     return name.replace("_", " ")

@@ -26,7 +26,7 @@ class Recent(Generic[T]):
                 self._found.move_to_end(key)
             return found
 
-    def made(self, key: Hashable, make: Callable[[], T]) -> T:
+    def get_or_make(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return a value; compute it if it is not in the cache."""
         found = self.get(key)
         if found is None:

@@ -78,15 +78,15 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
         file = folder / f"{checks.plan_id(plan_id)}.png"
     except PlanError:
         return None
-    return _own(file)
+    return _unlinked_file(file)
 
 
 def picture_of_refused(path: Path, name: str) -> Path | None:
     """Return the picture that a build kept of a rejected input, None if it kept none."""
-    return _own(refused_picture(path, name))
+    return _unlinked_file(refused_picture(path, name))
 
 
-def _own(file: Path) -> Path | None:
+def _unlinked_file(file: Path) -> Path | None:
     """Return the file if it exists and no part of its path is a link."""
     linked = any(part.is_symlink() for part in (file, file.parent, file.parent.parent))
     return file if file.is_file() and not linked else None

@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import on_disk, values
+from houseexpo.service.answers import file_response, json_response
 from houseexpo.service.records import picture_of, picture_of_refused
 from houseexpo.service.search import whole_number
 from houseexpo.service.service import Service
@@ -47,20 +47,20 @@ def routes(service: Service) -> list[BaseRoute]:
             there=now.numbers,
         )
 
-    def refused(request: Request) -> Response:
+    def list_refused(request: Request) -> Response:
         given = request.query_params
         offset, records = whole_number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
         found = records.of(given.get("stage", ""), given.get("reason", ""))
         listed = {"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken}
-        return values(request, listed)
+        return json_response(request, listed)
 
-    def duplicates(request: Request) -> Response:
+    def list_duplicates(request: Request) -> Response:
         records, offset = (
             service.collection(request).now.records,
             whole_number(request.query_params, "offset", 0, _FARTHEST),
         )
         listed = {"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]}
-        return values(request, listed)
+        return json_response(request, listed)
 
     def picture(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
@@ -68,7 +68,7 @@ def routes(service: Service) -> list[BaseRoute]:
         file = picture_of(shown.path, name) if known else None
         if file is None:
             raise HTTPException(404, "the build kept no picture of it")
-        return on_disk(request, file, "image/png")
+        return file_response(request, file, "image/png")
 
     def refused_picture(request: Request) -> Response:
         shown, name = service.collection(request), request.query_params.get("id", "")
@@ -76,12 +76,12 @@ def routes(service: Service) -> list[BaseRoute]:
         file = picture_of_refused(shown.path, name) if known else None
         if file is None:
             raise HTTPException(404, "the build kept no picture of it")
-        return on_disk(request, file, "image/png")
+        return file_response(request, file, "image/png")
 
     return [
         Route("/{data}/refused", page),
-        Route("/api/{data}/refused", refused),
+        Route("/api/{data}/refused", list_refused),
         Route("/api/{data}/refused/picture.png", refused_picture),
-        Route("/api/{data}/duplicates", duplicates),
+        Route("/api/{data}/duplicates", list_duplicates),
         Route("/api/{data}/duplicates/{plan}/picture.png", picture),
     ]

@@ -123,7 +123,7 @@ class Query:
         return urlencode({name: value for name, value in {**ranges, **joined, **words, **sort}.items() if value})
 
 
-def parsed_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
+def parse_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
     """Read a query from the parameters of an address; ``others`` are parameters with another purpose.
 
     A list may be given in several parameters: ``labels=Kitchen&labels=Garage`` is ``labels=Kitchen,Garage``.
@@ -269,7 +269,7 @@ def plan_title(rooms: float | None, area_m2: float | None) -> str:
     return ", ".join(words)
 
 
-def measured_table(data: Dataset) -> Table:
+def measure_table(data: Dataset) -> Table:
     """Return the table of a data set, from its index and from measures that take little time.
 
     Doors and reach of published plans are included if they were computed before, which takes minutes
@@ -293,7 +293,7 @@ def measured_table(data: Dataset) -> Table:
         ids=data.ids,
         words=[" ".join(each).casefold() for each in words],
         labels=np.array([[label in has for has in map(frozenset, labels)] for label in LABELS], dtype=bool),
-        groups={"source": _coded(sources), "split": _coded(_split_of(data))},
+        groups={"source": _encode_names(sources), "split": _encode_names(_split_of(data))},
         drawn=[found[3] for found in shape],
         _numbers=numbers,
     )
@@ -329,7 +329,7 @@ def _split_of(data: Dataset) -> list[str | None]:
     return [of.get(name) or given for name, given in zip(data.ids, recorded, strict=True)]
 
 
-def _coded(names: Sequence[str | None]) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
+def _encode_names(names: Sequence[str | None]) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
     known = tuple(sorted({name for name in names if name}))
     code = {name: number for number, name in enumerate(known)}
     return known, np.array([code.get(name or "", -1) for name in names], dtype=np.int32)
@@ -378,7 +378,9 @@ class Views:
         self._tagged: dict[str, Bits] = {}
         self._tags: object = None
         self._turn = 0
-        self._holds = lru_cache(KEPT_WORDS)(self._searched)  # a person who typed a word then changes other conditions
+        self._holds = lru_cache(KEPT_WORDS)(
+            self._contains_word
+        )  # a person who typed a word then changes other conditions
 
     def set_tags(self, tags: Mapping[str, Sequence[str]]) -> None:
         """Set the ids of each tag; ids that the data set lacks since it was rebuilt are ignored."""
@@ -403,10 +405,10 @@ class Views:
         ConfigError
             The query names a source, split or tag that the data set lacks.
         """
-        return self._kept.made((self._turn, str(query)), lambda: self._found(query))
+        return self._kept.get_or_make((self._turn, str(query)), lambda: self._find(query))
 
-    def _found(self, query: Query) -> View:
-        failed = dict(self._failed(query))
+    def _find(self, query: Query) -> View:
+        failed = dict(self._failures(query))
         fails = np.zeros(len(self.table), dtype=np.uint8)
         for each in failed.values():
             fails += each
@@ -425,7 +427,7 @@ class Views:
 
         measures = {measure.name: self._histogram(measure, radius, without(measure.name)) for measure in MEASURES}
         groups = {
-            name: dict(zip(known, _counted(code[without(name)], len(known)), strict=True))
+            name: dict(zip(known, _count_codes(code[without(name)], len(known)), strict=True))
             for name, (known, code) in self.table.groups.items()
         }
         of_labels = np.bitwise_count(self._labels & np.packbits(mask)).sum(axis=1, dtype=np.int64)
@@ -439,7 +441,7 @@ class Views:
             **groups,
         }
 
-    def _failed(self, query: Query) -> Iterator[tuple[str, Bits]]:
+    def _failures(self, query: Query) -> Iterator[tuple[str, Bits]]:
         """Yield each condition's name, and the plans that do not meet it."""
         table = self.table
         for name, (low, high) in query.ranges.items():
@@ -465,7 +467,7 @@ class Views:
             lacking = [~self._holds(word) for word in query.text.split()]
             yield "text", np.logical_or.reduce(lacking)
 
-    def _searched(self, word: str) -> Bits:
+    def _contains_word(self, word: str) -> Bits:
         """Return whether each plan's words contain a word."""
         from pyarrow import compute
 
@@ -507,14 +509,14 @@ class Views:
         of_robot = name != "id" and BY_NAME[name].is_of_robot
         key = (name, radius if of_robot else "", sort.startswith("-"))
         if key not in self._orders:
-            self._orders[key] = self._sorted(*key)
+            self._orders[key] = self._sort(*key)
         return self._orders[key]
 
     @cached_property
     def _orders(self) -> dict[tuple[str, str, bool], Rows]:
         return {}
 
-    def _sorted(self, name: str, radius: str, descending: bool) -> Rows:
+    def _sort(self, name: str, radius: str, descending: bool) -> Rows:
         by_id = np.array(sorted(range(len(self.table)), key=self.table.ids.__getitem__), dtype=np.int64)
         if name == "id":
             return by_id[::-1] if descending else by_id
@@ -545,6 +547,6 @@ def _round_step(least: float, *, whole: bool) -> float:
     return max(1.0, math.ceil(step)) if whole else step
 
 
-def _counted(codes: npt.NDArray[np.int32], number: int) -> list[int]:
+def _count_codes(codes: npt.NDArray[np.int32], number: int) -> list[int]:
     counts: list[int] = np.bincount(codes[codes >= 0], minlength=number)[:number].tolist()
     return counts

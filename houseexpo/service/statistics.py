@@ -18,11 +18,11 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.analysis.measures import Measure
 from houseexpo.errors import ConfigError
 from houseexpo.plan.categories import LABELS
-from houseexpo.service.answers import values
+from houseexpo.service.answers import json_response
 from houseexpo.service.collection import Opened
-from houseexpo.service.search import MEASURES, Bins, Numbers, Query, bins_of, parsed_query
+from houseexpo.service.search import MEASURES, Bins, Numbers, Query, bins_of, parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import computed
+from houseexpo.service.work import compute
 
 REPORTS: Final = "houseexpo.reports"
 """The group of entry points that take a ``Dataset`` and return an HTML page."""
@@ -37,21 +37,21 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of the page, its numbers and the report."""
 
     def page(request: Request) -> Response:
-        shown, query = service.collection(request), parsed_query(request.query_params, _BESIDE)
+        shown, query = service.collection(request), parse_query(request.query_params, _BESIDE)
         against = _against(service, request)
         others = [name for name in service.collections if name != shown.name]
         given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:
-        query = parsed_query(request.query_params, _BESIDE)
+        query = parse_query(request.query_params, _BESIDE)
         now, _ = service.collection(request).find(query)
         against = _against(service, request)
         other = service.collections[against].now if against else None
-        return values(request, statistics(now, query, other))
+        return json_response(request, statistics(now, query, other))
 
     async def report(request: Request) -> Response:
-        now, view = service.collection(request).find(parsed_query(request.query_params))
+        now, view = service.collection(request).find(parse_query(request.query_params))
         made = _reports()
         if not made:
             raise HTTPException(404, "no installed package makes reports; reinstall houseexpo")
@@ -60,7 +60,7 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
             raise ConfigError(f"{text}, or run houseexpo stats")
         ids = [now.views.table.ids[row] for row in rows.tolist()]
-        html = await computed(request, lambda: made[0].load()(now.data.only(ids)))
+        html = await compute(request, lambda: made[0].load()(now.data.only(ids)))
         return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
 
     return [

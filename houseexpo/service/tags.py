@@ -79,7 +79,7 @@ class Tags:
             tags = {**found.tags, name: tuple(has)}
             return Tagged({each: plans for each, plans in tags.items() if plans}, found.views)
 
-        return self._changed(change)
+        return self._update(change)
 
     def save_view(self, name: str, query: str | None) -> Tagged:
         """Save a query under a name, or delete that view if the query is None; for errors see ``tag``."""
@@ -91,12 +91,12 @@ class Tags:
                 del views[name]
             return Tagged(found.tags, views)
 
-        return self._changed(change)
+        return self._update(change)
 
-    def _changed(self, change: Callable[[Tagged], Tagged]) -> Tagged:
+    def _update(self, change: Callable[[Tagged], Tagged]) -> Tagged:
         if self.file is None:
             raise ConfigError("tags: this data set is on another machine; tag its plans on the server there")
-        with self._thread, self._locked(self.file):
+        with self._thread, self._lock(self.file):
             made = change(self.now())
             if max(len(made.tags), len(made.views)) > MOST:
                 raise ConfigError(f"tags: expected at most {MOST} tags and views; remove some first")
@@ -105,7 +105,7 @@ class Tags:
         return made
 
     @contextmanager
-    def _locked(self, file: Path) -> Iterator[None]:
+    def _lock(self, file: Path) -> Iterator[None]:
         try:
             flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
             descriptor = os.open(file.with_name(f".{file.name}.lock"), flags, 0o644)

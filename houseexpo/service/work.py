@@ -28,7 +28,7 @@ _ANSWERING: Final = 4
 _LATER: Final = {"retry-after": "5"}
 
 
-async def computed(request: Request, function: Callable[..., T], *args: Any) -> T:
+async def compute(request: Request, function: Callable[..., T], *args: Any) -> T:
     """Call a function in a thread when it is its turn; raise HTTPException (503) if it is not called (R2, R3)."""
     turns = _turns()
     if turns.taken >= _AT_ONCE + MAX_WAITING:  # R2

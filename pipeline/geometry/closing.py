@@ -92,7 +92,7 @@ def bridges_and_rests(
         laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
         found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
         if piece.kind != "gate":  # of which nothing closes by itself
-            rest += [Closer(p, piece.kind) for p in _less(piece.polygon, laps)]
+            rest += [Closer(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
     if not rest:
         return found, []
     found_bridges = [c.bridge for c in found if c.bridge is not None]
@@ -100,7 +100,7 @@ def bridges_and_rests(
     return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
-def _less(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
+def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     left: BaseGeometry = piece
     for strip in strips:
         left = subtract(left, strip)
@@ -177,7 +177,7 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
         if closer.bridge is None:
             found.append(closer)
             continue
-        sides = (_most(faces[k, 0]), _most(faces[k, 1]))
+        sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
         if closer.kind in GAPS and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
@@ -194,7 +194,7 @@ def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
     return np.array([along - off, along + off])
 
 
-def _most(faces: npt.NDArray[np.int64]) -> int:
+def _most_seen(faces: npt.NDArray[np.int64]) -> int:
     """Return the space seen most often; walls count only where nothing else is seen, and then as the outside."""
     seen = [face for face in faces.tolist() if face != WALL]
     return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)

@@ -79,28 +79,28 @@ def cuts_on_lines(
 def _straight_cut(
     start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Bridge | None:
-    along = _face_direction(start, _around(start, floor, BESIDE_M))
+    along = _face_direction(start, _clip_around(start, floor, BESIDE_M))
     if along is None:
         return None
     across = np.array([-along[1], along[0]])
     if dot(across, end - start) < 0:
         along, across = -along, -across
     reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
-    near = _around(start, floor, reach)
+    near = _clip_around(start, floor, reach)
     steps = np.arange(0.0, rules.slide_m, SLIDE_M)
     slides = np.array(sorted({*steps, *-steps}, key=lambda s: (abs(s), s)))
     feet = start + slides[:, None] * along
     depth = _depths(feet, across, near, rules.deepest_m)
     through = np.flatnonzero(depth > THINNEST_M)
     cuts = [Bridge(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
-    clean = _are_clean(cuts, near, _around(start, walls, reach), rules)
+    clean = _are_clean(cuts, near, _clip_around(start, walls, reach), rules)
     if not clean.any():
         return None
     slim = clean & (depth[through] < SLIM * np.median(depth[through]))
     return cuts[int(np.argmax(slim if slim.any() else clean))]
 
 
-def _around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:
+def _clip_around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:
     """What of a shape lies in the square of ``reach_m`` to each side of a point: a storey has hundreds of walls."""
     x, y = point
     return clip_to_box(shape, x - reach_m, y - reach_m, x + reach_m, y + reach_m)

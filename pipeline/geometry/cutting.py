@@ -342,7 +342,9 @@ def clear_of(wanted: float, z: npt.NDArray[np.float64], *, step: float = 0.005, 
     return wanted
 
 
-def between(z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int) -> list[float]:
+def section_heights(
+    z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int
+) -> list[float]:
     """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
 
     Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap

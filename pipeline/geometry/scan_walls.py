@@ -321,11 +321,11 @@ def wall_masks(columns: Columns) -> WallMasks:
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
     band = outside & grow_mask(~outside, raster.size(OUTER_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
-    solid = house | _unseen(~(house | outside), columns)  # R5
+    solid = house | _unseen_cells(~(house | outside), columns)  # R5
     standing = close_mask((body >= PASSED) & thick, raster.size(WALL_M)) & thick
     behind = grow_mask(standing, raster.size(OUTER_M)) & solid & ~thick
     free = solid & ~(standing | behind)
-    walls = _shrunk(solid)
+    walls = _shrink(solid)
     return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
 
 
@@ -346,7 +346,7 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
     return grow_mask(around, half) & ~inside
 
 
-def _unseen(air: Bools, columns: Columns) -> Bools:
+def _unseen_cells(air: Bools, columns: Columns) -> Bools:
     """R5; where little ground was seen at all, it says nothing."""
     if not air.any() or columns.ground[air].mean() < SEEN:
         return np.zeros_like(air)
@@ -357,7 +357,7 @@ def _unseen(air: Bools, columns: Columns) -> Bools:
     return np.asarray(hidden[label])
 
 
-def _shrunk(solid: Bools) -> Bools:
+def _shrink(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
     core = open_mask(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
     return core | (solid & ~grow_mask(core, SPREAD + 1))

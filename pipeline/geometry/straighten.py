@@ -61,7 +61,7 @@ def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> li
     angle = _shared_angles(edges, offset_m, np.deg2rad(angle_deg))  # R1
     normal = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
     line = _shared_lines(edges, angle, normal, offset_m)  # R2
-    drawn = _redrawn(edges, line, normal, len(rings), offset_m)
+    drawn = _redraw(edges, line, normal, len(rings), offset_m)
     result, at = [], 0
     for room in cleaned:
         count = 1 + len(room.interiors)
@@ -134,7 +134,7 @@ def _within_reach(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], 
         start, end = low[index[inside]].min(), high[index[inside]].max()
 
 
-def _redrawn(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m: float) -> list[Floats]:
+def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m: float) -> list[Floats]:
     """Return all rings from the crossings of their lines."""
     length = edges.length
     rings = [np.flatnonzero(edges.ring == k).tolist() for k in range(n_rings)]

@@ -136,13 +136,13 @@ def _role(body: Body) -> Role | None:
 def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:
     """R4: return all bodies so many times as high over the floor."""
 
-    def raised(mesh: Mesh) -> Mesh:
+    def stretch(mesh: Mesh) -> Mesh:
         return Mesh((mesh.vertices - (0.0, 0.0, floor_z)) * (1.0, 1.0, factor) + (0.0, 0.0, floor_z), mesh.faces)
 
     leaves, furniture = (
-        [replace(body, mesh=raised(body.mesh)) for body in group] for group in (parts.leaves, parts.furniture)
+        [replace(body, mesh=stretch(body.mesh)) for body in group] for group in (parts.leaves, parts.furniture)
     )
-    return _Parts(raised(parts.building), leaves, furniture)
+    return _Parts(stretch(parts.building), leaves, furniture)
 
 
 def _building(fixed: list[Body]) -> Body | None:

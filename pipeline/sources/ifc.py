@@ -252,7 +252,7 @@ def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provena
     """Move a level into its own frame: near the origin, the floor at z = 0."""
     x, y = shift[:2]
 
-    def moved(part: Part) -> SourceObject:
+    def move(part: Part) -> SourceObject:
         return SourceObject((*part.words, part.kind), Mesh(part.mesh.vertices - (x, y, found.floor_z), part.mesh.faces))
 
     return Level(
@@ -262,8 +262,8 @@ def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provena
         frame=Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", found.floor_z, number),
         floor=found.floor and translate(found.floor, -x, -y),
         below=found.below and translate(found.below, -x, -y),
-        leaves=tuple(moved(leaf) for leaf in found.leaves),
-        furniture=tuple(moved(thing) for thing in found.furniture),
+        leaves=tuple(move(leaf) for leaf in found.leaves),
+        furniture=tuple(move(thing) for thing in found.furniture),
         rooms=tuple(
             SourceRoom(room.words, room.labels, room.polygon and translate(room.polygon, -x, -y))
             for room in found.rooms

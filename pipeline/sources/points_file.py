@@ -93,10 +93,10 @@ def blocks(path: Path) -> Iterator[Points]:
         if head.startswith(b"ply"):
             yield from _ply(path, head)
         elif head.startswith(b"LASF"):
-            _need(path, "laspy")
+            _require_library(path, "laspy")
             yield from _in_child(path)
         elif head.startswith(b"ASTM-E57"):
-            _need(path, "pye57")
+            _require_library(path, "pye57")
             yield from _in_child(path)
         elif b"FIELDS" in head[:2000] and b"DATA" in head[:4000]:
             yield from _pcd(path, head)
@@ -217,7 +217,7 @@ def _in_child(path: Path) -> Iterator[Points]:
         raise ValueError(said[0] if said else f"its library broke down ({child.returncode})")
 
 
-def _need(path: Path, library: str) -> None:
+def _require_library(path: Path, library: str) -> None:
     try:
         import_module(library)
     except ImportError:

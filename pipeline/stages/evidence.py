@@ -40,7 +40,7 @@ from pipeline.geometry.areas import (
     union_of,
 )
 from pipeline.geometry.closing import LAP_M
-from pipeline.geometry.cutting import Cutter, between, clear_of
+from pipeline.geometry.cutting import Cutter, clear_of, section_heights
 from pipeline.geometry.doorways import box_of, doorway
 from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, glazed_recesses, judge_leaves, known_doorways
 from pipeline.geometry.meshes import Bodies, footprint
@@ -124,7 +124,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         low=without_headroom(level.walls),
         lower=drop_thinner(subtract(full, above[-1]), SLIVER_M),
         slight=_slight(above, heights, level.ceiling_m),
-        heights=heights.recorded,
+        heights=heights.as_record,
     )
 
 
@@ -147,19 +147,19 @@ class _Heights:
     breast: float
     head: float
     above: list[float]
-    between: list[float]
+    section_heights: list[float]
 
     @classmethod
     def of(cls, cutter: Cutter, level: Level, config: EvidenceConfig) -> _Heights:
         z = cutter.heights
         sill, breast, head = (clear_of(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
         top = max(level.ceiling_m, config.head_m + SMALLEST_GAP_M)
-        above = between(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MAX_HEIGHTS)
-        railings = between(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MAX_HEIGHTS // 2)
+        above = section_heights(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MAX_HEIGHTS)
+        railings = section_heights(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MAX_HEIGHTS // 2)
         return cls(sill, breast, head, above, railings)
 
     @property
-    def recorded(self) -> dict[str, float | list[float]]:
+    def as_record(self) -> dict[str, float | list[float]]:
         return {"sill": self.sill, "breast": self.breast, "head": self.head, "lintels": self.above}
 
 

@@ -57,8 +57,8 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
-        **_floors(level.floored, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
-        "roomless_wall_share": 0.0 if level.no_rooms else _roomless(evidence.walls, [rooms, *layout.rooms]),
+        **_floors(level.floor_with_rooms, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
+        "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, [rooms, *layout.rooms]),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
@@ -102,7 +102,7 @@ def _floors(
     }
 
 
-def _roomless(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
+def _roomless_share(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
     """Return the share of the walls that stand beside no room (R5). A wall is at most ``THICKEST_M`` thick."""
     if walls.is_empty:
         return 0.0

@@ -92,7 +92,7 @@ class Level:
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
-    def floored(self) -> BaseGeometry | None:
+    def floor_with_rooms(self) -> BaseGeometry | None:
         """The source's floor with its rooms, which may cover the void of a stair; None if it has no floor."""
         if self.floor is None:
             return None

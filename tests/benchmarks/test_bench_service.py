@@ -40,7 +40,7 @@ from houseexpo import open_dataset, save_plan
 from houseexpo.floorplan import decode
 from houseexpo.service.collection import Opened
 from houseexpo.service.drive.frames import ENDED, HEAD, KIND
-from houseexpo.service.search import parsed_query
+from houseexpo.service.search import parse_query
 from tests.builders.shared import DATA, needs_shared
 
 PLANS = DATA / "houseexpo" / "plans_33717.jsonl.gz"
@@ -70,13 +70,13 @@ def server() -> Iterator[tuple[str, psutil.Process]]:
 def test_a_filter_on_all_published_plans() -> None:
     """Median and worst of combined filters, each asked once: nothing is remembered."""
     views = Opened(open_dataset(PLANS)).views
-    views.find(parsed_query({"sort": "-area"}))
+    views.find(parse_query({"sort": "-area"}))
     times = []
     for low in range(40):
         query = {"rooms": f"{low % 7}..", "area": f"{low}..{low + 150}"}
         query |= {"labels": "Kitchen", "text": "bedroom", "sort": "-area"}
         start = time.perf_counter()
-        views.find(parsed_query(query))
+        views.find(parse_query(query))
         times.append(1000 * (time.perf_counter() - start))
     table = Table("filter on 33,717 plans", "median, ms", "worst, ms", "asked")
     table.add_row("range, label, text, sort", f"{statistics.median(times):.1f}", f"{max(times):.1f}", "100")

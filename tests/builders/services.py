@@ -17,7 +17,7 @@ from houseexpo.dataset.index import index_table, row
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
-from houseexpo.service.collection import opened
+from houseexpo.service.collection import open_collections
 from houseexpo.service.service import Service, Settings
 
 BASE = "http://localhost:8000"
@@ -110,7 +110,7 @@ def some_plans() -> list[FloorPlan]:
 
 def service_of(*paths: Path, **settings: Any) -> Service:
     """Return a service of data sets."""
-    return Service(opened(paths), Settings(**settings))
+    return Service(open_collections(paths), Settings(**settings))
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from houseexpo.configuration import config_from, mapping_from, read_config, read_toml, typed
+from houseexpo.configuration import config_from, convert_value, mapping_from, read_config, read_toml
 from houseexpo.errors import ConfigError
 
 
@@ -60,13 +60,13 @@ def test_an_error_names_the_key(given, said):
 def test_types_are_checked_on_request(tmp_path):
     file = tmp_path / "square.toml"
     file.write_text("side_m = 2\n")
-    assert isinstance(read_config(Square, file, convert=typed).side_m, float)
+    assert isinstance(read_config(Square, file, convert=convert_value).side_m, float)
     file.write_text('side_m = "wide"\n')
     with pytest.raises(ConfigError, match=r"square.toml: side_m = 'wide': expected `float`, got `str`"):
-        read_config(Square, file, convert=typed)
+        read_config(Square, file, convert=convert_value)
     file.write_bytes(b"side_m = \xd4")
     with pytest.raises(ConfigError, match=r"square.toml: expected TOML, found bytes that are no text in UTF-8$"):
-        read_config(Square, file, convert=typed)
+        read_config(Square, file, convert=convert_value)
     file.write_text("side_m =")
     with pytest.raises(ConfigError, match=r"square.toml: expected TOML, found"):
         read_config(Square, file)

@@ -23,7 +23,7 @@ def test_a_log_has_a_line_now_and_then(
     clock: list[float], capsys: pytest.CaptureFixture[str], total: int | None, of: str
 ) -> None:
     seen = []
-    for item in progress.watched(range(4000), "drawing", total):
+    for item in progress.show_progress(range(4000), "drawing", total):
         clock[0] += progress.EVERY_S / 1280  # a power of two in the fraction: no rounding
         seen.append(item)
     assert seen == list(range(4000))
@@ -31,7 +31,7 @@ def test_a_log_has_a_line_now_and_then(
 
 
 def test_what_is_soon_done_leaves_no_line(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    assert list(progress.watched([1, 2], "drawing", 2)) == [1, 2]
+    assert list(progress.show_progress([1, 2], "drawing", 2)) == [1, 2]
     assert capsys.readouterr().err == ""
 
 
@@ -40,7 +40,7 @@ def test_quiet_commands_say_nothing(clock: list[float], capsys: pytest.CaptureFi
     before = log.level
     log.setLevel(logging.ERROR)
     try:
-        for _ in progress.watched(range(3), "drawing", 3):
+        for _ in progress.show_progress(range(3), "drawing", 3):
             clock[0] += 2 * progress.EVERY_S
     finally:
         log.setLevel(before)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from houseexpo.dataset.build_record import FILE, Build, BuildRecord, built_here, record_build, recorded_build
+from houseexpo.dataset.build_record import FILE, Build, BuildRecord, read_build_record, record_build, was_built_here
 from houseexpo.dataset.manifest import manifest_path
 from pipeline.cli_build import Work
 from pipeline.cli_parts import settings_of
@@ -59,21 +59,21 @@ def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> No
     a, b = Build(("a",), {"overrides": "/mine.toml"}), Build(("b",), {"add": "True"})
     added = Build(("a",), {"overrides": "/mine.toml", "add": "True"})
     first, second = BuildRecord(a), BuildRecord(b)
-    assert second.beside(None) == second
-    both = second.beside(first)
+    assert second.appended_to(None) == second
+    both = second.appended_to(first)
     assert both == BuildRecord(b, (added,))
     assert [words[-1] for words in both.commands(OUT)] == ["a", "b"]
-    again = BuildRecord(added).beside(both)
+    again = BuildRecord(added).appended_to(both)
     assert again == BuildRecord(added, (b,))
-    assert second.beside(again) == both
+    assert second.appended_to(again) == both
 
 
 def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:
     (tmp_path / ".build").mkdir()
-    assert recorded_build(tmp_path) is None
+    assert read_build_record(tmp_path) is None
     record = BuildRecord(Build(("procedural:3",), {"seed": "2"}))
     record_build(tmp_path, record)
-    assert recorded_build(tmp_path) == record
+    assert read_build_record(tmp_path) == record
     file = tmp_path / FILE
     before = file.stat().st_mtime_ns
     record_build(tmp_path, record)
@@ -84,7 +84,7 @@ def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Pat
         b'{"build": {"sources": ["\\u0000"]}}',
     ):
         file.write_bytes(other)
-        assert recorded_build(tmp_path) is None
+        assert read_build_record(tmp_path) is None
 
 
 def test_only_options_that_say_what_plans_are_like_are_taken_from_a_record() -> None:
@@ -100,7 +100,7 @@ def test_only_options_that_say_what_plans_are_like_are_taken_from_a_record() -> 
     assert found.commands(OUT) == [
         ["build", "--seed=1", "--up=--rehash", "--out", "/plans", "--", "--verify", "houses"]
     ]
-    assert found.typed(OUT) == ["houseexpo build --seed=1 --up=--rehash --out /plans -- --verify houses"]
+    assert found.shell_lines(OUT) == ["houseexpo build --seed=1 --up=--rehash --out /plans -- --verify houses"]
 
 
 def test_who_built_it_where_is_known_of_the_folder_alone(tmp_path: Path) -> None:
@@ -109,8 +109,8 @@ def test_who_built_it_where_is_known_of_the_folder_alone(tmp_path: Path) -> None
     record = BuildRecord(Build(("procedural:3",)))
     record_build(plans, record)
     shutil.copytree(plans, copy)
-    assert built_here(plans, record)
-    assert not built_here(copy, record)
-    assert not built_here(plans, BuildRecord(Build(("procedural:4",))))
+    assert was_built_here(plans, record)
+    assert not was_built_here(copy, record)
+    assert not was_built_here(plans, BuildRecord(Build(("procedural:4",))))
     (tmp_path / "link").symlink_to(plans)
-    assert built_here(tmp_path / "link", record)
+    assert was_built_here(tmp_path / "link", record)

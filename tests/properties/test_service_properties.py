@@ -7,7 +7,7 @@ from urllib.parse import parse_qsl
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from houseexpo.service.search import GROUPS, NAMES, RADII, SORTS, parsed_query
+from houseexpo.service.search import GROUPS, NAMES, RADII, SORTS, parse_query
 
 ENDS = st.floats(allow_nan=False, allow_infinity=False)
 RANGES = st.tuples(ENDS, ENDS).map(sorted).map(lambda ends: f"{ends[0]!r}..{ends[1]!r}")
@@ -31,5 +31,5 @@ ASKED = st.fixed_dictionaries(
 @example({"labels": "Kitchen,kitchen", "text": "\u00df" * 200})
 @given(ASKED)
 def test_a_query_is_read_as_it_was_written(asked: dict[str, str]) -> None:
-    query = parsed_query(asked)
-    assert parsed_query(dict(parse_qsl(str(query)))) == query
+    query = parse_query(asked)
+    assert parse_query(dict(parse_qsl(str(query)))) == query

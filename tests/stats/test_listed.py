@@ -27,10 +27,10 @@ def test_precision_and_recall() -> None:
 def test_ten_of_each_kind_are_drawn_the_same_every_time() -> None:
     records = [record(f"bad{i:02}", 2) for i in range(30)]
     verdict = judge(records, frozenset({"x"}), "list.txt")
-    some, other = verdict.drawn()
+    some, other = verdict.sample()
     assert len(set(some)) == 10
     assert other == []
-    assert verdict.drawn() == (some, other)
+    assert verdict.sample() == (some, other)
     assert verdict.recall == 0.0
 
 

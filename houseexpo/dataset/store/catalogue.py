@@ -32,7 +32,7 @@ class Catalogue:
         self.row_of = {name: number for number, name in enumerate(self.ids)}
 
     @property
-    def shown(self) -> str:
+    def display_name(self) -> str:
         """The name of the data set in error messages."""
         return str(self.path)
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.dataset.store.catalogue import Catalogue
-from houseexpo.dataset.store.derived import derived, known_values
+from houseexpo.dataset.store.derived import cached_values, measure_cached
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.words import unknown_name
@@ -39,7 +39,7 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
         _fill(catalogue, rows, values, *_MEASURES[name])
     elif name in _MEASURES:
         missing = [i for i, value in enumerate(values) if value is None]
-        for i, value in zip(missing, known_values(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
+        for i, value in zip(missing, cached_values(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
             values[i] = value
     return values
 
@@ -120,7 +120,7 @@ def _fill(catalogue: Catalogue, rows: Rows, values: list[Any], name: str, measur
     missing = [i for i, value in enumerate(values) if value is None]
     if not missing:
         return
-    found = derived(catalogue, rows[missing].tolist(), name, measure)
+    found = measure_cached(catalogue, rows[missing].tolist(), name, measure)
     for i, value in zip(missing, found, strict=True):
         values[i] = value
 

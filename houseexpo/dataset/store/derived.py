@@ -25,7 +25,7 @@ from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.files import cache_folder
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import in_processes
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 
 Measure = Callable[[FloorPlan], Any]
 
@@ -36,7 +36,9 @@ _LOG = logging.getLogger(__name__)
 _T = TypeVar("_T")
 
 
-def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measure, workers: int = 1) -> list[Any]:
+def measure_cached(
+    catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measure, workers: int = 1
+) -> list[Any]:
     """Return ``measure(plan)`` for each row, computed if it is not cached yet.
 
     Parameters
@@ -50,19 +52,19 @@ def derived(catalogue: Catalogue, rows: Sequence[int], name: str, measure: Measu
     """
     digests = [catalogue.digest(row) for row in rows]
     with closing(_Values()) as values:
-        known = values.known(name)
+        known = values.read(name)
         missing = {digest: row for digest, row in zip(digests, rows, strict=True) if digest not in known}
         found = _compute(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
-        for digest, value in watched(found, f"measuring {catalogue.path.name}", len(missing)):
+        for digest, value in show_progress(found, f"measuring {catalogue.path.name}", len(missing)):
             known[digest] = value
             values.keep(name, digest, value)
     return [msgspec.json.decode(known[digest]) for digest in digests]
 
 
-def known_values(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
+def cached_values(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
     """Return the cached values of ``name``, None for a plan without one."""
     with closing(_Values()) as values:
-        known = values.known(name)
+        known = values.read(name)
     if not known:
         return [None] * len(rows)
     found = (known.get(catalogue.digest(row)) for row in rows)
@@ -91,7 +93,7 @@ class _Values:
         self._committed = time.monotonic()
         self._database = self._try(lambda: _open(self._file))
 
-    def known(self, name: str) -> dict[str, bytes]:
+    def read(self, name: str) -> dict[str, bytes]:
         """Return the values under a name, by the plans' digests."""
         if (database := self._database) is None:
             return {}

@@ -93,7 +93,7 @@ class RemoteCatalogue(Catalogue):
         self._digests: list[str] = table.column("digest").to_pylist()
 
     @property
-    def shown(self) -> str:
+    def display_name(self) -> str:
         """The address without the token."""
         return self._server.plain
 

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels import mapping
 from houseexpo.pseudoslam.render.canvas import Image
 from houseexpo.pseudoslam.render.picture import Shows, picture
 from houseexpo.pseudoslam.simulator import ACTIONS, Action
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 KEYS: Final[dict[str, Action]] = {
     "up": "forward", "w": "forward", "left": "left", "a": "left", "right": "right", "d": "right",
@@ -120,7 +120,7 @@ class Drive:
     def caption(self) -> str:
         """Return one line on the state of the episode, and one on the keys."""
         info, rewards = self.info, [row.reward for row in self.rows]
-        bumps = counted(info["collisions"], "collision")
+        bumps = count_noun(info["collisions"], "collision")
         hit = ", bump!" if info["collided"] else ""
         return (
             f"{self._ended}step {len(rewards) - 1}: {info['coverage']:.0%} seen, {info['explored_m2']:.1f} m2, "

@@ -80,22 +80,22 @@ def load_policy(name: str) -> NamedPolicy:
         The policy does not exist, cannot be imported, or is not a factory.
     """
     if name in NAMES:
-        return _imported(name, NAMES[name])
-    path, attribute = _parted(name)
+        return _import_policy(name, NAMES[name])
+    path, attribute = _split_attribute(name)
     if path.suffix in LOADERS:
         if not path.is_file():
             raise ConfigError(f"policy {name!r}: expected a file, found none at {path}; check the path")
         factory = LOADERS[path.suffix](path, attribute or ATTRIBUTE)
-        return _checked(name, factory, f"{path}:{attribute or ATTRIBUTE}", path)
+        return _check_policy(name, factory, f"{path}:{attribute or ATTRIBUTE}", path)
     if attribute:
-        return _imported(name, name)
+        return _import_policy(name, name)
     raise ConfigError(
         f"policy: no {name!r}; known: {', '.join(NAMES)}, a file ({', '.join(LOADERS)}), or module:function"
         + nearest(name, NAMES)
     )
 
 
-def raised(error: BaseException, here: str) -> str:
+def describe_exception(error: BaseException, here: str) -> str:
     """Return a text on a policy's exception and the last line of its code; ``here`` is the caller's file."""
     frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename != here]
     own = [frame for frame in frames if frame.filename == frames[0].filename]
@@ -111,18 +111,18 @@ def no_factory(named: NamedPolicy, returned: object) -> str:
     )
 
 
-def _parted(name: str) -> tuple[Path, str]:
+def _split_attribute(name: str) -> tuple[Path, str]:
     """Return a file or module, and the text after its last colon."""
     place, colon, attribute = name.rpartition(":")
     return (Path(place), attribute) if colon and attribute.isidentifier() else (Path(name), "")
 
 
-def _imported(name: str, place: str) -> NamedPolicy:
+def _import_policy(name: str, place: str) -> NamedPolicy:
     module_name, _, attribute = place.rpartition(":")
     with _working_directory(module_name):
         module = _run(name, lambda: importlib.import_module(module_name))
     file = getattr(module, "__file__", None)
-    return _checked(name, _attribute(name, module, attribute), place, Path(file) if file else None)
+    return _check_policy(name, _attribute(name, module, attribute), place, Path(file) if file else None)
 
 
 @contextmanager
@@ -181,7 +181,7 @@ def _attribute(name: str, module: object, attribute: str) -> PolicyFactory:
     return factory
 
 
-def _checked(name: str, factory: object, source: str, file: Path | None) -> NamedPolicy:
+def _check_policy(name: str, factory: object, source: str, file: Path | None) -> NamedPolicy:
     if not callable(factory):
         raise ConfigError(f"policy {name!r}: expected a class or function, found {factory!r}")
     interface_of(factory)

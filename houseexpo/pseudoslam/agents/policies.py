@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, load_policy, no_factory
 from houseexpo.pseudoslam.agents.protocol import Interface, knowledge_of, robot_of
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
 from houseexpo.pseudoslam.agents.simple import LEFT
@@ -80,17 +80,17 @@ class _Everlasting:
     def __call__(self, observation: Any) -> Any:
         shown = _map_of(observation) if self._shows_more else observation
         try:
-            return self._asked(shown)
+            return self._next_action(shown)
         except PolicyError:
             raise
         except (Exception, SystemExit) as error:
-            raise PolicyError(f"{self._where()}: it raised {raised(error, __file__)}") from error
+            raise PolicyError(f"{self._where()}: it raised {describe_exception(error, __file__)}") from error
 
     def _where(self) -> str:
         plan, step = self._env.simulator.world.plan_id, int(self._env.state.counts.steps)
         return f"policy {self._policy.name!r}: plan {plan!r}, step {step}"
 
-    def _asked(self, shown: Any) -> Any:
+    def _next_action(self, shown: Any) -> Any:
         if self._state is not self._env.state:
             self._state = self._env.state
             self._begin()

@@ -23,8 +23,8 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.progress import watched
-from houseexpo.words import counted
+from houseexpo.progress import show_progress
+from houseexpo.words import count_noun
 
 RADIUS_M: Final = 0.2
 
@@ -101,7 +101,7 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: i
     found = sorted(_chosen(plans, order, largest or number, workers), key=_hash)[:number]
     if len(found) < number:
         raise ConfigError(
-            f"--plans {number}: list {split!r} of {plans.path} has {counted(len(found), 'plan')} that a robot of "
+            f"--plans {number}: list {split!r} of {plans.path} has {count_noun(len(found), 'plan')} that a robot of "
             f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"
         )
     return found
@@ -127,7 +127,7 @@ def _chosen(plans: Dataset, here: Sequence[str], number: int, workers: int) -> l
         repeats[pair.second].add(pair.first)
     taken = set(range(len(others)))
     found: list[str] = []
-    for i, name in watched(enumerate(here, start=len(others)), "choosing plans", len(here)):
+    for i, name in show_progress(enumerate(here, start=len(others)), "choosing plans", len(here)):
         if len(found) == number:
             break
         if repeats[i].isdisjoint(taken) and plans[name].navigability(RADIUS_M).components == 1:  # R3, R2

@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds, holm, paired_p
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, track_of
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 
 ORACLE: Final = "oracle"
 """The policy whose path lengths are the reference."""
@@ -41,7 +41,7 @@ class Entry:
         """The name of the row."""
         policy = self.results[0].policy
         if len(self.results) > 1:
-            return f"{policy.family} ({counted(len(self.results), 'training')}){self._predicts}"
+            return f"{policy.family} ({count_noun(len(self.results), 'training')}){self._predicts}"
         seed = f", seed {policy.seed}" if policy.seed else ""
         return f"{policy.name}{seed}{self._predicts}"
 

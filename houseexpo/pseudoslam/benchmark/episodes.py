@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, no_factory, raised
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, no_factory
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
@@ -177,7 +177,7 @@ class Runner:
         except PlayerError as error:
             raise PolicyError(f"{self._where(case, step)}: {error}") from None
         except (Exception, SystemExit) as error:
-            raise PolicyError(f"{self._where(case, step)}: it raised {raised(error, __file__)}") from error
+            raise PolicyError(f"{self._where(case, step)}: it raised {describe_exception(error, __file__)}") from error
 
     def _step(self, case: Case, step: int, action: Any) -> Any:
         try:

@@ -35,7 +35,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.pseudoslam import kernels
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy, no_factory, raised
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, load_policy, no_factory
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, Training
 from houseexpo.pseudoslam.benchmark.prediction import Grid, checked_map
 from houseexpo.pseudoslam.config import ObservationConfig
@@ -310,7 +310,7 @@ def serve(descriptor: int, memory: int) -> None:
                     continue
                 action = policy(*question)
             except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a policy raises is told
-                _say(pipe, failed=f"it raised {raised(error, __file__)}")
+                _say(pipe, failed=f"it raised {describe_exception(error, __file__)}")
                 continue
             ms = 1000 * (time.perf_counter() - start)
             _say(pipe, action=_plain(action), decided=bool(getattr(policy, "decided", True)), ms=ms)

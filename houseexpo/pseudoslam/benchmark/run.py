@@ -19,7 +19,7 @@ import numpy as np
 from houseexpo import __version__
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.agents.loading import NamedPolicy
 from houseexpo.pseudoslam.benchmark import result as results
 from houseexpo.pseudoslam.benchmark.cases import (
@@ -95,7 +95,7 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     start = time.perf_counter()
     new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed, settings.prediction)
     done = run_cases(new_runner, cases, settings.workers, settings.decision_limit_s, policy_name)
-    outcomes = dict(watched(done, f"{policy_name}, {track.id}", len(cases)))
+    outcomes = dict(show_progress(done, f"{policy_name}, {track.id}", len(cases)))
     in_order = [outcomes[number] for number in range(len(cases))]
     times = times_of(in_order, time.perf_counter() - start, settings.workers)
     return result_of(track, policy, record, in_order, times)

@@ -14,7 +14,7 @@ def number(
 ) -> None:
     """Raise ConfigError unless ``value`` is a finite number within the limits."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ConfigError(f"{key}: expected a finite number, {found(value)}")
+        raise ConfigError(f"{key}: expected a finite number, {describe_found(value)}")
     if value <= above:
         raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
     if value < at_least:
@@ -26,12 +26,12 @@ def number(
 def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
     """Raise ConfigError unless ``value`` is a whole number within the limits."""
     if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
-        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {found(value)}")
+        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {describe_found(value)}")
     if value > at_most:
         raise ConfigError(f"{key}: expected a whole number of at most {at_most}, found {value!r}")
 
 
-def found(value: object) -> str:
+def describe_found(value: object) -> str:
     """Return the found value as text; for a number of numpy, which would look right, with advice to convert it."""
     strange = isinstance(value, np.number) and not isinstance(value, float)
     return f"found {value!r}" + ("; convert it to a Python number with .item()" if strange else "")

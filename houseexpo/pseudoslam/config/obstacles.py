@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import FloatArray, GridFrame
-from houseexpo.pseudoslam.config.checks import above_zero, found, number, whole
+from houseexpo.pseudoslam.config.checks import above_zero, describe_found, number, whole
 from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
 from houseexpo.pseudoslam.kernels.placement import shape_spans
 from houseexpo.pseudoslam.kernels.types import Cells
@@ -332,7 +332,9 @@ class PeopleConfig:
 
     def __post_init__(self) -> None:
         if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
-            raise ConfigError(f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {found(self.number)}")
+            raise ConfigError(
+                f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {describe_found(self.number)}"
+            )
         whole(self.least, "people.least", at_least=0, at_most=self.number)
         above_zero(self, "people", "radius_m", at_most=10.0)
         above_zero(self, "people", "speed_m_s")

@@ -31,7 +31,7 @@ def _metres(value: float, pixels_per_metre: float) -> float:
     return value / pixels_per_metre
 
 
-def _doubled(value: float, _: float) -> float:
+def _double(value: float, _: float) -> float:
     return 2 * value
 
 
@@ -47,8 +47,8 @@ _PUBLISHED: dict[str, _Key | None] = {
     "meter2pixel": _Key("pixels_per_metre", _same),
     "mode": _Key("known_map", _flag),
     "obstacle.number": _Key("obstacles.random.number", _same),
-    "obstacle.size.min": _Key("obstacles.random.size_m[0]", _doubled, _HALF),
-    "obstacle.size.max": _Key("obstacles.random.size_m[1]", _doubled, _HALF),
+    "obstacle.size.min": _Key("obstacles.random.size_m[0]", _double, _HALF),
+    "obstacle.size.max": _Key("obstacles.random.size_m[1]", _double, _HALF),
     "robotRadius": _Key("robot.radius_m", _same),
     "stepLength.linear": _Key("robot.step_m", _same),
     "stepLength.angular": _Key("robot.turn_deg", _same),

@@ -100,11 +100,11 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         self._returns += rewards
         self._lengths += 1
         ended = np.flatnonzero(self.terminals | self.truncations)
-        said = [self._said(i, infos["final_info"]) for i in ended.tolist()]
+        said = [self._episode_summary(i, infos["final_info"]) for i in ended.tolist()]
         self._returns[ended], self._lengths[ended] = 0.0, 0
         return self.observations, self.rewards, self.terminals, self.truncations, said
 
-    def _said(self, i: int, final: dict[str, npt.NDArray[Any]]) -> dict[str, float]:
+    def _episode_summary(self, i: int, final: dict[str, npt.NDArray[Any]]) -> dict[str, float]:
         """Return the numbers on the end of environment ``i``'s episode."""
         numbers = {
             name: float(values[i])

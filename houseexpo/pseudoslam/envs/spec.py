@@ -341,7 +341,7 @@ def make_env_spec(
     """
     houses = open_houses(dataset)
     kept = own_resolution(houses) if config is None or isinstance(config, str) else None
-    config = _in_motion(_make_config(task, config, observation, max_episode_steps, kept), motion)
+    config = _with_motion(_make_config(task, config, observation, max_episode_steps, kept), motion)
     actions = actions if actions is not None else "continuous" if config.robot.drive else "discrete"
     for name, value, kinds in (
         ("actions", actions, Actions),
@@ -361,7 +361,7 @@ def make_env_spec(
     return spec
 
 
-def _in_motion(config: SimulatorConfig, motion: str | None) -> SimulatorConfig:
+def _with_motion(config: SimulatorConfig, motion: str | None) -> SimulatorConfig:
     """Return the configuration with the drive of a motion; raise ConfigError if it has another one."""
     if motion is None or motion == config.robot.motion:
         return config

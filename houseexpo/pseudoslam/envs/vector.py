@@ -56,11 +56,11 @@ def one_at_a_time(method: Method) -> Method:
     """Make calls of a method of ``PseudoSlamVectorEnv`` wait for those of other threads."""
 
     @wraps(method)
-    def called(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
+    def call_locked(self: PseudoSlamVectorEnv, *args: Any, **kwargs: Any) -> Any:
         with self._lock:
             return method(self, *args, **kwargs)
 
-    return called  # type: ignore[return-value]  # it takes and returns what the method does
+    return call_locked  # type: ignore[return-value]  # it takes and returns what the method does
 
 
 class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
@@ -172,7 +172,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self.autoreset_mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
             ready = self._begun & ~self._ended if self.autoreset_mode == AutoresetMode.DISABLED else self._begun
-            self._need(ready)
+            self._check_ready(ready)
             self._are_begun = True
         motions, ahead = self._env_spec.motions(actions, self.num_envs)
         starting = self._ended.nonzero()[0].tolist()  # in NEXT_STEP, or after a failed start
@@ -204,7 +204,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
         Its ``view`` is the observation of the last step, in the same memory, even if that belongs to the caller.
         """
-        self._need(self._begun, i)
+        self._check_ready(self._begun, i)
         return self._batch.state(i)
 
     @one_at_a_time
@@ -215,16 +215,16 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         """
         if self.render_mode is None:
             return None
-        self._need(self._begun)
-        from houseexpo.pseudoslam.render.picture import framed, picture
+        self._check_ready(self._begun)
+        from houseexpo.pseudoslam.render.picture import pad_picture, picture
 
         drawn = (picture(self._simulators[i], self.state(i), most_px=PICTURE_PX) for i in range(self.num_envs))
-        return [framed(image, PICTURE_PX) for image in drawn]
+        return [pad_picture(image, PICTURE_PX) for image in drawn]
 
     @one_at_a_time
     def action_masks(self, i: int | None = None) -> Bools:
         """Return the masks of allowed actions (N, K), or the one of environment ``i`` (K,)."""
-        self._need(self._begun, i)
+        self._check_ready(self._begun, i)
         masks = self._env_spec.masks(self._batch.arrays)
         return masks if i is None else masks[i]
 
@@ -305,7 +305,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             self._own |= {name}
         setattr(self, name, value)
 
-    def _need(self, ready: Bools, i: int | None = None) -> None:
+    def _check_ready(self, ready: Bools, i: int | None = None) -> None:
         """Raise ResetNeeded if environment ``i`` is not ready or, for None, if any is not."""
         if not np.all(ready if i is None else ready[i]):
             raise gymnasium.error.ResetNeeded(f"environments {np.flatnonzero(~ready).tolist()}: call reset() first")

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.files import PARTIAL, make_folder, named_in_errors
+from houseexpo.files import PARTIAL, make_folder, name_in_os_errors
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import Image
 
@@ -38,7 +38,7 @@ def write_movie(pictures: Iterable[Image], path: str | os.PathLike[str], fps: fl
     if not 0 < fps <= 100:
         raise ConfigError(f"fps: expected more than 0, at most 100, found {fps!r}")
     make_folder(target.parent)
-    with named_in_errors(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=PARTIAL) as folder:
+    with name_in_os_errors(target), tempfile.TemporaryDirectory(dir=target.parent, prefix=PARTIAL) as folder:
         partial = Path(folder) / target.name
         writers[target.suffix](iter(pictures), partial, fps)
         partial.replace(target)

@@ -29,9 +29,9 @@ from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.outputs import check_run_folder
 from houseexpo.processes import in_processes
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stacked
+from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stack_pairs
 from houseexpo.pseudoslam.worlds.cache import add_moving_obstacles, static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore
 
@@ -96,11 +96,11 @@ def observe(
     _claim(out, recipe)
     (out / MANIFEST).unlink(missing_ok=True)  # R3
     shards = math.ceil(wanted / (config.each * EPISODES))
-    found = {shard: made for shard in range(shards) if (made := _known(out, shard, config)) is not None}
+    found = {shard: made for shard in range(shards) if (made := _read_entry(out, shard, config)) is not None}
     known = len(found)
     jobs = ((shard, _episodes(plans, shard, config, wanted, seed)) for shard in range(shards) if shard not in found)
     work = partial(_write_shard, out, config, seed)
-    found |= dict(watched(_run(work, jobs, shards - known, workers), "observing", shards - known))
+    found |= dict(show_progress(_run(work, jobs, shards - known, workers), "observing", shards - known))
     entries = [found[shard] for shard in range(shards)]
     write_whole(out / MANIFEST, as_json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
     refused = tuple(line for entry in entries for line in entry["refused"])
@@ -136,7 +136,7 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
         there = json.loads(file.read_bytes())
     except ValueError as error:
         raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
-    other = _other(there if isinstance(there, dict) else {}, json.loads(as_json(recipe)))
+    other = _first_difference(there if isinstance(there, dict) else {}, json.loads(as_json(recipe)))
     if other is not None:
         key, found, asked = other
         raise ConfigError(
@@ -145,12 +145,14 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
         )
 
 
-def _other(there: Mapping[str, Any], asked: Mapping[str, Any], within: str = "") -> tuple[str, Any, Any] | None:
+def _first_difference(
+    there: Mapping[str, Any], asked: Mapping[str, Any], within: str = ""
+) -> tuple[str, Any, Any] | None:
     """Return the first key that differs, as ``outer.inner``, and both values; None if all are equal."""
     for key, value in asked.items():
         found = there.get(key)
         if found != value and isinstance(found, dict) and isinstance(value, dict):
-            return _other(found, value, f"{within}{key}.")
+            return _first_difference(found, value, f"{within}{key}.")
         if found != value:
             return f"{within}{key}", found, value
     return None
@@ -197,7 +199,7 @@ def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[in
             continue
         pairs += found
         plan_ids += [plan.id] * len(found)
-    data = _npz({**stacked(pairs, config), "plan_id": np.array(plan_ids, np.str_)}, {"refused": refused})
+    data = _npz({**stack_pairs(pairs, config), "plan_id": np.array(plan_ids, np.str_)}, {"refused": refused})
     write_whole(_file(out, shard), data)
     return shard, _entry(shard, data, len(pairs), refused)
 
@@ -223,7 +225,7 @@ def _entry(shard: int, data: bytes, pairs: int, refused: list[str]) -> dict[str,
     return {"file": _file(Path(), shard).name, "pairs": pairs, "sha256": digest, "refused": refused}
 
 
-def _known(out: Path, shard: int, config: PairConfig) -> dict[str, Any] | None:
+def _read_entry(out: Path, shard: int, config: PairConfig) -> dict[str, Any] | None:
     """Return what the manifest says of a shard that is there and whole, else None (R2)."""
     try:
         data = _file(out, shard).read_bytes()

@@ -176,7 +176,7 @@ def _pair(simulator: Simulator, state: State, truth: Truth, config: PairConfig) 
     return Pair(partial, complete, rooms, labels, pose, believed, coverage, steps)
 
 
-def stacked(pairs: list[Pair], config: PairConfig) -> dict[str, npt.NDArray[Any]]:
+def stack_pairs(pairs: list[Pair], config: PairConfig) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of pairs, stacked along a new first axis; (0, ...) if there are none."""
     names = [name for name in Pair._fields if name in config.arrays()]
     return {

@@ -112,14 +112,16 @@ def map_of_bag(path: str | os.PathLike[str], resolution_m: float = 0.05, *, scan
             "record /tf and /tf_static with the scans",
             "empty",
         )
-    return _drawn(file.name, placed, resolution_m)
+    return _draw_map(file.name, placed, resolution_m)
 
 
 def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_Scan]]:
     frames: dict[str, _Frame] = {}
     scans: list[_Scan] = []
     with bag_reader(file) as reader:
-        chosen = _chosen({each.topic for each in reader.connections if each.msgtype == SCAN_TYPE}, wanted, file.name)
+        chosen = _choose_topic(
+            {each.topic for each in reader.connections if each.msgtype == SCAN_TYPE}, wanted, file.name
+        )
         kept = [each for each in reader.connections if each.topic == chosen or each.msgtype == TF_TYPE]
         for connection, _, data in reader.messages(connections=kept):
             message: Any = reader.deserialize(data, connection.msgtype)
@@ -135,7 +137,7 @@ def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_
     return frames, scans
 
 
-def _chosen(topics: set[str], wanted: str | None, name: str) -> str:
+def _choose_topic(topics: set[str], wanted: str | None, name: str) -> str:
     """R1."""
     if wanted is not None and wanted in topics:
         return wanted
@@ -185,7 +187,7 @@ def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> Pose | None:
     return pose
 
 
-def _drawn(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> RobotMap:
+def _draw_map(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> RobotMap:
     """R3, R4."""
     RobotMap(np.zeros((1, 1), np.int8), cell_m, name=name)  # checks the resolution
     far = [min(scan.most_m, float(np.max(_lengths(scan)[0], initial=0.0))) + 2 * cell_m for scan, _ in placed]

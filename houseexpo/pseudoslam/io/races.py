@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.policies import Policy, known_env
 from houseexpo.pseudoslam.io.films import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
-from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, framed, picture
+from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, pad_picture, picture
 
 _GAP_PX: Final = 8
 _CAPTION_PX: Final = 40
@@ -98,27 +98,27 @@ def record_race(
         racer.begin(seed, options)
 
     def pictures() -> Iterator[Image]:
-        yield _drawn(racers, shows, most_px)
+        yield _draw_frame(racers, shows, most_px)
         for step in range(1, steps + 1):
             for racer in racers:
                 racer.go(step)
             last = step == steps or all(racer.ended for racer in racers)
             if last or step % every == 0:
-                yield _drawn(racers, shows, most_px)
+                yield _draw_frame(racers, shows, most_px)
             if last:
                 return
 
     write_movie(pictures(), path, fps)
 
 
-def _drawn(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int]) -> Image:
+def _draw_frame(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int]) -> Image:
     """Draw all policies side by side, each below its name and progress."""
     wide = (most_px[0] - _GAP_PX * (len(racers) - 1)) // len(racers)
     panels: list[Image] = []
     for racer in racers:
         env = known_env(racer.env)
         drawn = picture(env.simulator, env.state, racer.trail, shows=shows, most_px=(wide, most_px[1] - _CAPTION_PX))
-        panel = framed(drawn, (wide, drawn.shape[0]))
+        panel = pad_picture(drawn, (wide, drawn.shape[0]))
         head = np.full((_CAPTION_PX, wide, 3), 255, np.uint8)
         cv2.putText(head, racer.name, (4, 15), _FONT, _LARGE, ROBOT_COLOUR, 1, cv2.LINE_AA)
         cv2.putText(head, racer.caption(), (4, 32), _FONT, _SMALL, (60, 60, 60), 1, cv2.LINE_AA)

@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import gymnasium
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import named_in_errors
+from houseexpo.files import name_in_os_errors
 from houseexpo.pseudoslam.agents.policies import Policy, known_env
 from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
@@ -102,19 +102,21 @@ def record(
             done.reward, done.ended = done.reward + float(reward), terminated or truncated
 
     with (
-        nullcontext() if bag is None else named_in_errors(Path(bag)),
+        nullcontext() if bag is None else name_in_os_errors(Path(bag)),
         nullcontext() if bag is None else BagWriter(bag) as writer,
     ):
         moments = episode(writer)
         if path is None:
             deque(moments, maxlen=0)
         else:
-            pictures = (_drawn(env, trail, shows, most_px) for last in moments if last or done.actions % every == 0)
+            pictures = (
+                _draw_frame(env, trail, shows, most_px) for last in moments if last or done.actions % every == 0
+            )
             write_movie(pictures, path, fps)
     return done
 
 
-def _drawn(env: gymnasium.Env[Any, Any], trail: list[Any], shows: Panels, most_px: tuple[int, int]) -> Image:
+def _draw_frame(env: gymnasium.Env[Any, Any], trail: list[Any], shows: Panels, most_px: tuple[int, int]) -> Image:
     inner = known_env(env)
     if shows == "beside":
         return beside(inner.simulator, inner.state, trail, most_px=most_px)

@@ -16,9 +16,9 @@ _WORD = 0xFFFFFFFF
 @njit(cache=True, nogil=True)
 def uniform(key: int, counter: int) -> float:
     """Return a number in (0, 1) for a key and a counter, both at least 0 and below 2**62."""
-    word = _mixed(counter & _WORD) ^ (key & _WORD)
-    word = _mixed(word) ^ ((key >> 32) ^ (counter >> 32)) & _WORD
-    return (_mixed(word) + 0.5) / 4294967296.0
+    word = _mix(counter & _WORD) ^ (key & _WORD)
+    word = _mix(word) ^ ((key >> 32) ^ (counter >> 32)) & _WORD
+    return (_mix(word) + 0.5) / 4294967296.0
 
 
 @njit(cache=True, nogil=True)
@@ -29,7 +29,7 @@ def normal(key: int, counter: int) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _mixed(word: int) -> int:
+def _mix(word: int) -> int:
     """Return a word of 32 bits, each of which depends on all bits of the argument; products fit in 64 bits."""
     word = (word ^ word >> 16) * 0x21F0AAAD & _WORD
     word = (word ^ word >> 15) * 0x735A2D97 & _WORD

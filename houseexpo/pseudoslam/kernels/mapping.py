@@ -87,7 +87,7 @@ def shrink(
     for i in range(first, last):
         one, other = top + i * side_px, top + (i + 1) * side_px
         for j in range(first_col, last_col):
-            out[i, j] = _most(known, one, other, left + j * side_px, left + (j + 1) * side_px)
+            out[i, j] = _max_of_cells(known, one, other, left + j * side_px, left + (j + 1) * side_px)
 
 
 @njit(cache=True, nogil=True)
@@ -98,7 +98,7 @@ def _near(at: float, spread: float, side_px: float, cells: int) -> tuple[int, in
 
 
 @njit(cache=True, nogil=True)
-def _most(known: Grid, top: float, bottom: float, left: float, right: float) -> int:
+def _max_of_cells(known: Grid, top: float, bottom: float, left: float, right: float) -> int:
     """Return the highest value of the cells that start in a coarse one, at least one; unknown outside the map."""
     first_row, first_col = math.floor(top), math.floor(left)
     last_row, last_col = max(math.floor(bottom), first_row + 1), max(math.floor(right), first_col + 1)
@@ -241,7 +241,7 @@ def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: 
     if size == 1:
         draw_nearest(known, x, y, cos, sin, pixel, out)
     else:
-        draw_nearest(most_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
+        draw_nearest(max_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
 
 
 @njit(cache=True, nogil=True)
@@ -264,7 +264,7 @@ def draw_nearest(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: 
 
 
 @njit(cache=True, nogil=True)
-def most_of_blocks(known: Grid, size: int) -> Grid:
+def max_of_blocks(known: Grid, size: int) -> Grid:
     """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may have fewer cells.
 
     The maximum over the rows of a block is computed for all columns at once, and then the maximum of each cell and

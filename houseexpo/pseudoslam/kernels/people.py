@@ -82,14 +82,14 @@ def push(
     """
     ppm = walk.pixels_per_metre
     x, y = people[p].x, people[p].y
-    push_x, push_y = _by_walls(occupied, x, y, walk.feelers, walk.reach_px)
+    push_x, push_y = _push_of_walls(occupied, x, y, walk.feelers, walk.reach_px)
     if abs(robot.x - x) + abs(robot.y - y) < 2 * NO_PUSH_M * ppm:
-        by_x, by_y = _by_other(robot.x - x, robot.y - y, 0.0, 0.0, wish_x, wish_y, ppm)
+        by_x, by_y = _force_of_person(robot.x - x, robot.y - y, 0.0, 0.0, wish_x, wish_y, ppm)
         push_x, push_y = push_x + by_x, push_y + by_y
     for i in range(len(people)):
         off_x, off_y = people[i].x - x, people[i].y - y
         if i != p and abs(off_x) + abs(off_y) < 2 * NO_PUSH_M * ppm:
-            by_x, by_y = _by_other(off_x, off_y, people[i].vx, people[i].vy, wish_x, wish_y, ppm)
+            by_x, by_y = _force_of_person(off_x, off_y, people[i].vx, people[i].vy, wish_x, wish_y, ppm)
             push_x, push_y = push_x + by_x, push_y + by_y
     return push_x, push_y
 
@@ -109,7 +109,7 @@ def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[
 
 
 @njit(cache=True, nogil=True)
-def _by_other(
+def _force_of_person(
     off_x: float, off_y: float, other_vx: float, other_vy: float, wish_x: float, wish_y: float, ppm: float
 ) -> tuple[float, float]:
     """Return the force of another person at the offset (``off_x``, ``off_y``): equations 3 to 5 and 8 of the paper."""
@@ -127,7 +127,7 @@ def _by_other(
 
 
 @njit(cache=True, nogil=True)
-def _by_walls(occupied: Grid, x: float, y: float, feelers: Rows, reach: float) -> tuple[float, float]:
+def _push_of_walls(occupied: Grid, x: float, y: float, feelers: Rows, reach: float) -> tuple[float, float]:
     """Return the sum of the accelerations of all feelers that are in a wall or off the grid."""
     rows, cols = occupied.shape
     push_x, push_y = 0.0, 0.0
@@ -175,7 +175,7 @@ def walk_on(
         if beside_tracks:
             by_x, by_y = push_by_tracks(bodies, tracks, p, walk.pixels_per_metre)
             push_x, push_y = push_x + by_x, push_y + by_y
-        vx, vy = _faster(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
+        vx, vy = _accelerate(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
         people[p].vx, people[p].vy = 0.0, 0.0
         for i in range(len(_WAYS)):
             cos, sin = _WAYS[i, 0], _WAYS[i, 1]
@@ -237,7 +237,7 @@ def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radi
 
 
 @njit(cache=True, nogil=True)
-def _faster(
+def _accelerate(
     people: Rows, p: int, wish_x: float, wish_y: float, push_x: float, push_y: float, relaxation_s: float, s: float
 ) -> tuple[float, float]:
     """Return a person's velocity after ``s`` seconds, given the desired one and the forces; its speed is limited."""

@@ -71,7 +71,11 @@ def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, col
     crossings = np.empty(len(points))
     count = 0
     for row in range(first, last):
-        found = _across_ellipse(points, row + 0.5, crossings) if is_round else _across(points, row, rows, crossings)
+        found = (
+            _ellipse_crossings(points, row + 0.5, crossings)
+            if is_round
+            else _polygon_crossings(points, row, rows, crossings)
+        )
         for i in range(0, found - 1, 2):  # R1
             start, stop = _centre_from(crossings[i], cols), _centre_from(crossings[i + 1], cols)
             if start < stop:
@@ -98,7 +102,7 @@ def _bounds(points: Floats, is_round: bool) -> tuple[float, float, float, float]
 
 
 @njit(cache=True, nogil=True)
-def _across(points: Floats, row: int, rows: int, crossings: Floats) -> int:
+def _polygon_crossings(points: Floats, row: int, rows: int, crossings: Floats) -> int:
     """Write the crossings of a polygon's edges with the line through a row's centres, in order; return their number."""
     count = 0
     for i in range(len(points)):
@@ -118,7 +122,7 @@ def _across(points: Floats, row: int, rows: int, crossings: Floats) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _across_ellipse(points: Floats, y: float, crossings: Floats) -> int:
+def _ellipse_crossings(points: Floats, y: float, crossings: Floats) -> int:
     """Write the crossings of a horizontal line with an ellipse, left to right; return 2, or 0 if there are none.
 
     The points of the ellipse are centre + cos(t) a + sin(t) b with the half-axes a and b.
@@ -142,7 +146,7 @@ def _outline(points: Floats, is_round: bool, rows: int, cols: int, spans: Cells,
     if is_round:
         for i in range(1, 3):
             right, down = (points[i, 0] - x) * THIN_SHARE, (points[i, 1] - y) * THIN_SHARE
-            count = _crossed(x - right, y - down, x + right, y + down, rows, cols, spans, count)
+            count = _append_crossed_cells(x - right, y - down, x + right, y + down, rows, cols, spans, count)
         return count
     for i in range(1, len(points)):
         x, y = x + points[i, 0], y + points[i, 1]
@@ -150,12 +154,14 @@ def _outline(points: Floats, is_round: bool, rows: int, cols: int, spans: Cells,
     for i in range(len(points)):
         from_x, from_y = x + (points[i - 1, 0] - x) * THIN_SHARE, y + (points[i - 1, 1] - y) * THIN_SHARE
         to_x, to_y = x + (points[i, 0] - x) * THIN_SHARE, y + (points[i, 1] - y) * THIN_SHARE
-        count = _crossed(from_x, from_y, to_x, to_y, rows, cols, spans, count)
+        count = _append_crossed_cells(from_x, from_y, to_x, to_y, rows, cols, spans, count)
     return count
 
 
 @njit(cache=True, nogil=True)
-def _crossed(x1: float, y1: float, x2: float, y2: float, rows: int, cols: int, spans: Cells, count: int) -> int:
+def _append_crossed_cells(
+    x1: float, y1: float, x2: float, y2: float, rows: int, cols: int, spans: Cells, count: int
+) -> int:
     """Append the cells that a line crosses, row by row; return the number of spans."""
     if y1 > y2:
         x1, y1, x2, y2 = x2, y2, x1, y1
@@ -216,7 +222,7 @@ def set_down(
     flat, cols = traversable.ravel(), traversable.shape[1]
     n_found = _pieces_beside(flat, cols, gone, n_taken, found, queue)
     n_gone, n_found = _give_up_small_pieces(flat, cols, gone, n_taken, found, n_found, least, queue)
-    if n_taken > 0 and (n_found == 0 or not _are_one(flat, cols, found, n_found, queue)):
+    if n_taken > 0 and (n_found == 0 or not _are_connected(flat, cols, found, n_found, queue)):
         for i in range(n_gone):
             flat[gone[i]] = _OPEN
         return CLOSES_OFF
@@ -325,7 +331,7 @@ def _give_up_small_pieces(
 
 
 @njit(inline="always")
-def _are_one(flat: Grid, cols: int, found: Cells, n_found: int, queue: Cells) -> bool:
+def _are_connected(flat: Grid, cols: int, found: Cells, n_found: int, queue: Cells) -> bool:
     """Return whether all listed cells are connected; a way around is usually short, and the search ends when found."""
     for i in range(n_found):
         flat[found[i]] = _MARKED

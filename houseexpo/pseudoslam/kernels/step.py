@@ -204,7 +204,7 @@ def sense(episode: Episode, params: StepParams, spread_px: float) -> None:
             episode.ranges,
         )  # fmt: skip
         if params.errors.any:
-            _err(episode.ranges, episode.counts, params)
+            _add_range_noise(episode.ranges, episode.counts, params)
     if len(episode.overview) > 0:
         shrink(
             episode.known, readings.start_x, readings.start_y, params.overview_px, pose.seen_x, pose.seen_y,
@@ -213,7 +213,7 @@ def sense(episode: Episode, params: StepParams, spread_px: float) -> None:
 
 
 @njit(inline="always")
-def _err(ranges: Floats, counts: Rows, params: StepParams) -> None:
+def _add_range_noise(ranges: Floats, counts: Rows, params: StepParams) -> None:
     """Apply the noise of the last scan's beams to the ranges; lost beams are 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)

@@ -44,7 +44,7 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LO
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.records import commit
-from houseexpo.pseudoslam.learning.weights import rounded, weighing, write_weights
+from houseexpo.pseudoslam.learning.weights import round_weights, weights_with, write_weights
 from houseexpo.pseudoslam.planning import (
     descent_rules,
     explorer_frontiers,
@@ -202,8 +202,8 @@ class Explorations:
 
 
 WEIGHTS: Final = "weights.json"
-INFORMATION: Final = weighing(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
-NEAREST: Final = weighing(rank=-1.0)
+INFORMATION: Final = weights_with(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
+NEAREST: Final = weights_with(rank=-1.0)
 Say = Callable[[str], None]
 _COSTS: Final = "costs.json"
 
@@ -270,7 +270,7 @@ def train_chooser(
     search = Search(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)
     _begin(folder, run, resume=resume)
-    learned = rounded(_search_weights(search, houses, config, folder / _COSTS, say))
+    learned = round_weights(_search_weights(search, houses, config, folder / _COSTS, say))
     versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
     about = {**run, "commit": made_by, "versions": versions, "tests": _compare_rules(houses, learned, say)}
     write_weights(folder / WEIGHTS, learned, about)
@@ -283,7 +283,7 @@ def _search_weights(search: Search, houses: _Houses, config: ChoosingConfig, fil
     for generation in range(config.generations):
         candidates = search.ask()
         if generation == len(known):
-            ways = houses.explored(generation, [*candidates, search.mean, NEAREST])
+            ways = houses.explore_training(generation, [*candidates, search.mean, NEAREST])
             known.append(_costs(ways, config.step_m).tolist())
             write_whole(file, as_json(known), durable=True)
             (metres, steps), (nearest_m, nearest_steps) = ways[:, -2:].mean(axis=0).tolist()
@@ -307,7 +307,7 @@ def _costs(ways: Floats, step_m: float) -> Floats:
 def _compare_rules(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict[str, float]]:
     """Return the means over the plans that are not used in training, and report them."""
     named = {"learned": learned, "information": INFORMATION, "nearest": NEAREST}
-    means = houses.tested(list(named.values())).mean(axis=0).round(3).tolist()
+    means = houses.explore_test(list(named.values())).mean(axis=0).round(3).tolist()
     for name, (metres, steps) in zip(named, means, strict=True):
         say(f"on plans not used in training, {name}: {metres:.2f} m and {steps:.0f} steps to 90%")
     return {name: {"metres": metres, "steps": steps} for name, (metres, steps) in zip(named, means, strict=True)}
@@ -326,13 +326,13 @@ class _Houses:
         self._train_ids, self._test_ids = listed[: -config.tested], listed[-config.tested :]
         self._own = local()
 
-    def explored(self, generation: int, each: list[Floats]) -> Floats:
+    def explore_training(self, generation: int, each: list[Floats]) -> Floats:
         """Return metres and steps to 90% (plans, n, 2) in the houses of a generation, for each of n weights (R2)."""
         drawn = np.random.default_rng([self._config.seed, generation]).permutation(len(self._train_ids))
         names = [self._train_ids[i] for i in drawn[: self._config.plans].tolist()]
         return self._ways(names, [self._config.seed, generation], each)
 
-    def tested(self, each: list[Floats]) -> Floats:
+    def explore_test(self, each: list[Floats]) -> Floats:
         """Return the same for the houses that are not used in training."""
         return self._ways(self._test_ids, [], each)
 

@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.sb3 import SB3VecEnv
 States: TypeAlias = tuple[torch.Tensor, torch.Tensor]
 
 
-def through(
+def run_memory(
     features: torch.Tensor, states: States, episode_starts: torch.Tensor, lstm: torch.nn.LSTM
 ) -> tuple[torch.Tensor, States]:
     """Return the outputs of a memory for sequences, and its states after them.
@@ -59,13 +59,13 @@ def through(
 class MemoryPolicy(RecurrentActorCriticPolicy):  # type: ignore[misc]  # it comes without types where it is not installed
     """A policy with a memory for observations that are one picture."""
 
-    _process_sequence = staticmethod(through)
+    _process_sequence = staticmethod(run_memory)
 
 
 class MultiInputMemoryPolicy(RecurrentMultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
     """A policy with a memory for observations of pictures and vectors."""
 
-    _process_sequence = staticmethod(through)
+    _process_sequence = staticmethod(run_memory)
 
 
 WIDTH = 128

@@ -79,7 +79,7 @@ def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
     """Return the simulator's configuration: that of the preset or else of the task, with the run's changes."""
     kind, _ = TASKS[task]
     plain = with_preset(config.preset, kind.default) if config.preset else kind.default
-    return config_from(SimulatorConfig, _merged(mapping_from(plain), config.simulator), "environment.simulator")
+    return config_from(SimulatorConfig, _merge(mapping_from(plain), config.simulator), "environment.simulator")
 
 
 def check_options(task: str, config: EnvironmentConfig) -> None:
@@ -115,8 +115,8 @@ def environments(
     )
 
 
-def _merged(plain: Any, changes: Any) -> Any:
+def _merge(plain: Any, changes: Any) -> Any:
     """Return nested mappings with some values changed; a part that was None consists only of the changes."""
     if not (isinstance(plain, Mapping) and isinstance(changes, Mapping)):
         return changes
-    return {**plain, **{key: _merged(plain.get(key), part) for key, part in changes.items()}}
+    return {**plain, **{key: _merge(plain.get(key), part) for key, part in changes.items()}}

@@ -68,14 +68,14 @@ class Actor:
         """Return an action of the environment for an observation."""
         with torch.inference_mode(), torch.random.fork_rng(devices=[]), _without_onednn():  # keep torch's state
             torch.set_rng_state(self._chance)
-            actions = self._likely(observation).get_actions(deterministic=self._deterministic).numpy()
+            actions = self._distribution(observation).get_actions(deterministic=self._deterministic).numpy()
             self._chance = torch.get_rng_state()
         space = self._policy.action_space
         if isinstance(space, spaces.Box):  # random actions may lie outside
             actions = np.clip(actions, space.low, space.high)
         return actions.reshape(-1, *space.shape)[0]
 
-    def _likely(self, observation: npt.NDArray[Any] | dict[str, Any]) -> Distribution:
+    def _distribution(self, observation: npt.NDArray[Any] | dict[str, Any]) -> Distribution:
         """Return the distribution of actions, and update the memory.
 
         The policy's ``predict`` does the same but sets the mode of all layers first, which takes half of the time.

@@ -54,7 +54,7 @@ class Curve:
         if not self._names:
             self._names = [STEPS, *values]
             rows.append(self._names)
-        rows.append([str(steps), *(_written(values.get(name, math.nan)) for name in self._names[1:])])
+        rows.append([str(steps), *(_format_value(values.get(name, math.nan)) for name in self._names[1:])])
         with self._file.open("ab") as stream:
             stream.write(_as_csv(rows))
 
@@ -66,7 +66,7 @@ def _rows(file: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
 
 
-def _written(value: float) -> str:
+def _format_value(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.6g}"
 
 

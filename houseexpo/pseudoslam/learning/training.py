@@ -26,7 +26,7 @@ import houseexpo
 from houseexpo.errors import TrainingError
 from houseexpo.files import as_json, make_folder, write_whole
 from houseexpo.outputs import check_run_folder
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.discounting import Collecting
@@ -110,7 +110,7 @@ class _Training:
         test_every, keep_every = config.updates(config.evaluation.every), config.updates(config.checkpoint_every)
         score: Score = {}
         restart_episodes(learner, config.seed)
-        for update in watched(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
+        for update in show_progress(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
             self._learning.add(*self._update(update))
             if update % test_every == 0 or update == total:
                 score = self._test()

@@ -33,19 +33,19 @@ class Weights(msgspec.Struct, frozen=True):
     weights: dict[str, float]
 
 
-def weighing(**weights: float) -> Floats:
+def weights_with(**weights: float) -> Floats:
     """Return weights with some features given and the others 0; ``_`` in a name stands for a space."""
     return _in_order({name.replace("_", " "): weight for name, weight in weights.items()})
 
 
-def rounded(weights: Floats) -> Floats:
+def round_weights(weights: Floats) -> Floats:
     """Return weights rounded to six digits, which are equal after writing and reading."""
     return np.array([float(f"{value:.6g}") for value in weights])
 
 
 def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
     """Write weights, to six digits."""
-    named = {name: value for name, value in zip(FEATURES, rounded(weights).tolist(), strict=True) if value}
+    named = {name: value for name, value in zip(FEATURES, round_weights(weights).tolist(), strict=True) if value}
     write_whole(file, as_json(Weights(FORMAT, about, named)), durable=True)
 
 

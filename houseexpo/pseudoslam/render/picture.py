@@ -13,8 +13,8 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.config.checks import one_of
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
-from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_for, scaled
-from houseexpo.pseudoslam.render.sight import Body, beam_ends, bodies_of, moved
+from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_cells, scale_for
+from houseexpo.pseudoslam.render.sight import Body, beam_ends, bodies_of, move_to_belief
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -76,11 +76,13 @@ def picture(
         There is no space for a picture, or ``shows`` is none of these.
     """
     one_of(shows, "shows", get_args(Shows))
-    scale, colours = scaled(_colours(simulator, state, shows), _PRIORITY, most_px)
+    scale, colours = scale_cells(_colours(simulator, state, shows), _PRIORITY, most_px)
     canvas = Canvas(_COLOURS[colours], scale)
     true, seen_from = state.pose_px, state.pose_px if shows == "truth" else state.believed_px
     ends = beam_ends(simulator, state)
-    canvas.tint(moved(np.vstack([true[None, :2], ends]), true, seen_from), ROBOT_COLOUR, SIGHT, colours < _WALL)
+    canvas.tint(
+        move_to_belief(np.vstack([true[None, :2], ends]), true, seen_from), ROBOT_COLOUR, SIGHT, colours < _WALL
+    )
     metre = simulator.config.pixels_per_metre
     _draw_goal(canvas, simulator, state)
     if len(trail) > 1:
@@ -106,7 +108,7 @@ def beside(
     return np.concatenate([truth, strip, known], axis=axis)
 
 
-def framed(image: Image, size_px: tuple[int, int]) -> Image:
+def pad_picture(image: Image, size_px: tuple[int, int]) -> Image:
     """Return a picture centred in one of this width and height, surrounded by the colour of unknown cells."""
     wide, high = size_px
     found = np.full((high, wide, 3), UNKNOWN_COLOUR, np.uint8)
@@ -162,6 +164,6 @@ def _draw_bodies(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Po
     for body in bodies:
         if not body.seen and shows == "map":
             continue
-        corners = moved(body.corners, true, seen_from) if body.seen else body.corners
+        corners = move_to_belief(body.corners, true, seen_from) if body.seen else body.corners
         canvas.blob(corners, body.round_px + 1.5 / canvas.scale, FREE_COLOUR)
         canvas.blob(corners, body.round_px, BODY_COLOUR if body.seen or shows == "truth" else HIDDEN_BODY_COLOUR)

@@ -48,9 +48,11 @@ def sight(simulator: Simulator, state: State, beams: int) -> Sight:
     if len(moving.people) + len(moving.clocks) > 0:
         for number, body in enumerate(bodies_of(simulator, state, beam_ends(simulator, state))):
             if body.seen:
-                corners = moved(body.corners, true, state.believed_px)
+                corners = move_to_belief(body.corners, true, state.believed_px)
                 centre = corners.mean(axis=0)
-                ahead = moved(body.corners.mean(axis=0) + np.array([body.velocity_px]), true, state.believed_px)[0]
+                ahead = move_to_belief(
+                    body.corners.mean(axis=0) + np.array([body.velocity_px]), true, state.believed_px
+                )[0]
                 radius = np.hypot(*(corners - centre).T).max() + body.round_px
                 found.append((number, *centre, radius, *(ahead - centre)))
     ranges = np.hypot(*(beam_ends(simulator, state, beams) - true[:2]).T)
@@ -69,7 +71,7 @@ def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
     return np.stack([x + ranges * np.cos(heading + angles), y - ranges * np.sin(heading + angles)], axis=1)
 
 
-def moved(points: Points, true: Points, believed: Points) -> Points:
+def move_to_belief(points: Points, true: Points, believed: Points) -> Points:
     """Return points moved with the robot from its true pose to the believed one."""
     turn = believed[2] - true[2]
     right, down = (points - true[:2]).T
@@ -80,7 +82,7 @@ def moved(points: Points, true: Points, believed: Points) -> Points:
 def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     """Return people and shapes on trajectories; ``ends`` are from ``beam_ends``."""
     episode, radius = state.episode, simulator.params.walk.radius_px
-    met = _met(state, ends)
+    met = _ends_on_moving(state, ends)
     people = placed_people(episode.bodies.people)
     places = np.stack([people["x"], people["y"]], axis=1)
     velocities = zip(people["vx"].tolist(), people["vy"].tolist(), strict=True)
@@ -100,7 +102,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     return found
 
 
-def _met(state: State, ends: Points) -> Points:
+def _ends_on_moving(state: State, ends: Points) -> Points:
     """Return the ends (n, 2) of the beams that hit a moving obstacle."""
     way = ends - state.pose_px[:2]
     within = ends + 0.5 * way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]  # half a cell beyond the rim

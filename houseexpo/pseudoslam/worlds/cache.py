@@ -47,7 +47,7 @@ def world_for(plan: House, config: SimulatorConfig) -> World:
 def static_world(plan: House, config: SimulatorConfig) -> World:
     """Return the world of a plan or a map like ``world_for``, but without moving obstacles."""
     if isinstance(plan, MapHouse):
-        house = plan.resampled(config.pixels_per_metre).closed()
+        house = plan.resample(config.pixels_per_metre).with_border()
         return world_of(house.occupied.copy(), house.frame, config.robot.radius_m, config.laser.range_m, house.id)
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
@@ -92,25 +92,25 @@ class WorldCache:
     def __getitem__(self, number: int) -> World:
         """Return the world of a plan; raise ConfigError or PlanError like ``world_for``."""
         with self._lock:
-            world = self._open.used(number)
+            world = self._open.get(number)
             if world is None:
-                world = self._closed(number)
+                world = self._world_for_unpacking(number)
                 self._open.keep(number, world, OF_A_CELL * world.occupied.nbytes)
             else:
-                self._kept.used(number)
+                self._kept.get(number)
             return world
 
-    def _closed(self, number: int) -> World:
+    def _world_for_unpacking(self, number: int) -> World:
         """Return the world of a plan that is not unpacked: from memory, from disk, or newly made."""
         if self._stored is not None and not self._moves:
-            return self._still(number)
-        packed = self._kept.used(number)
+            return self._static_world(number)
+        packed = self._kept.get(number)
         if packed is None:
-            packed = _Packed(add_moving_obstacles(self._still(number), self._plans[number], self._config))
+            packed = _Packed(add_moving_obstacles(self._static_world(number), self._plans[number], self._config))
             self._kept.keep(number, packed, packed.size)
-        return packed.unpacked()
+        return packed.unpack()
 
-    def _still(self, number: int) -> World:
+    def _static_world(self, number: int) -> World:
         """Return a world without moving obstacles; for a plan of a data set, load it from disk or store it there."""
         if self._stored is None:
             return static_world(self._plans[number], self._config)
@@ -156,7 +156,7 @@ class _Recent(Generic[Thing]):
         """Iterate over the numbers, starting with the least recently used one."""
         return iter(self._things)
 
-    def used(self, number: int) -> Thing | None:
+    def get(self, number: int) -> Thing | None:
         """Return a value and mark it as used; None if it is not in the cache."""
         if number not in self._things:
             return None
@@ -185,7 +185,7 @@ class _Packed:
         """The approximate number of bytes."""
         return sum(bits.nbytes for bits in self._bits) + self._world.flow.toward.nbytes + self._world.flow.spots.nbytes
 
-    def unpacked(self) -> World:
+    def unpack(self) -> World:
         """Return the unpacked world."""
         occupied, traversable, observable = (raster_of(bits, *self._shape) for bits in self._bits)
         return replace(self._world, occupied=occupied, traversable=traversable, observable=observable)

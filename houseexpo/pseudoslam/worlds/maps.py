@@ -81,7 +81,7 @@ class MapHouse:
         shape = f"{self.occupied.shape} {self.pixels_per_metre!r} {self.frame.origin_m}"
         return hashlib.sha256(shape.encode() + np.packbits(self.occupied).tobytes()).hexdigest()
 
-    def resampled(self, pixels_per_metre: float) -> MapHouse:
+    def resample(self, pixels_per_metre: float) -> MapHouse:
         """Return the house with cells of another size (R2); the upper left corner stays in its place.
 
         Raises
@@ -98,13 +98,13 @@ class MapHouse:
                 f"pixels_per_metre: {pixels_per_metre:g} makes {rows * cols:.2g} cells of map {self.id!r}, "
                 f"at most {MAX_CELLS:.0e} are possible; use a coarser grid"
             )
-        cells = _joined(_joined(self.occupied, rows, scale).T, cols, scale).T
+        cells = _pool_rows(_pool_rows(self.occupied, rows, scale).T, cols, scale).T
         x_m, y_m = self.frame.origin_m
         top_m = y_m + self.occupied.shape[0] / self.pixels_per_metre
         origin_m = (x_m, top_m - rows / pixels_per_metre)
         return _house(self.id, np.ascontiguousarray(cells), origin_m, pixels_per_metre)
 
-    def closed(self) -> MapHouse:
+    def with_border(self) -> MapHouse:
         """Return the house with an occupied border, around the map unless its own border is occupied (R3)."""
         if self.occupied[[0, -1]].all() and self.occupied[:, [0, -1]].all():
             return self
@@ -289,7 +289,7 @@ def _house(
     return MapHouse(name, occupied, GridFrame(origin_m, pixels_per_metre, (rows, cols), y_up=True))
 
 
-def _joined(cells: npt.NDArray[np.uint8], rows: int, scale: float) -> npt.NDArray[np.uint8]:
+def _pool_rows(cells: npt.NDArray[np.uint8], rows: int, scale: float) -> npt.NDArray[np.uint8]:
     """Return another number of rows, each the maximum of those that it touches; those beyond the last are occupied."""
     edges = np.arange(rows + 1) / scale
     first = np.floor(edges[:-1] + 1e-6).astype(np.int64)

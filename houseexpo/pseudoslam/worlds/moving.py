@@ -61,7 +61,7 @@ def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) ->
     cells: list[tuple[int, int]] = []
     if isinstance(plan, FloorPlan) and len(plan.rooms) > 1:
         cells = _room_cells(plan, frame, occupied, traversable)
-    goals = ways.connected(cells)
+    goals = ways.reachable_blocks(cells)
     if len(goals) < 2:
         rooms = plan.room_num if isinstance(plan, FloorPlan) else 0
         goals = ways.spread(min(max(rooms, _MIN_GOALS), _MAX_GOALS))
@@ -108,7 +108,7 @@ class _Ways:
         kernels.find_toward(self.links, self.distances(goal), found)
         return found
 
-    def connected(self, cells: list[tuple[int, int]]) -> list[int]:
+    def reachable_blocks(self, cells: list[tuple[int, int]]) -> list[int]:
         """Return the blocks of cells that can be reached, each once."""
         blocks = [row // self.side * self.links.shape[1] + col // self.side for row, col in cells]
         return [block for block in dict.fromkeys(blocks) if self.joined.flat[block]]

@@ -13,7 +13,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import decode
 from houseexpo.processes import in_processes
-from houseexpo.progress import watched
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
@@ -62,7 +62,9 @@ def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
     missing = {key: number for number in range(len(plans)) if (key := plans.digest(number)) not in store}
     jobs = ((key, plans.raw_of(number)) for key, number in missing.items())
     refused, waiting, made = [], dict[bytes, bytes](), 0
-    for key, found in watched(_make_records(jobs, len(missing), config, workers), "preparing worlds", len(missing)):
+    for key, found in show_progress(
+        _make_records(jobs, len(missing), config, workers), "preparing worlds", len(missing)
+    ):
         if isinstance(found, str):
             refused.append(found)
             continue

@@ -31,10 +31,10 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Room
 from houseexpo.plan.categories import colour
-from houseexpo.service.answers import values
+from houseexpo.service.answers import json_response
 from houseexpo.service.collection import Opened
 from houseexpo.service.service import Service
-from houseexpo.service.work import computed
+from houseexpo.service.work import compute
 
 _FARTHEST_M: Final = 1e6
 
@@ -42,37 +42,44 @@ _FARTHEST_M: Final = 1e6
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    async def answered(request: Request, measure: Callable[[FloorPlan], Any]) -> Response:
+    async def respond(request: Request, measure: Callable[[FloorPlan], Any]) -> Response:
         now = service.collection(request).now
-        name = now.known(request.path_params["plan"])
-        return values(request, await computed(request, lambda: measure(now.plan(name))))
+        name = now.check_id(request.path_params["plan"])
+        return json_response(request, await compute(request, lambda: measure(now.plan(name))))
 
     async def shape(request: Request) -> Response:
-        return await answered(request, shape_values)
+        return await respond(request, shape_values)
 
     async def rooms(request: Request) -> Response:
-        return await answered(request, lambda plan: rooms_and_doors(plan.divided))
+        return await respond(request, lambda plan: rooms_and_doors(plan.divided))
 
     async def reach(request: Request) -> Response:
         radius = round(_metres(request.query_params, "radius", 0.2, WIDEST_M), 2)
-        return await answered(request, lambda plan: reach_values(plan, radius))
+        return await respond(request, lambda plan: reach_values(plan, radius))
 
     async def way(request: Request) -> Response:
         given = request.query_params
         radius = _metres(given, "radius", 0.2, WIDEST_M)
         ends = _point(given, "from"), _point(given, "to")
-        return await answered(request, lambda plan: way_values(plan, *ends, radius))
+        return await respond(request, lambda plan: way_values(plan, *ends, radius))
 
     async def clearance(request: Request) -> Response:
-        return await answered(request, clearance_picture)
+        return await respond(request, clearance_picture)
 
-    async def alike(request: Request) -> Response:
+    async def similar_plans(request: Request) -> Response:
         now = service.collection(request).now
-        name = now.known(request.path_params["plan"])
-        return values(request, {"similar": await computed(request, similar, now, name)})
+        name = now.check_id(request.path_params["plan"])
+        return json_response(request, {"similar": await compute(request, similar, now, name)})
 
     of_plan = "/api/{data}/plans/{plan}/"
-    areas = {"shape": shape, "rooms": rooms, "reach": reach, "way": way, "clearance": clearance, "similar": alike}
+    areas = {
+        "shape": shape,
+        "rooms": rooms,
+        "reach": reach,
+        "way": way,
+        "clearance": clearance,
+        "similar": similar_plans,
+    }
     return [Route(of_plan + name, function) for name, function in areas.items()]
 
 
@@ -146,7 +153,7 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
             "colour": colour(room.label),
             "rings": _points([room.ring, *room.holes]),
             "at": _middle(room.polygon),
-            **_unfurnished(room, plan),
+            **_shape_without_furniture(room, plan),
         }
         for room in plan.rooms
     ]
@@ -248,7 +255,7 @@ def _middle(shape: Any) -> list[float]:
     return [round(centre.x, 2), round(centre.y, 2)]
 
 
-def _unfurnished(room: Room, plan: FloorPlan) -> dict[str, Any]:
+def _shape_without_furniture(room: Room, plan: FloorPlan) -> dict[str, Any]:
     """Return the rings and middle of a furnished room without its furniture, on which its name may stand."""
     import shapely
 
@@ -286,7 +293,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     """
     plan, table = now.plan(plan_id), now.views.table
     row = now.numbers[plan_id]
-    columns = [_scaled(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
+    columns = [_relative_distances(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
     far = np.sum(np.nan_to_num(np.stack(columns), nan=1.0) ** 2, axis=0)
     far[row] = np.inf
     near = np.argsort(far, kind="stable")[:_CANDIDATES]
@@ -334,6 +341,6 @@ def _read(now: Opened, plan_id: str) -> FloorPlan | None:
         return None
 
 
-def _scaled(values: Any, row: int) -> Any:
+def _relative_distances(values: Any, row: int) -> Any:
     """Return the distance of each value from one of them, as a share of that value."""
     return (values - values[row]) / max(abs(float(values[row])), 1.0)

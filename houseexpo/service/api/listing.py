@@ -18,9 +18,9 @@ from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.plan.categories import LABELS, colour
-from houseexpo.service.answers import hashed, on_disk, ranged, values
+from houseexpo.service.answers import file_response, hashed_response, json_response, range_response
 from houseexpo.service.collection import Collection, Opened
-from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parsed_query, whole_number
+from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parse_query, whole_number
 from houseexpo.service.service import Service
 
 PARQUET: Final = "application/vnd.apache.parquet"
@@ -42,13 +42,13 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
     def data_sets(request: Request) -> Response:
-        return values(request, {"data": [described(shown) for shown in service.collections.values()]})
+        return json_response(request, {"data": [description_of(shown) for shown in service.collections.values()]})
 
     def data_set(request: Request) -> Response:
-        return values(request, described(service.collection(request)))
+        return json_response(request, description_of(service.collection(request)))
 
     def plans(request: Request) -> Response:
-        query = parsed_query(request.query_params, PAGING)
+        query = parse_query(request.query_params, PAGING)
         columns = _columns(request.query_params.get("columns", ""))
         offset = whole_number(request.query_params, "offset", 0, _FARTHEST)
         limit = whole_number(request.query_params, "limit", _LIMIT, MAX_LIMIT, least=1)
@@ -56,35 +56,35 @@ def routes(service: Service) -> list[BaseRoute]:
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
         page = {"found": len(found.rows), "offset": offset, "next": following, "query": str(query)}
-        return values(request, {**page, "plans": _lines(now, rows, query, columns)})
+        return json_response(request, {**page, "plans": _lines(now, rows, query, columns)})
 
     def facets(request: Request) -> Response:
-        return values(request, service.collection(request).find(parsed_query(request.query_params))[1].facets)
+        return json_response(request, service.collection(request).find(parse_query(request.query_params))[1].facets)
 
     def ids(request: Request) -> Response:
-        now, found = service.collection(request).find(parsed_query(request.query_params))
-        return _listed(request, (now.views.table.ids[row] for row in found.rows.tolist()))
+        now, found = service.collection(request).find(parse_query(request.query_params))
+        return _ids_response(request, (now.views.table.ids[row] for row in found.rows.tolist()))
 
     def split(request: Request) -> Response:
         lists = service.collection(request).dataset.splits
         name = request.path_params["name"]
         if name not in lists:
             raise HTTPException(404, f"no list {name[:80]!r}; the lists: {', '.join(sorted(lists)) or 'none'}")
-        return _listed(request, lists[name])
+        return _ids_response(request, lists[name])
 
     def index(request: Request) -> Response:
         data, tag = service.collection(request).now.index
-        return ranged(request, data, tag, PARQUET)
+        return range_response(request, data, tag, PARQUET)
 
     def tables(request: Request) -> Response:
-        return values(request, {"tables": sorted(_files(service.collection(request).path))})
+        return json_response(request, {"tables": sorted(_files(service.collection(request).path))})
 
     def table(request: Request) -> Response:
         files = _files(service.collection(request).path)
         file = files.get(request.path_params["name"])
         if file is None:
             raise HTTPException(404, f"no such table; the tables: {', '.join(sorted(files)) or 'none'}")
-        return on_disk(request, file, PARQUET)
+        return file_response(request, file, PARQUET)
 
     return [
         Route("/api/data", data_sets),
@@ -99,7 +99,7 @@ def routes(service: Service) -> list[BaseRoute]:
     ]
 
 
-def described(shown: Collection) -> dict[str, Any]:
+def description_of(shown: Collection) -> dict[str, Any]:
     """Return the description of a data set as plain values."""
     data = shown.dataset
     return {
@@ -118,8 +118,8 @@ def described(shown: Collection) -> dict[str, Any]:
     }
 
 
-def _listed(request: Request, ids: Iterable[str]) -> Response:
-    return hashed(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
+def _ids_response(request: Request, ids: Iterable[str]) -> Response:
+    return hashed_response(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
 
 
 def _columns(word: str) -> list[str]:

@@ -11,7 +11,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo import __version__
 from houseexpo.exports import FORMATS
-from houseexpo.service.answers import values
+from houseexpo.service.answers import json_response
 from houseexpo.service.api.analysis import WIDEST_M
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
@@ -87,20 +87,20 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
     def document(request: Request) -> Response:
-        return values(request, described())
+        return json_response(request, openapi_document())
 
     def page(request: Request) -> Response:
         first = next(iter(service.collections.values()))
         shown = service.collections.get(request.query_params.get("data", ""), first)
         return service.page(request, "api.html", here="api", shown=shown, calls=CALLS)
 
-    def plainly(_: Request) -> Response:
+    def redirect(_: Request) -> Response:
         return RedirectResponse("/api")
 
-    return [Route("/api", page), Route("/api/", plainly), Route("/api/openapi.json", document)]
+    return [Route("/api", page), Route("/api/", redirect), Route("/api/openapi.json", document)]
 
 
-def described() -> dict[str, Any]:
+def openapi_document() -> dict[str, Any]:
     """Return the OpenAPI document."""
     paths: dict[str, dict[str, Any]] = {}
     for call in CALLS:

@@ -17,10 +17,10 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS
 from houseexpo.files import as_zip
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.answers import hashed
-from houseexpo.service.search import parsed_query
+from houseexpo.service.answers import hashed_response
+from houseexpo.service.search import parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import computed
+from houseexpo.service.work import compute
 
 _TYPES: Final = {
     "json": "application/json",
@@ -43,43 +43,43 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def raw(request: Request) -> Response:
         now = service.collection(request).now
-        data = now.data.raw(now.known(request.path_params["plan"]))
-        return hashed(request, data, "application/json")
+        data = now.data.raw(now.check_id(request.path_params["plan"]))
+        return hashed_response(request, data, "application/json")
 
     async def thumbnail(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
         data = shown.thumbnail(name)
         if data is None:
-            data = await run_in_threadpool(shown.drawn, name)
-        return hashed(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
+            data = await run_in_threadpool(shown.draw_thumbnail, name)
+        return hashed_response(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
 
     async def picture(request: Request) -> Response:
         now = service.collection(request).now
-        name = now.known(request.path_params["plan"])
-        data = (await computed(request, lambda: svg(now.plan(name)))).encode()
-        return hashed(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
+        name = now.check_id(request.path_params["plan"])
+        data = (await compute(request, lambda: svg(now.plan(name)))).encode()
+        return hashed_response(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
 
     def stages(request: Request) -> Response:
         now = service.collection(request).now
-        data = now.data.stages(now.known(request.path_params["plan"]))
+        data = now.data.stages(now.check_id(request.path_params["plan"]))
         if data is None:
             raise HTTPException(404, "the build kept no picture of its stages; use houseexpo build --keep-stages")
-        return hashed(request, data, "image/png")
+        return hashed_response(request, data, "image/png")
 
     async def export(request: Request) -> Response:
         now, form = service.collection(request).now, request.path_params["form"]
-        plan = now.known(request.path_params["plan"])
+        plan = now.check_id(request.path_params["plan"])
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; the formats: {', '.join(FORMATS)}")
-        name, data = await computed(request, lambda: exported(now.plan(plan), form))
+        name, data = await compute(request, lambda: export_plan(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}"}
-        return hashed(request, data, kind, {**attached, "content-security-policy": _ALONE})
+        return hashed_response(request, data, kind, {**attached, "content-security-policy": _ALONE})
 
     async def exports(request: Request) -> Response:
         form, ids = request.path_params["form"], request.query_params.get("ids", "")
-        now, found = service.collection(request).find(parsed_query(request.query_params, ("ids",)))
-        names = [now.known(name) for name in ids.split(",") if name]
+        now, found = service.collection(request).find(parse_query(request.query_params, ("ids",)))
+        names = [now.check_id(name) for name in ids.split(",") if name]
         names = names or [now.views.table.ids[row] for row in found.rows.tolist()]
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; the formats: {', '.join(FORMATS)}")
@@ -87,9 +87,9 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"export: expected 1 to {MOST_EXPORTED} plans, found {len(names):,}; narrow the filter"
             raise ConfigError(f"{text}, or save the list of ids and run: houseexpo export --ids LIST")
         name = request.path_params["data"]
-        data = await computed(request, lambda: as_zip(_files((now.plan(each) for each in names), form)))
+        data = await compute(request, lambda: as_zip(_files((now.plan(each) for each in names), form)))
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}-{form}.zip"}
-        return hashed(request, data, _TYPES["zip"], attached)
+        return hashed_response(request, data, _TYPES["zip"], attached)
 
     return [
         Route("/api/{data}/export/{form}", exports),
@@ -115,7 +115,7 @@ def _files(plans: Iterable[FloorPlan], form: str) -> dict[str, bytes]:
     return {**found, "left-out.txt": "".join(left).encode()} if left else found
 
 
-def exported(plan: FloorPlan, form: str) -> tuple[str, bytes]:
+def export_plan(plan: FloorPlan, form: str) -> tuple[str, bytes]:
     """Return a plan in a format: the file's name and its bytes; several files as a ZIP archive."""
     files = dict(FORMATS[form].files([plan]))
     if len(files) == 1:

@@ -12,9 +12,9 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.answers import Json, read, values
+from houseexpo.service.answers import Json, json_response, read
 from houseexpo.service.collection import Collection
-from houseexpo.service.search import PAGE, parsed_query
+from houseexpo.service.search import PAGE, parse_query
 from houseexpo.service.service import Service
 from houseexpo.service.tags import Tagged
 
@@ -38,7 +38,7 @@ class SavedView(Struct, frozen=True, forbid_unknown_fields=True):
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def described(shown: Collection, found: Tagged) -> dict[str, Any]:
+    def description(shown: Collection, found: Tagged) -> dict[str, Any]:
         file = shown.tags.file
         return {
             "tags": {name: len(ids) for name, ids in found.tags.items()},
@@ -47,38 +47,38 @@ def routes(service: Service) -> list[BaseRoute]:
             "writable": file is not None and not service.settings.read_only,
         }
 
-    def told(request: Request) -> Response:
+    def list_tags(request: Request) -> Response:
         shown = service.collection(request)
-        return values(request, described(shown, shown.tags.now()))
+        return json_response(request, description(shown, shown.tags.now()))
 
-    async def tagged(request: Request) -> Response:
+    async def tag_plans(request: Request) -> Response:
         shown, asked = service.collection(request), read(await request.body(), Tagging)
 
         def change() -> Tagged:
             if (asked.ids is None) == (asked.query is None):
                 raise ConfigError("request: expected either ids or a query, found both or neither")
             if asked.ids is not None:
-                ids = [shown.now.known(each) for each in asked.ids]
+                ids = [shown.now.check_id(each) for each in asked.ids]
             else:
-                now, found = shown.find(parsed_query(asked.query or {}))
+                now, found = shown.find(parse_query(asked.query or {}))
                 ids = [now.views.table.ids[row] for row in found.rows.tolist()]
             return shown.tags.tag(asked.tag, ids, remove=asked.remove)
 
-        return Json(described(shown, await run_in_threadpool(change)))
+        return Json(description(shown, await run_in_threadpool(change)))
 
-    async def saved(request: Request) -> Response:
+    async def save_view(request: Request) -> Response:
         shown, asked = service.collection(request), read(await request.body(), SavedView)
         query = None if asked.query is None else "&".join(_address(asked.query))
         found = await run_in_threadpool(shown.tags.save_view, asked.name, query)
-        return Json(described(shown, found))
+        return Json(description(shown, found))
 
     return [
-        Route("/api/{data}/tags", told),
-        Route("/api/{data}/tags", tagged, methods=["POST"]),
-        Route("/api/{data}/views", saved, methods=["POST"]),
+        Route("/api/{data}/tags", list_tags),
+        Route("/api/{data}/tags", tag_plans, methods=["POST"]),
+        Route("/api/{data}/views", save_view, methods=["POST"]),
     ]
 
 
 def _address(query: dict[str, str]) -> list[str]:
-    parts = [str(parsed_query(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
+    parts = [str(parse_query(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
     return [part for part in parts if part]

@@ -127,14 +127,14 @@ class Robot:
         """
         if self.ended:
             return False
-        action = next(self._script, None) if self._mind is None else self._decided()
+        action = next(self._script, None) if self._mind is None else self._decide()
         if action is None:
             self._done = True
         else:
             self._act(action)
         return True
 
-    def _decided(self) -> Action | None:
+    def _decide(self) -> Action | None:
         assert self._mind is not None  # noqa: S101  # only explorers are asked
         try:
             action = self._mind(self._drive.observation, knowledge_of(self._env.simulator, self._env.state))
@@ -197,7 +197,7 @@ class Robot:
             "replay": replay,
         }
 
-    def saved(self) -> bytes:
+    def archive(self) -> bytes:
         """Return a zip archive of the files that ``houseexpo play --out`` writes."""
         return as_zip(self._drive.files())
 

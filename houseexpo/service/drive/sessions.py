@@ -90,7 +90,7 @@ class Session:
     async def _serve(self) -> None:
         first = None
         with anyio.move_on_after(GONE_S):
-            first = await self._received()
+            first = await self._receive()
         if not isinstance(first, Start | Replay):
             raise _EndError("message: expected a start or a replay first", REFUSED)
         try:
@@ -123,7 +123,7 @@ class Session:
 
     async def _listen(self, robot: Robot) -> None:
         while True:
-            message = await self._received()
+            message = await self._receive()
             match message:
                 case Move():
                     self._move, self._heard_s = message, time.monotonic()
@@ -134,7 +134,7 @@ class Session:
                         raise _EndError("message: this frame was not sent yet", REFUSED)
                     self._seen, self._seen_s = max(self._seen, message.number), time.monotonic()
                 case Save():
-                    data = await self._in_turn(robot.saved)
+                    data = await self._in_turn(robot.archive)
                     await self._send(bytes([SAVED]) + data)
                 case Finish():
                     await self._finish(robot)
@@ -200,7 +200,7 @@ class Session:
         finally:
             self._works_since_s = None
 
-    async def _received(self) -> Any:
+    async def _receive(self) -> Any:
         """Return the next message (R3)."""
         event = await self._socket.receive()
         if event["type"] == "websocket.disconnect":

@@ -28,7 +28,7 @@ from typing import Any, Final, Literal
 import msgspec
 
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import BuildRecord, built_here, recorded_build
+from houseexpo.dataset.build_record import BuildRecord, read_build_record, was_built_here
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.service.collection import Collection
 from houseexpo.service.records import read_records
@@ -71,11 +71,11 @@ class Building:
         root = self.root
         if not (root / "manifest.json").is_file():
             return f"{root.name} was not made by houseexpo build, so it cannot be rebuilt here; decisions are saved"
-        record = recorded_build(root)
+        record = read_build_record(root)
         if record is None:
             return f"{root.name} has no record of its build; run its houseexpo build once more to create it"
-        if not built_here(root, record):
-            typed = "; ".join(record.typed(root.resolve()))
+        if not was_built_here(root, record):
+            typed = "; ".join(record.shell_lines(root.resolve()))
             return (
                 f"{root.name} was built in another place or by somebody else, so its recorded commands are not run "
                 f"from here. Check them and, if they are what you want, run them once in a terminal: {typed}"
@@ -87,7 +87,7 @@ class Building:
         return {
             "phase": self.phase,
             "refusal": (refusal := self.refusal()),
-            **({} if refusal else self._shown(self._record())),
+            **({} if refusal else self._commands_to_confirm(self._record())),
             "waiting": len(self._decisions.since_build()),
             "lines": list(self._lines),
             "outcomes": msgspec.to_builtins(self.outcomes),
@@ -111,7 +111,7 @@ class Building:
         if why := self.refusal():
             raise ConfigError(why)
         record = self._record()
-        if not built_here(self.root, record) or confirmed != self._shown(record)["confirm"]:
+        if not was_built_here(self.root, record) or confirmed != self._commands_to_confirm(record)["confirm"]:
             raise DecidedOtherwiseError("the commands have changed since they were shown; check and confirm them again")
         with self._lock:
             if self.phase == "building":
@@ -121,7 +121,7 @@ class Building:
             before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
             commands = self._commands(record)
             try:
-                self._process = _begun(commands[0])
+                self._process = _start_process(commands[0])
             except OSError as error:
                 raise ConfigError(f"{self.root.name}: houseexpo build cannot be started ({error.strerror})") from None
             self.before, self.outcomes, self.phase, self._stopped = before, [], "building", False
@@ -137,9 +137,9 @@ class Building:
             with suppress(ProcessLookupError):  # it has ended in the meantime
                 os.killpg(process.pid, signal.SIGINT)
 
-    def _shown(self, record: BuildRecord) -> dict[str, Any]:
+    def _commands_to_confirm(self, record: BuildRecord) -> dict[str, Any]:
         """Return the commands in readable form, and the digest by which they are confirmed."""
-        typed = record.typed(self.root.resolve())
+        typed = record.shell_lines(self.root.resolve())
         return {"commands": typed, "confirm": hashlib.sha256("\n".join(typed).encode()).hexdigest()[:16]}
 
     def _commands(self, record: BuildRecord) -> list[list[str]]:
@@ -147,7 +147,7 @@ class Building:
         return [[sys.executable, "-P", "-m", "houseexpo", *words] for words in record.commands(self.root.resolve())]
 
     def _record(self) -> BuildRecord:
-        record = recorded_build(self.root)
+        record = read_build_record(self.root)
         if record is None:
             raise ConfigError(f"{self.root.name}: the record of its build is gone; run its houseexpo build once more")
         return record
@@ -179,7 +179,7 @@ class Building:
             if not ended_well or self._stopped:
                 ended_well = False
                 break
-            self._process = _begun(command)
+            self._process = _start_process(command)
             ended_well = self._ended_well()
         if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
@@ -190,11 +190,11 @@ class Building:
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
                 break
             time.sleep(_LOOK_S)
-        self._decisions.built(reviewer, upto)
+        self._decisions.note_build(reviewer, upto)
         self.outcomes, self.phase = found, "built"  # set last, so that pages show "building" until then
 
 
-def _begun(command: Sequence[str]) -> subprocess.Popen[str]:
+def _start_process(command: Sequence[str]) -> subprocess.Popen[str]:
     return subprocess.Popen(  # noqa: S603  # commands that this user ran and confirmed
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         errors="replace", start_new_session=True,

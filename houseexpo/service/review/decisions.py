@@ -31,7 +31,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
 from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, sentence_of, undone_value
 from houseexpo.service.review.log import Action, Line, Log
-from houseexpo.service.review.toml_edit import edited
+from houseexpo.service.review.toml_edit import edit_table
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Decisions:
                 "you may write to, or serve it without --review"
             )
 
-    def judged(self) -> dict[str, Judged]:
+    def by_plan(self) -> dict[str, Judged]:
         """Return the decisions by plan."""
         with self._thread:
             self._catch_up()
@@ -104,7 +104,7 @@ class Decisions:
         ConfigError
             ``overrides.toml`` cannot be read, changed or written.
         """
-        with self._locked():
+        with self._lock():
             latest = self.latest().get(plan)
             if latest is not None and latest.number > seen:  # R4
                 raise DecidedOtherwiseError(
@@ -115,7 +115,7 @@ class Decisions:
 
     def undo(self, reviewer: str) -> Line:
         """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
-        with self._locked():
+        with self._lock():
             own = [line for line in self.log.active if line.reviewer == reviewer]
             if not own:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
@@ -124,9 +124,9 @@ class Decisions:
             back = {key: undone_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
-    def built(self, reviewer: str, upto: int) -> Line:
+    def note_build(self, reviewer: str, upto: int) -> Line:
         """Record that the data set was built with the decisions up to a line; later ones wait for the next build."""
-        with self._locked():
+        with self._lock():
             return self._note("", "build", reviewer, {}, upto=upto)
 
     def last(self) -> int:
@@ -155,12 +155,12 @@ class Decisions:
                 raise ConfigError(f"{file}: expected a file or nothing, found {what}; remove it")
 
     @contextmanager
-    def _locked(self) -> Iterator[None]:
+    def _lock(self) -> Iterator[None]:
         with self._thread, self._lock_file():
             self._catch_up()
             for left in self.file.parent.glob(f"{PARTIAL}{self.file.name}-*"):
                 left.unlink(missing_ok=True)
-            self._go_on()
+            self._complete_last_change()
             yield
 
     @contextmanager
@@ -178,12 +178,12 @@ class Decisions:
         finally:
             os.close(descriptor)
 
-    def _go_on(self) -> None:
+    def _complete_last_change(self) -> None:
         """Complete the change of the last line if it was interrupted (R3)."""
         text = self._text()
         last = self.log.lines[-1] if self.log.lines else None
         if last is not None and last.changes and last.file[0] != last.file[1] and _hash(text) == last.file[0]:
-            self._prepared(self._edited(text, last.plan, last.changes)).replace(self.file)
+            self._write_partial(self._edit_text(text, last.plan, last.changes)).replace(self.file)
             sync_folder(self.file.parent)
 
     def _note(
@@ -198,11 +198,11 @@ class Decisions:
     ) -> Line:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
-        after = self._edited(before, plan, changes) if changes else before
+        after = self._edit_text(before, plan, changes) if changes else before
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
-        partial = self._prepared(after) if changes else None  # R2
+        partial = self._write_partial(after) if changes else None  # R2
         try:
             self.log.add(line)
         except OSError:
@@ -224,13 +224,13 @@ class Decisions:
         except (OSError, UnicodeDecodeError) as error:
             raise ConfigError(f"{self.file.name}: cannot be read ({error}); correct it first") from None
 
-    def _edited(self, text: str, plan: str, changes: Mapping[str, tuple[Any, Any]]) -> str:
+    def _edit_text(self, text: str, plan: str, changes: Mapping[str, tuple[Any, Any]]) -> str:
         try:
-            return edited(text, plan, {key: after for key, (_, after) in changes.items()})
+            return edit_table(text, plan, {key: after for key, (_, after) in changes.items()})
         except ConfigError as error:
             raise ConfigError(f"{self.file.name}: {error}") from None
 
-    def _prepared(self, text: str) -> Path:
+    def _write_partial(self, text: str) -> Path:
         """Write the new content to the disk under a temporary name."""
         descriptor, partial = tempfile.mkstemp(dir=self.file.parent, prefix=f"{PARTIAL}{self.file.name}-")
         try:

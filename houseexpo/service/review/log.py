@@ -81,7 +81,7 @@ class Log:
             return
         whole = data[: data.rfind(b"\n") + 1]
         self._read_to += len(whole)
-        for line in _decoded(whole):
+        for line in _decode_lines(whole):
             self.lines.append(line)
             if line.undoes:
                 self.undone.add(line.undoes)
@@ -120,7 +120,7 @@ class Log:
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
 
 
-def _decoded(data: bytes) -> Iterator[Line]:
+def _decode_lines(data: bytes) -> Iterator[Line]:
     for text in data.splitlines():
         try:
             yield msgspec.json.decode(text, type=Line)

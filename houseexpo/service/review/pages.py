@@ -65,14 +65,14 @@ class Queue:
         if not size:
             return None
         if start is None or start not in self.places:
-            return self.order[0] if how != "open" else self._open(-1, reviewer, judged)
+            return self.order[0] if how != "open" else self._next_undecided(-1, reviewer, judged)
         place = self.places[start]
         if how == "open":
-            return self._open(place, reviewer, judged)
+            return self._next_undecided(place, reviewer, judged)
         step = {"here": 0, "next": 1, "previous": -1}[how]
         return self.order[min(max(place + step, 0), size - 1)]
 
-    def _open(self, place: int, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
+    def _next_undecided(self, place: int, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
         now, others = time.monotonic(), None
         for step in range(1, len(self.order) + 1):
             name = self.order[(place + step) % len(self.order)]
@@ -164,12 +164,12 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
         raise ConfigError(
             f"{plan.id}: its position in the source is not recorded, so that only keep and drop are possible"
         )
-    drawn = snapped(asked.points, plan) if asked.action == "door" else asked.points
-    points = [_rounded(point) for point in source_from_plan(plan.frame, drawn).tolist()]
+    drawn = snap_to_wall(asked.points, plan) if asked.action == "door" else asked.points
+    points = [_round_point(point) for point in source_from_plan(plan.frame, drawn).tolist()]
     return points if asked.action == "door" else points[0]
 
 
-def snapped(jambs: Sequence[Point], plan: FloorPlan) -> list[Point]:
+def snap_to_wall(jambs: Sequence[Point], plan: FloorPlan) -> list[Point]:
     """Return a door's jambs in plan metres, moved into the nearest wall if that is within ``SNAP_M``.
 
     A door that is already in a wall, or on an existing door, is not moved.
@@ -204,7 +204,7 @@ def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
             raise ConfigError(f"point: expected metres inside the plan, found ({x:g}, {y:g})")
 
 
-def _rounded(point: Sequence[float]) -> list[float]:
+def _round_point(point: Sequence[float]) -> list[float]:
     return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0
 
 
@@ -306,7 +306,7 @@ class Review:
 
     def state(self, name: str | None) -> dict[str, Any]:
         """Return what the page shows of a plan, or of the end if it is None, and the progress of the review."""
-        judged = self.decisions.judged()
+        judged = self.decisions.by_plan()
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status()}
         if name is None:
@@ -353,12 +353,12 @@ def routes(service: Service) -> list[BaseRoute]:
     def picture(request: Request) -> Response:
         found, name = review(request), request.path_params["plan"]
         if request.query_params.get("when") != "before":
-            return _drawn(found.queue.dataset[name])
+            return _picture_response(found.queue.dataset[name])
         if name not in found.building.before:
             raise HTTPException(404, f"{name}: this plan did not exist before the last build")
-        return _drawn(decode(found.building.before[name]))
+        return _picture_response(decode(found.building.before[name]))
 
-    def decided(found: Review, body: bytes) -> dict[str, Any]:
+    def decide(found: Review, body: bytes) -> dict[str, Any]:
         asked = read(body, Decision)
         if found.building.phase == "building" and asked.action in {"door", "no_room"}:
             raise HTTPException(409, "the data set is being rebuilt; draw when the build has ended")
@@ -367,24 +367,24 @@ def routes(service: Service) -> list[BaseRoute]:
         line = found.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
         return {**found.state(asked.plan), "noted": line.number}
 
-    def undone(found: Review, body: bytes) -> dict[str, Any]:
+    def undo(found: Review, body: bytes) -> dict[str, Any]:
         line = found.decisions.undo(_reviewer(read(body, Undo).reviewer))
         there = line.plan if line.plan in found.queue.dataset else None
         return {**found.state(there), "undone": line.plan}
 
-    def started(found: Review, body: bytes) -> dict[str, Any]:
+    def start(found: Review, body: bytes) -> dict[str, Any]:
         asked = read(body, Begin)
         found.building.start(_reviewer(asked.reviewer), asked.confirm)
         return found.building.status()
 
-    def stopped(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # all are called in the same way
+    def stop(found: Review, body: bytes) -> dict[str, Any]:  # noqa: ARG001  # all are called in the same way
         found.building.stop()
         return found.building.status()
 
     def status(request: Request) -> Response:
         return Json(review(request).building.status(), headers={"cache-control": "no-store"})
 
-    def posted(work: Any) -> Any:
+    def post(work: Any) -> Any:
         async def answer(request: Request) -> Response:
             body = await request.body()
             found = await run_in_threadpool(review, request)
@@ -399,10 +399,10 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review", page),
         Route("/{data}/review/state", state),
         Route("/{data}/review/pictures/{plan}.svg", picture),
-        Route("/{data}/review/decide", posted(decided), methods=["POST"]),
-        Route("/{data}/review/undo", posted(undone), methods=["POST"]),
-        Route("/{data}/review/build", posted(started), methods=["POST"]),
-        Route("/{data}/review/stop", posted(stopped), methods=["POST"]),
+        Route("/{data}/review/decide", post(decide), methods=["POST"]),
+        Route("/{data}/review/undo", post(undo), methods=["POST"]),
+        Route("/{data}/review/build", post(start), methods=["POST"]),
+        Route("/{data}/review/stop", post(stop), methods=["POST"]),
         Route("/{data}/review/build", status),
     ]
 
@@ -411,7 +411,7 @@ def _not_asked(_: Request) -> Response:
     raise HTTPException(404, "review is off; start the service with --review")
 
 
-def _drawn(plan: FloorPlan) -> Response:
+def _picture_response(plan: FloorPlan) -> Response:
     return Response(svg(plan, size=SIZE_PX), media_type="image/svg+xml", headers={"cache-control": "no-store"})
 
 

@@ -42,7 +42,7 @@ class _Statement(NamedTuple):
         return bool(self.path) and not self.is_header
 
 
-def edited(text: str, table: str, changes: Mapping[str, Any]) -> str:
+def edit_table(text: str, table: str, changes: Mapping[str, Any]) -> str:
     """Return the text of a TOML file with keys of a table changed.
 
     Parameters
@@ -68,7 +68,7 @@ def edited(text: str, table: str, changes: Mapping[str, Any]) -> str:
             del wanted[table][key]
             _remove(statements, table, key, newline)
     found = "".join(statement.text for statement in statements)
-    if _filled(_read(found)) != _filled(wanted):
+    if _without_empty(_read(found)) != _without_empty(wanted):
         raise ConfigError(f"table [{table}] is written in a way that cannot be changed here; write it as [{table}]")
     return found
 
@@ -80,7 +80,7 @@ def _read(text: str) -> dict[str, Any]:
         raise ConfigError(f"expected TOML, found {error}") from None
 
 
-def _filled(tables: Mapping[str, Any]) -> dict[str, Any]:
+def _without_empty(tables: Mapping[str, Any]) -> dict[str, Any]:
     return {name: table for name, table in tables.items() if table != {}}
 
 
@@ -141,17 +141,17 @@ def _comments(text: str) -> list[str]:
 def _set(statements: list[_Statement], table: str, key: str, value: Any, newline: str) -> None:
     places = {statement.path: i for i, statement in enumerate(statements) if statement.is_value}
     if (here := places.get((table, key))) is not None:  # R1
-        statements[here] = _changed(statements[here], value, newline)
+        statements[here] = _with_value(statements[here], value, newline)
     elif (whole := places.get((table,))) is not None:  # an inline table
-        statements[whole] = _changed(statements[whole], {**statements[whole].value, key: value}, newline)
+        statements[whole] = _with_value(statements[whole], {**statements[whole].value, key: value}, newline)
     elif (last := _last_of(statements, table)) is not None:  # R3
         dotted = "" if _has_header(statements, table) else f"{_key(table)}."
-        statements[last] = _ended(statements[last], newline)
+        statements[last] = _end_line(statements[last], newline)
         line = f"{dotted}{_key(key)} = {_text(value)}{newline}"
         statements.insert(last + 1, _Statement(line, (table, key), value=value))
     else:
         if statements:
-            statements[-1] = _ended(statements[-1], newline)
+            statements[-1] = _end_line(statements[-1], newline)
             statements.append(_Statement(newline))
         statements.append(_Statement(f"[{_key(table)}]{newline}", (table,), is_header=True))
         statements.append(_Statement(f"{_key(key)} = {_text(value)}{newline}", (table, key), value=value))
@@ -161,7 +161,7 @@ def _remove(statements: list[_Statement], table: str, key: str, newline: str) ->
     for i, statement in enumerate(statements):
         if statement.is_value and statement.path == (table,):
             rest = {name: value for name, value in statement.value.items() if name != key}
-            statements[i] = _changed(statement, rest, newline)
+            statements[i] = _with_value(statement, rest, newline)
             return
         if statement.is_value and statement.path == (table, key):
             left = _comments(statement.text)  # R4
@@ -187,11 +187,11 @@ def _last_of(statements: Sequence[_Statement], table: str) -> int | None:
     return max(own, default=None)
 
 
-def _ended(statement: _Statement, newline: str) -> _Statement:
+def _end_line(statement: _Statement, newline: str) -> _Statement:
     return statement if statement.text.endswith("\n") else statement._replace(text=statement.text + newline)
 
 
-def _changed(statement: _Statement, value: Any, newline: str) -> _Statement:
+def _with_value(statement: _Statement, value: Any, newline: str) -> _Statement:
     head, body, tail = _parts(statement.text)
     inner = _comments(body)
     if not inner:

@@ -57,7 +57,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
 def _instances(root: Xml.Element, by_id: Ids) -> Iterator[tuple[tuple[str, ...], Xml.Element, dict[str, str], Floats]]:
     """Yield (names from the root, geometry, material ids by symbol, place) of each instance in the scene."""
     instance = root.find(".//{*}scene/{*}instance_visual_scene")
-    scene = by_id.referenced(instance, "visual_scene") if instance is not None else root.find(".//{*}visual_scene")
+    scene = by_id.target_of(instance, "visual_scene") if instance is not None else root.find(".//{*}visual_scene")
     if scene is None:  # a library of shapes that nobody places
         for each in root.iter():
             if kind(each) == "geometry":
@@ -75,10 +75,10 @@ def _instances(root: Xml.Element, by_id: Ids) -> Iterator[tuple[tuple[str, ...],
         matrix = above @ _matrix(node)
         path = (*names, node.get("name") or node.get("id") or "")
         for placed_here in children(node, "instance_geometry", "instance_controller"):
-            geometry = _geometry(by_id.referenced(placed_here, "geometry", "controller"), by_id)
+            geometry = _geometry(by_id.target_of(placed_here, "geometry", "controller"), by_id)
             if geometry is not None:
                 yield path, geometry, _symbols(placed_here), matrix
-        inner = [by_id.referenced(each, "node") for each in children(node, "instance_node")] + children(node, "node")
+        inner = [by_id.target_of(each, "node") for each in children(node, "instance_node")] + children(node, "node")
         stack += [(each, path, matrix) for each in reversed(inner) if each is not None]
 
 
@@ -87,7 +87,7 @@ def _geometry(element: Xml.Element | None, by_id: Ids) -> Xml.Element | None:
     if element is None or kind(element) == "geometry":
         return element
     skin = first(element, "skin", "morph")
-    return None if skin is None else by_id.referenced(skin, "geometry", key="source")
+    return None if skin is None else by_id.target_of(skin, "geometry", key="source")
 
 
 def _is_material(element: Xml.Element) -> bool:
@@ -185,7 +185,7 @@ class Ids:
         """Return the element of an id that is of the first of these kinds, or None."""
         return next((found for each in kinds if (found := self._found.get((each, name))) is not None), None)
 
-    def referenced(self, instance: Xml.Element, *kinds: str, key: str = "url") -> Xml.Element | None:
+    def target_of(self, instance: Xml.Element, *kinds: str, key: str = "url") -> Xml.Element | None:
         """Return the element that another one names, or None if it is in another file, which is not opened."""
         return self.of(instance.get(key, "").removeprefix("#"), *kinds)
 

@@ -98,7 +98,7 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOut())
     for level in levels_of(item, drawing, path, name):
-        yield replace(level, frame=_placed(level.frame, found), guesses=_guesses(level))
+        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level))
 
 
 def _storey(found: RobotMap, name: str) -> Storey:
@@ -109,8 +109,8 @@ def _storey(found: RobotMap, name: str) -> Storey:
     if not rooms.keys() - parts.outside:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
-    outlines, holes = _joined(slots, rooms, parts.outside)
-    about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(_unseen(parts, found), 3)}
+    outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
+    about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(_unseen_share(parts, found), 3)}
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
     return Storey(
@@ -126,7 +126,7 @@ def _guesses(level: Level) -> tuple[str, ...]:
     return ("unseen space",) if float(level.provenance["unseen_edge"]) > UNSEEN else ()
 
 
-def _placed(frame: Frame, found: RobotMap) -> Frame:
+def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
     """R4: return the frame of a level that was drawn in metres from the lower-left corner of the grid."""
     grid = np.array([*found.affine, (0.0, 0.0, 1.0)]) @ np.array([*frame.matrix, (0.0, 0.0, 1.0)])
     (a, b, c), (d, e, f) = grid[:2].tolist()
@@ -179,7 +179,7 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[
     raw = {}
     for number, (rows, cols) in sorted(boxes_of(parts.label)):
         mask = parts.label[rows, cols] == number
-        whole = _smooth(_traced(mask, (cols.start, rows.start), parts.cell_m, height_m))
+        whole = _smooth(_trace_cells(mask, (cols.start, rows.start), parts.cell_m, height_m))
         outline = _largest(shapely.difference(whole, doorways))
         if outline.area >= ROOM_M2:
             raw[number] = outline
@@ -210,7 +210,9 @@ def _smooth(whole: BaseGeometry) -> BaseGeometry:
     return shapely.union_all(kept)
 
 
-def _joined(slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]) -> tuple[list[Polygon], list[Hole]]:
+def _flatten_doorways(
+    slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]
+) -> tuple[list[Polygon], list[Hole]]:
     """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5)."""
     rooms, holes = dict(rooms), []
     for slot in slots:
@@ -258,7 +260,7 @@ def _from_zero(span: tuple[float, float]) -> float:
     return max(span[0], -span[1], 0.0)
 
 
-def _traced(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float) -> BaseGeometry:
+def _trace_cells(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float) -> BaseGeometry:
     """The area of cells (rows, cols) in metres, y up, along their edges; the first is (across, down) ``corner``."""
     twice = np.pad(mask.view(np.uint8).repeat(2, axis=0).repeat(2, axis=1), 1)
     rings, order = cv2.findContours(twice, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
@@ -272,7 +274,7 @@ def _traced(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float
     return shapely.difference(shapely.union_all(shells), shapely.union_all(holes))
 
 
-def _unseen(parts: Segmentation, found: RobotMap) -> float:
+def _unseen_share(parts: Segmentation, found: RobotMap) -> float:
     """R6: return which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
     label = parts.label_of_cells(found.occupancy.shape)
     rooms = (label > 0) & ~np.isin(label, list(parts.outside))

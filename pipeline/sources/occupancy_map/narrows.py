@@ -75,19 +75,19 @@ class Narrows:
 def find_basins(free: Bools, cell_m: float) -> Basins:
     """Return the basins of the free cells (rows, cols), joined by R1, and their narrow places."""
     clear = clearance(free, cell_m)
-    label = _climbed(clear, free, cell_m)
+    label = _climb(clear, free, cell_m)
     count = int(label.max(initial=0)) + 1
     peak, area = np.zeros(count), np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
     np.maximum.at(peak, label.ravel(), clear.ravel())
     sides, half, cell = _meetings(clear, label)
-    root, peak = _joined(sides, half, peak)
+    root, peak = _merge_basins(sides, half, peak)
     area[0] = 0.0
     area = np.asarray(np.bincount(root, weights=area, minlength=count), np.float64)
     sides = root[sides]
     apart = sides[:, 0] != sides[:, 1]
     sides, half, cell = sides[apart], half[apart], cell[apart]
     jambs = _jambs(free, cell, half / cell_m)
-    return Basins(root[label].astype(np.int32), peak, area, _described(free, sides, half, jambs, cell_m))
+    return Basins(root[label].astype(np.int32), peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
 
 
 def clearance(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
@@ -97,7 +97,7 @@ def clearance(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
     return np.asarray(found * np.float32(cell_m))
 
 
-def _climbed(clear: npt.NDArray[np.float32], free: Bools, cell_m: float) -> Labels:
+def _climb(clear: npt.NDArray[np.float32], free: Bools, cell_m: float) -> Labels:
     """Return the basin of each cell: the plateau that the steepest way up the smoothed clearance ends on."""
     height = cv2.GaussianBlur(clear, (0, 0), max(SMOOTH_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
     height[~free] = -1.0
@@ -146,7 +146,7 @@ def _meetings(clear: npt.NDArray[np.float32], label: Labels) -> tuple[Ints, Floa
     return pairs[first], height[first], at[first]
 
 
-def _joined(sides: Ints, half: Floats, peak: Floats) -> tuple[Ints, Floats]:
+def _merge_basins(sides: Ints, half: Floats, peak: Floats) -> tuple[Ints, Floats]:
     """R1, from the highest way down: return the basin that each one became, and the peaks."""
     root, peak = np.arange(len(peak)), peak.copy()
     parent = root.tolist()
@@ -191,7 +191,7 @@ def _jambs(free: Bools, cells: Ints, reach: Floats) -> Floats:
     return found
 
 
-def _described(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> Narrows:
+def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> Narrows:
     """R2."""
     one, other = jambs[:, 0], jambs[:, 1]
     along = other - one

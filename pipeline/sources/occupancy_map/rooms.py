@@ -86,11 +86,11 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
         free, cell_m = _blocks(free, scale), cell_m * scale
     clear = without_clutter(free, cell_m)
     basins = find_basins(clear, cell_m)
-    numbers = _numbered(_merged(basins), basins)
+    numbers = _number_rooms(_merge_basins(basins), basins)
     label = numbers[basins.label].astype(np.int32)
     ways = _ways(numbers[basins.narrows.sides], basins.narrows)
     outside = _outside(label, clear)
-    return Segmentation(_filled(label, cell_m, outside), ways, cell_m, scale, outside)
+    return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
 
 
 def _outside(label: Labels, clear: Bools) -> frozenset[int]:
@@ -124,7 +124,7 @@ def without_clutter(free: Bools, cell_m: float) -> Bools:
     return np.asarray(large[pieces])
 
 
-def _merged(basins: Basins) -> npt.NDArray[np.int64]:
+def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     """R2: return the room of each basin."""
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
@@ -151,7 +151,7 @@ def _merged(basins: Basins) -> npt.NDArray[np.int64]:
             area[one] += area[other]
 
 
-def _numbered(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
+def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
     """R3: return the number of the room of each basin, 0 for none."""
     count = len(root)
     area = np.bincount(root, weights=basins.area_m2, minlength=count)
@@ -179,7 +179,7 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows) -> tuple[Way, ...]:
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
 
-def _filled(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
+def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
     """R5: return the labels with furniture; nothing stands against a wall ``outside``."""
     filled = label.copy()
     for number, (rows, cols) in boxes_of(label):
@@ -190,7 +190,7 @@ def _filled(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
         room = label[part] == number
         other = (filled[part] > 0) & ~room
-        mended = _mended(room, other, direction_of(room), cell_m)
+        mended = _mend_room(room, other, direction_of(room), cell_m)
         filled[part][mended & ~other] = number
     return filled
 
@@ -216,7 +216,7 @@ def direction_of(mask: Bools) -> float:
     return float(np.angle((weights * np.exp(4j * angle)).sum()) / 4) if weights.any() else 0.0
 
 
-def _mended(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
+def _mend_room(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
     """Return a room (rows, cols) with what R5 adds to it."""
     if abs(angle) < 0.01:
         turned, taken, back = room, other, None
@@ -225,7 +225,7 @@ def _mended(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
         side = int(np.ceil(np.hypot(rows, cols))) + 2
         turn = np.asarray(cv2.getRotationMatrix2D(((cols - 1) / 2, (rows - 1) / 2), np.degrees(angle), 1.0), np.float64)
         turn[:, 2] += (side - cols) / 2, (side - rows) / 2
-        turned, taken = (_warped(mask, turn, (side, side)) for mask in (room, other))
+        turned, taken = (_warp(mask, turn, (side, side)) for mask in (room, other))
         back = np.asarray(cv2.invertAffineTransform(turn), np.float64)
     wide = np.ones((1, round(LONGEST_M / cell_m)), np.uint8)
     pixels = np.pad(turned, wide.size).view(np.uint8)
@@ -237,7 +237,7 @@ def _mended(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
     inside = np.zeros(turned.shape, bool)
     inside[top : bottom + 1, left : right + 1] = True
     added = (filled | _furniture(inside & ~filled, taken, cell_m)) & ~turned
-    return room | (added if back is None else _warped(added, back, room.shape))
+    return room | (added if back is None else _warp(added, back, room.shape))
 
 
 def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
@@ -254,7 +254,7 @@ def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
     return np.asarray(fill[pieces])
 
 
-def _warped(mask: Bools, turn: npt.NDArray[np.float64], shape: tuple[int, ...]) -> Bools:
+def _warp(mask: Bools, turn: npt.NDArray[np.float64], shape: tuple[int, ...]) -> Bools:
     flags = cv2.INTER_NEAREST
     return np.asarray(cv2.warpAffine(mask.astype(np.uint8), turn, (shape[1], shape[0]), flags=flags).view(bool))
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from houseexpo.commands import serve as command
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.collection import Collection
-from houseexpo.service.collection import opened as collections
+from houseexpo.service.collection import open_collections as collections
 from houseexpo.service.guard import LimitedProtocol
 from houseexpo.service.service import Service
 from tests.builders.services import built, published, some_plans
@@ -88,13 +88,13 @@ def test_a_port_is_taken_before_data_sets_are_opened(
         """Open them, and start a second server meanwhile."""
         (port,) = ports
         with pytest.raises(ConfigError, match="cannot listen"):
-            command._listening("127.0.0.1", port)
+            command._listening_socket("127.0.0.1", port)
         return collections(paths)
 
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         ports = [free.getsockname()[1]]
-    monkeypatch.setattr("houseexpo.service.collection.opened", opened)
+    monkeypatch.setattr("houseexpo.service.collection.open_collections", opened)
     said(folder, "--port", ports[0])
     assert started
 

@@ -60,7 +60,7 @@ def test_the_bar_names_the_data_set(folder, monkeypatch):
         said.append((what, total))
         yield from items
 
-    monkeypatch.setattr(module, "watched", noted)
+    monkeypatch.setattr(module, "show_progress", noted)
     open_dataset(folder).derived("a key that is nobody's business, 3", area)
     assert said == [("measuring street", 3)]
 

@@ -11,7 +11,7 @@ import shapely
 
 import houseexpo
 from houseexpo import ConfigError, Dataset, FloorPlan, open_dataset
-from houseexpo.words import counted
+from houseexpo.words import count_noun
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.needs import need
@@ -114,7 +114,7 @@ def test_a_plan_is_drawn_on_the_axis_that_is_given(plans: Dataset) -> None:
     assert len(bare.patches) == 1
     sheet = plans.plot(3, columns=2)
     assert [ax.get_title() for ax in sheet.axes] == [
-        *(f"{counted(p.room_num, 'room')}, {p.area:.0f} m2" for p in plans[:3]),
+        *(f"{count_noun(p.room_num, 'room')}, {p.area:.0f} m2" for p in plans[:3]),
         "",
     ]
     plt.close("all")

@@ -13,7 +13,7 @@ import pytest
 
 from houseexpo import ConfigError, encode, find_duplicates, open_dataset
 from houseexpo.dataset.index import index_table, row
-from houseexpo.dataset.splits import PAPER, split, together, write_split
+from houseexpo.dataset.splits import PAPER, groups_of, split, write_split
 from houseexpo.dataset.validation import validate
 from houseexpo.floorplan import FloorPlan
 from tests.builders.plan_files import pack
@@ -108,7 +108,7 @@ def test_the_published_lists_and_copies_among_published_plans():
     plans = open_dataset(SHARED)
     assert (len(plans.splits["train"]), len(plans.splits["test"])) == (24_588, 10_538)
     some = plans.sample(1500, 0)
-    groups = together(some)
+    groups = groups_of(some)
     part_of = {name: g for g, group in enumerate(groups) for name in group}
     for duplicate in find_duplicates(some):
         assert part_of[duplicate.id] == part_of[duplicate.kept_id]

@@ -127,7 +127,7 @@ def test_a_colour_picture_is_averaged_and_transparent_pixels_are_unknown(tmp_pat
 
 def test_the_origin_turns_the_grid_about_its_lower_left_corner(tmp_path: Path) -> None:
     found = read_map(saved(tmp_path, origin=[1.0, 2.0, math.pi / 2]))
-    lower_left, upper_right = found.placed([(0, 2), (3, 0)])
+    lower_left, upper_right = found.points_from_pixels([(0, 2), (3, 0)])
     assert lower_left == pytest.approx([1.0, 2.0])
     assert upper_right == pytest.approx([1.0 - 0.1, 2.0 + 0.15])  # 0.15 m to the right became up, 0.1 m up became left
 

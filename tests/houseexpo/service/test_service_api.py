@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.store.folders import refused_picture
-from houseexpo.service.api.openapi import CALLS, described
+from houseexpo.service.api.openapi import CALLS, openapi_document
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
 from tests.builders.services import BASE, built, service_of, some_plans, two_rooms
@@ -169,7 +169,7 @@ def test_the_description_speaks_of_every_route_and_only_of_those(service: Servic
     routes = {getattr(route, "path", "") for route in make_app(service).routes}
     served = {path for path in routes if path.startswith("/api/")} - {"/api/", "/api/openapi.json"}
     assert served == {call.path for call in CALLS}
-    document = described()
+    document = openapi_document()
     assert json.loads(json.dumps(document)) == document
     calls = [(path, each) for path, methods in document["paths"].items() for each in methods.values()]
     assert len({each["operationId"] for _, each in calls}) == len(calls)
@@ -235,7 +235,7 @@ def test_a_picture_is_drawn_anew_after_each_build(service: Service, folder: Path
     for number in range(40):
         built(folder, [two_rooms("a1", 3 + number / 4)])
         shown._open_again(number)
-        drawn.add(shown.drawn("a1"))
+        drawn.add(shown.draw_thumbnail("a1"))
     assert len(drawn) == 40
 
 

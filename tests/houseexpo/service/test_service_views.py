@@ -11,7 +11,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.categories import LABELS
-from houseexpo.service.search import MEASURES, RADII, Query, Table, Views, bins_of, parsed_query
+from houseexpo.service.search import MEASURES, RADII, Query, Table, Views, bins_of, parse_query
 from houseexpo.service.service import Service
 
 
@@ -78,7 +78,7 @@ QUERIES: list[dict[str, str]] = [
 
 @pytest.mark.parametrize("given", QUERIES)
 def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> None:
-    table, query = made_up(), parsed_query(given)
+    table, query = made_up(), parse_query(given)
     views = Views(table)
     view = views.find(query)
     expected = slowly(table, query)
@@ -90,11 +90,11 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
 def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     searched: list[str] = []
     search = Views._searched
-    monkeypatch.setattr(Views, "_searched", lambda views, word: searched.append(word) or search(views, word))
+    monkeypatch.setattr(Views, "_contains_word", lambda views, word: searched.append(word) or search(views, word))
     table = made_up()
     views = Views(table)
     for rooms in "234":
-        query = parsed_query({"text": "kitchen p1", "rooms": rooms})
+        query = parse_query({"text": "kitchen p1", "rooms": rooms})
         assert [table.ids[row] for row in views.find(query).rows] == slowly(table, query)
     assert sorted(searched) == ["kitchen", "p1"]
 
@@ -102,30 +102,30 @@ def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_no_query_gets_the_answer_of_another() -> None:
     views = Views(made_up())
     for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "ifc"})):
-        assert len(views.find(parsed_query(one)).rows) > len(views.find(parsed_query(other)).rows)
+        assert len(views.find(parse_query(one)).rows) > len(views.find(parse_query(other)).rows)
 
 
 @pytest.mark.parametrize("name", ["source", "split"])
 def test_a_source_or_split_that_is_not_there_is_said(name: str) -> None:
     known = {"source": "ifc, mesh", "split": "test, train"}[name]
     with pytest.raises(ConfigError, match=f"{name}: no 'tset' in this data set; it has: {known}"):
-        Views(made_up()).find(parsed_query({name: f"{known.split(', ')[1]},tset"}))
+        Views(made_up()).find(parse_query({name: f"{known.split(', ')[1]},tset"}))
 
 
 def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
     table = made_up()
     views = Views(table)
-    view = views.find(parsed_query({"rooms": "2..4", "source": "ifc", "labels": "Kitchen"}))
-    without = slowly(table, parsed_query({"source": "ifc", "labels": "Kitchen"}))
+    view = views.find(parse_query({"rooms": "2..4", "source": "ifc", "labels": "Kitchen"}))
+    without = slowly(table, parse_query({"source": "ifc", "labels": "Kitchen"}))
     rooms = table.numbers("rooms")
     known = sum(not np.isnan(rooms[table.ids.index(name)]) for name in without)
     assert sum(view.facets["measures"]["rooms"]["counts"]) == known
     assert view.facets["source"] == {
-        name: len(slowly(table, parsed_query({"rooms": "2..4", "source": name, "labels": "Kitchen"})))
+        name: len(slowly(table, parse_query({"rooms": "2..4", "source": name, "labels": "Kitchen"})))
         for name in ("ifc", "mesh")
     }
     for label in ("Kitchen", "Garage"):
-        wanted = slowly(table, parsed_query({"rooms": "2..4", "source": "ifc", "labels": f"Kitchen,{label}"}))
+        wanted = slowly(table, parse_query({"rooms": "2..4", "source": "ifc", "labels": f"Kitchen,{label}"}))
         assert view.facets["labels"][label] == len(wanted)
 
 
@@ -133,8 +133,8 @@ def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
 def test_a_query_is_read_from_what_it_writes(given: dict[str, str]) -> None:
     from urllib.parse import parse_qsl
 
-    query = parsed_query(given)
-    assert parsed_query(dict(parse_qsl(str(query)))) == query
+    query = parse_query(given)
+    assert parse_query(dict(parse_qsl(str(query)))) == query
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_a_query_is_read_from_what_it_writes(given: dict[str, str]) -> None:
 )
 def test_what_cannot_be_read_is_named(given: dict[str, str], said: str) -> None:
     with pytest.raises(ConfigError, match=r"^(query|select): ") as caught:
-        parsed_query(given)
+        parse_query(given)
     assert said in str(caught.value)
 
 

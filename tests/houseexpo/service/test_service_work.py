@@ -32,7 +32,7 @@ def test_many_wait_and_more_are_sent_away() -> None:  # R1, R2
 
     async def one(number: int) -> None:
         try:
-            await work.computed(client_that(left=False), lambda: go.wait(30) and done.append("made"))
+            await work.compute(client_that(left=False), lambda: go.wait(30) and done.append("made"))
         except HTTPException as error:
             done.append(error.status_code)
         if number == 39:
@@ -50,9 +50,9 @@ def test_many_wait_and_more_are_sent_away() -> None:  # R1, R2
 def test_what_nobody_waits_for_is_not_computed() -> None:  # R3
     done: list[int] = []
     with pytest.raises(HTTPException):
-        anyio.run(work.computed, client_that(left=True), done.append, 1)
+        anyio.run(work.compute, client_that(left=True), done.append, 1)
     assert done == []
-    anyio.run(work.computed, client_that(left=False), done.append, 2)
+    anyio.run(work.compute, client_that(left=False), done.append, 2)
     assert done == [2]
 
 

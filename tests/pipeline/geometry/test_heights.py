@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.geometry.cutting import between, distinct_heights, near
+from pipeline.geometry.cutting import distinct_heights, near, section_heights
 
 
 def test_a_height_that_is_clear_stays() -> None:
@@ -26,12 +26,12 @@ def test_heights_are_distinct_to_the_millimetre() -> None:
 
 def test_one_cut_between_neighbouring_heights() -> None:
     z = np.array([0.0, 2.0, 2.1, 2.15, 2.5])
-    assert between(z, 1.8, 2.5, smallest_gap=0.08, most=12) == pytest.approx([1.9, 2.05, 2.325])
-    assert between(z, 2.5, 1.8, smallest_gap=0.08, most=12) == []
+    assert section_heights(z, 1.8, 2.5, smallest_gap=0.08, most=12) == pytest.approx([1.9, 2.05, 2.325])
+    assert section_heights(z, 2.5, 1.8, smallest_gap=0.08, most=12) == []
 
 
 def test_a_scan_has_a_vertex_everywhere_and_is_cut_evenly() -> None:
     z = np.linspace(0, 2.5, 5000)
-    heights = between(z, 1.8, 2.5, smallest_gap=0.08, most=6)
+    heights = section_heights(z, 1.8, 2.5, smallest_gap=0.08, most=6)
     assert len(heights) == 6
     assert np.diff(heights) == pytest.approx(0.1, abs=0.005)

@@ -321,7 +321,7 @@ def best_turns(
     """
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
-    closed = _closed(known, x, y, radius_px, top, left, reach)
+    closed = _closed_cells_around(known, x, y, radius_px, top, left, reach)
     here = way_at(found, known.shape[0], x, y, BESIDE_CELLS)
     if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
         here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
@@ -365,7 +365,7 @@ def way_at(found: KnownWays, rows: int, x: float, y: float, reach: int) -> float
 
 
 @njit(cache=True, nogil=True)
-def _closed(known: Grid, x: float, y: float, radius_px: float, top: int, left: int, reach: int) -> Grid:
+def _closed_cells_around(known: Grid, x: float, y: float, radius_px: float, top: int, left: int, reach: int) -> Grid:
     """Return the map around the robot, 1 for cells where it must not go: obstacles, and unknown cells not under it."""
     rows, cols = known.shape
     bottom, last = min(math.floor(y) + reach + 1, rows), min(math.floor(x) + reach + 1, cols)

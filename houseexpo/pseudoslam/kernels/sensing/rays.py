@@ -47,7 +47,7 @@ def ray_scan(
     flat, (rows, cols) = occupied.ravel(), occupied.shape
     n = len(fan_cos)
     rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
-    samples = _lay(occupied, x, y, heading, fan_cos, fan_sin, range_px, False, rights, ups, starts, stops)
+    samples = _lay_rays(occupied, x, y, heading, fan_cos, fan_sin, range_px, False, rights, ups, starts, stops)
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
     n_runs, n_hit = 0, 0
@@ -89,7 +89,7 @@ def ray_merge(
     flat, counts, drawn, (rows, cols) = occupied.ravel(), observable.ravel(), known.ravel(), occupied.shape
     n = len(fan_cos)
     rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
-    samples = _lay(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
+    samples = _lay_rays(known, x, y, heading, fan_cos, fan_sin, range_px, settled, rights, ups, starts, stops)
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
     most = _FEW if settled else _BLOCK  # if settled, rays start near the wall
@@ -124,7 +124,7 @@ def ray_merge(
 
 
 @njit(cache=True, nogil=True)
-def _lay(
+def _lay_rays(
     known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, settled: bool,
     rights: Floats, ups: Floats, starts: Cells, stops: Cells,
 ) -> int:  # fmt: skip

@@ -78,9 +78,9 @@ def find_standing(
             asked[np.uint64(n_asked)] = at
             n_asked += 1
     for k in range(n_asked):
-        _ask(away, asked[k], -cols, -1)
+        _take_over_neighbour(away, asked[k], -cols, -1)
     for k in range(n_asked - 1, -1, -1):
-        _ask(away, asked[k], cols, 1)
+        _take_over_neighbour(away, asked[k], cols, 1)
     return n_asked
 
 
@@ -94,7 +94,7 @@ def _still_stands(standing: Grid, before: Offsets, at: int, cols: int, sure_px: 
 
 
 @njit(inline="always")
-def _ask(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
+def _take_over_neighbour(away: Offsets, cell: int, row_step: int, col_step: int) -> None:
     """Take over the standing cell of the neighbour in the next row or column if it is closer than the current one."""
     here = np.uint64(cell)
     down, right = np.int64(away[here, 0]), np.int64(away[here, 1])
@@ -186,7 +186,7 @@ def mark_visible(
         n_windows = _find_gap(flat, standing, away, sure_px, occupied.shape[1], asked[k], marks, cells, windows)
         for w in range(n_windows):
             if windows[w] >= 0:
-                n_looks = _who_looks(
+                n_looks = _list_lookers(
                     occupied, standing, seen, marks, windows, w, n_windows, sure_px, range_px, beams, box, cells
                 )
                 for i in range(n_looks):
@@ -196,7 +196,7 @@ def mark_visible(
 
 
 @njit(inline="always")
-def _who_looks(
+def _list_lookers(
     occupied: Grid,
     standing: Grid,
     seen: Grid,
@@ -218,7 +218,7 @@ def _who_looks(
     box[0], box[1], box[2], box[3] = len(standing), -1, len(standing), -1  # a slice takes seconds to compile
     for w in range(first, n_windows):
         window = windows[w]
-        if window < 0 or not _takes_in(box, window // cols, window % cols, sure_px):
+        if window < 0 or not _enlarge_box(box, window // cols, window % cols, sure_px):
             continue
         windows[w] = -1
         marks[window] ^= LISTED
@@ -236,7 +236,7 @@ def _who_looks(
 
 
 @njit(inline="always")
-def _takes_in(box: Cells, row: int, col: int, side_px: float) -> bool:
+def _enlarge_box(box: Cells, row: int, col: int, side_px: float) -> bool:
     """Enlarge a box to include a cell, unless it would be too large; return whether it does."""
     top, bottom, left, right = min(box[0], row), max(box[1], row), min(box[2], col), max(box[3], col)
     if max(bottom - top, right - left) > 2.0 * side_px:

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.tracks import track_of
 from houseexpo.pseudoslam.learning.choosing import NEAREST
-from houseexpo.pseudoslam.learning.weights import read_weights, rounded, write_weights
+from houseexpo.pseudoslam.learning.weights import read_weights, round_weights, write_weights
 from tests.builders.shared import DATA, needs_shared
 
 RESULTS = Path(__file__).parents[4] / "experiments" / "chooser-20-plans"
@@ -39,7 +39,7 @@ def test_weights_come_with_what_made_them(name: str) -> None:
 
 
 def test_weights_are_read_as_they_were_written(tmp_path: Path) -> None:
-    weights = rounded(np.random.default_rng(0).normal(0, 1, len(NEAREST)))
+    weights = round_weights(np.random.default_rng(0).normal(0, 1, len(NEAREST)))
     write_weights(tmp_path / "mine.json", weights, {"seed": 7})
     again, about = read_weights(tmp_path / "mine.json")
     assert np.array_equal(weights, again)

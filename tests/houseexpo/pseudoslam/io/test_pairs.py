@@ -14,7 +14,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.plan.parts import Room
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, PairConfig, pairs_of, stacked
+from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, PairConfig, pairs_of, stack_pairs
 from houseexpo.pseudoslam.worlds.cache import world_for
 from tests.builders.vectors import HUTS
 
@@ -108,7 +108,7 @@ def test_arrays_are_what_the_configuration_says() -> None:
     for config in (SMALL, replace(SMALL, rooms=False)):
         found = list(pairs_of(HUTS[0], world_for(HUTS[0], COARSE), config, np.random.default_rng(0)))
         for pairs in (found, []):
-            arrays = stacked(pairs, config)
+            arrays = stack_pairs(pairs, config)
             assert {name: (str(array.dtype), array.shape[1:]) for name, array in arrays.items()} == config.arrays()
             assert {len(array) for array in arrays.values()} == {len(pairs)}
 

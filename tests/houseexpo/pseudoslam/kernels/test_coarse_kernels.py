@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, draw_coarse, mark, most_of_blocks
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, draw_coarse, mark, max_of_blocks
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 Grid = npt.NDArray[np.uint8]
@@ -39,7 +39,7 @@ def slow_coarse(known: Grid, x: float, y: float, heading: float, pixel: float, s
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 40])
 def test_blocks_hold_the_most_of_their_cells(size: int) -> None:
     known = np.random.default_rng(size).choice(VALUES, (23, 31), p=[0.7, 0.25, 0.05])
-    assert np.array_equal(most_of_blocks(known, size), slow_blocks(known, size))
+    assert np.array_equal(max_of_blocks(known, size), slow_blocks(known, size))
 
 
 @pytest.mark.parametrize("pixel", [0.4, 1.0, 1.3, 2.0, 2.5, 3.9, 8.0])

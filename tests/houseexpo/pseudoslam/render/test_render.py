@@ -16,7 +16,7 @@ from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import GoalConfig, NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Rectangle, Trajectory
 from houseexpo.pseudoslam.render import picture as render
-from houseexpo.pseudoslam.render.canvas import scaled
+from houseexpo.pseudoslam.render.canvas import scale_cells
 from houseexpo.pseudoslam.render.picture import beside, picture
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -142,11 +142,11 @@ def test_small_pictures_keep_walls() -> None:
 
 def test_a_pixel_for_several_cells_takes_the_one_that_matters_most() -> None:
     cells = np.array([[0, 1, 1], [0, 2, 1]], np.uint8)
-    scale, found = scaled(cells, np.array([0, 2, 1], np.uint8), (2, 1))
+    scale, found = scale_cells(cells, np.array([0, 2, 1], np.uint8), (2, 1))
     assert (scale, found.tolist()) == (0.5, [[1, 1]])
-    scale, found = scaled(cells, np.array([0, 1, 2], np.uint8), (2, 1))
+    scale, found = scale_cells(cells, np.array([0, 1, 2], np.uint8), (2, 1))
     assert (scale, found.tolist()) == (0.5, [[2, 1]])
-    scale, found = scaled(cells[:1], np.arange(3, dtype=np.uint8), (7, 2))
+    scale, found = scale_cells(cells[:1], np.arange(3, dtype=np.uint8), (7, 2))
     assert (scale, found.tolist()) == (2.0, [[0, 0, 1, 1, 1, 1]] * 2)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from houseexpo import FloorPlan
-from houseexpo.commands.ros import _told_by_signals
+from houseexpo.commands.ros import _watch_signals
 from houseexpo.errors import ConfigError
 from houseexpo.exports.rasters import WALL, occupancy
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
@@ -285,7 +285,7 @@ def test_the_map_of_the_house_is_the_one_that_export_writes() -> None:
 def test_a_signal_ends_the_run_a_second_one_interrupts_and_handlers_come_back(number: signal.Signals) -> None:
     _, node = made()
     before = signal.getsignal(number)
-    with _told_by_signals() as is_told:
+    with _watch_signals() as is_told:
         assert not is_told()
         signal.raise_signal(number)
         assert is_told()

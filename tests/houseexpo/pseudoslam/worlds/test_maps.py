@@ -62,11 +62,11 @@ def slowly_resampled(cells: np.ndarray, scale: float) -> np.ndarray:
 def test_resampling_keeps_every_wall_and_the_upper_left_corner(scale: float) -> None:
     cells = (np.random.default_rng(1).random((31, 44)) < 0.1).astype(np.uint8)
     house = MapHouse("noise", cells, GridFrame((2.0, -1.0), 10.0, (31, 44), y_up=True))
-    other = house.resampled(10.0 * scale)
+    other = house.resample(10.0 * scale)
     assert np.array_equal(other.occupied, slowly_resampled(cells, scale))
     corners = [each.frame.point_from_pixel(0.0, 0.0) for each in (house, other)]
     assert corners[0] == pytest.approx(corners[1])
-    assert house.resampled(10.0) is house
+    assert house.resample(10.0) is house
 
 
 def test_unknown_cells_block_unless_they_are_said_to_be_free() -> None:

@@ -60,7 +60,7 @@ def test_what_is_saved_is_what_play_saves() -> None:
     driven = robot(seed=3)
     for _ in range(5):
         driven.move(1.0, 0.5)
-    data = driven.saved()
+    data = driven.archive()
     archive = zipfile.ZipFile(io.BytesIO(data))
     assert archive.namelist() == ["map.pgm", "map.png", "map.yaml", "trajectory.csv"]
     rows = list(csv.DictReader(io.StringIO(archive.read("trajectory.csv").decode())))
@@ -68,7 +68,7 @@ def test_what_is_saved_is_what_play_saves() -> None:
     again = robot(seed=3)
     for _ in range(5):
         again.move(1.0, 0.5)
-    assert again.saved() == data
+    assert again.archive() == data
 
 
 def test_a_wall_that_is_pushed_against_is_bumped_into_once() -> None:
@@ -118,7 +118,7 @@ def test_a_recording_gives_the_same_drive_again(driver: str) -> None:
     while again.advance():
         pass
     assert frame_from(again.frame()).pose == frame_from(driven.frame()).pose
-    assert again.saved() == driven.saved()
+    assert again.archive() == driven.archive()
     assert again.finish() == {**figures, "why": "done", "recording": "", "replay": "same"}
 
 

@@ -49,7 +49,7 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
         (3, "ann", "villa", "no_room"),
         (4, "ben", "hall", "drop"),
     ]
-    assert decisions.judged()["villa"].actions == ("door", "door", "no_room")
+    assert decisions.by_plan()["villa"].actions == ("door", "door", "no_room")
 
 
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
@@ -76,7 +76,7 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
     assert "# by hand" in file.read_text()
     assert "# seen" in file.read_text()
     assert [line.undoes for line in lines(file)] == [0, 0, 0, 2, 1, 3]
-    assert decisions.judged() == {}
+    assert decisions.by_plan() == {}
     with pytest.raises(ConfigError, match="ann has no decision left"):
         decisions.undo("ann")
 
@@ -135,7 +135,7 @@ def test_a_line_that_was_cut_off_is_passed_over(file: Path) -> None:
     decisions = Decisions(file)
     assert decisions.decide("hall", "drop", "ann").number == 2
     assert [line.plan for line in decisions.log.lines] == ["villa", "hall"]
-    assert set(Decisions(file).judged()) == {"villa", "hall"}
+    assert set(Decisions(file).by_plan()) == {"villa", "hall"}
 
 
 def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,7 +224,7 @@ def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
 def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
     decisions = Decisions(file)
     decisions.decide("villa", "keep", "ann")
-    decisions.built("ann", decisions.last())
+    decisions.note_build("ann", decisions.last())
     assert decisions.since_build() == []
     decisions.undo("ann")
     assert decisions.since_build() == ["villa"]

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app as make_commands
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import recorded_build
+from houseexpo.dataset.build_record import read_build_record
 from houseexpo.grids.frame import plan_from_source
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
@@ -67,7 +67,7 @@ def built(client: TestClient) -> dict[str, Any]:
 
 
 def test_a_build_says_how_it_was_made(home: Path) -> None:
-    found = recorded_build(home / "plans")
+    found = read_build_record(home / "plans")
     assert found is not None
     assert found.build.options == {"config": str(home / "homes.toml")}
 

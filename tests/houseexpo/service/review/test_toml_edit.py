@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.review.toml_edit import edited
+from houseexpo.service.review.toml_edit import edit_table
 from pipeline.overrides import load_overrides
 
 HAND = """\
@@ -30,20 +30,20 @@ why = "a # is no comment"
 
 
 def test_a_key_changes_where_it_stands_and_keeps_its_comment() -> None:
-    found = edited(HAND, "fair_hall", {"drop": None, "keep": True, "why": "it is a house"})
+    found = edit_table(HAND, "fair_hall", {"drop": None, "keep": True, "why": "it is a house"})
     assert found == HAND.replace('drop = true\nwhy = "a # is no comment"', 'why = "it is a house"\nkeep = true')
-    assert edited("[a]\nh_g = 0.4  # low\n", "a", {"h_g": 0.5}) == "[a]\nh_g = 0.5  # low\n"
+    assert edit_table("[a]\nh_g = 0.4  # low\n", "a", {"h_g": 0.5}) == "[a]\nh_g = 0.5  # low\n"
 
 
 @pytest.mark.parametrize("sign", ["\u2028", "\u2029", "\u0085"])
 def test_signs_that_end_lines_elsewhere_stay_in_their_comment(sign: str) -> None:
     text = f'# seen{sign}on site\n[hut]\nwhy = "small{sign}"  # and{sign}old\n'
-    assert edited(text, "hut", {"keep": True}) == f"{text}keep = true\n"
+    assert edit_table(text, "hut", {"keep": True}) == f"{text}keep = true\n"
 
 
 def test_a_list_that_grows_keeps_the_comments_within_it() -> None:
     doors = [[[1.0, 2.0], [1.0, 3.0]], [[4.0, 4.0], [5.0, 4.0]]]
-    found = edited(HAND, "villa_L1", {"door": doors})
+    found = edit_table(HAND, "villa_L1", {"door": doors})
     assert tomllib.loads(found)["villa_L1"]["door"] == doors
     assert "  [[1.0, 2.0], [1.0, 3.0]],  # kitchen\n  [[4.0, 4.0], [5.0, 4.0]]\n]" in found
     assert found.startswith("# What Ann saw on site.\n[villa_L1]\nkeep = true   # seen on site\n")
@@ -59,52 +59,54 @@ def test_a_list_that_grows_keeps_the_comments_within_it() -> None:
     ],
 )
 def test_lists_in_every_form_change_and_no_comment_is_lost(before: str, value: list[Any]) -> None:
-    found = edited(f"[a]\n{before}", "a", {"no_room": value})
+    found = edit_table(f"[a]\n{before}", "a", {"no_room": value})
     assert tomllib.loads(found) == {"a": {"no_room": value}}
     assert found.count("#") == before.count("#")
 
 
 def test_a_key_that_goes_leaves_its_comment_and_a_table_with_one_stays() -> None:
-    assert edited("[a]\nkeep = true # seen\n", "a", {"keep": None}) == "[a]\n# seen\n"
-    assert edited("[a]\nkeep = true\n\n[b]\ndrop = true\n", "a", {"keep": None}) == "[b]\ndrop = true\n"
+    assert edit_table("[a]\nkeep = true # seen\n", "a", {"keep": None}) == "[a]\n# seen\n"
+    assert edit_table("[a]\nkeep = true\n\n[b]\ndrop = true\n", "a", {"keep": None}) == "[b]\ndrop = true\n"
 
 
 def test_tables_in_one_line_and_dotted_keys_are_changed_too() -> None:
     text = "hut = {keep = true}  # old\nbarn.drop = true\n"
-    found = edited(edited(text, "hut", {"keep": None, "why": "gone"}), "barn", {"why": "hay"})
+    found = edit_table(edit_table(text, "hut", {"keep": None, "why": "gone"}), "barn", {"why": "hay"})
     assert found == 'hut = { why = "gone" }  # old\nbarn.drop = true\nbarn.why = "hay"\n'
 
 
 def test_names_and_words_are_written_as_toml_has_them() -> None:
-    found = edited("", "my house.1", {"why": 'he said "no"\\ \x7f ß'})
+    found = edit_table("", "my house.1", {"why": 'he said "no"\\ \x7f ß'})
     assert found.startswith('["my house.1"]\n')
     assert tomllib.loads(found) == {"my house.1": {"why": 'he said "no"\\ \x7f ß'}}
 
 
 def test_line_ends_are_those_of_the_file() -> None:
-    assert edited("[a]\r\nkeep = true\r\n", "b", {"drop": True}) == "[a]\r\nkeep = true\r\n\r\n[b]\r\ndrop = true\r\n"
+    assert (
+        edit_table("[a]\r\nkeep = true\r\n", "b", {"drop": True}) == "[a]\r\nkeep = true\r\n\r\n[b]\r\ndrop = true\r\n"
+    )
 
 
 def test_what_stands_in_long_texts_is_no_table() -> None:
     text = '[a]\nwhy = """\n[b]\nkeep = false\n"""\n'
-    assert edited(text, "b", {"keep": True}) == text + "\n[b]\nkeep = true\n"
+    assert edit_table(text, "b", {"keep": True}) == text + "\n[b]\nkeep = true\n"
 
 
 def test_what_is_no_toml_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected TOML"):
-        edited("[a", "a", {"keep": True})
+        edit_table("[a", "a", {"keep": True})
 
 
 def test_what_cannot_be_changed_is_refused_not_spoilt() -> None:
     with pytest.raises(ConfigError, match="expected a table"):
-        edited("[[a]]\nkeep = true\n", "a", {"keep": False})
+        edit_table("[[a]]\nkeep = true\n", "a", {"keep": False})
     with pytest.raises(ConfigError, match="cannot be changed here"):
-        edited("[a.why]\nkeep = true\n", "a", {"why": None})
+        edit_table("[a.why]\nkeep = true\n", "a", {"why": None})
 
 
 def test_a_build_reads_what_was_written(tmp_path: Path) -> None:
     file = tmp_path / "overrides.toml"
-    file.write_text(edited(HAND, "villa_L1", {"no_room": [5.5, 1.0], "keep": None}))
+    file.write_text(edit_table(HAND, "villa_L1", {"no_room": [5.5, 1.0], "keep": None}))
     found = load_overrides(None, file)
     assert found["villa_L1"].no_room == ((5.5, 1.0),)
     assert found["villa_L1"].door == (((1.0, 2.0), (1.0, 3.0)),)
@@ -128,7 +130,7 @@ CHANGES = st.fixed_dictionaries(
 def test_many_changes_say_what_they_should_and_lose_no_comment(steps: list[tuple[str, dict[str, Any]]]) -> None:
     text, wanted = HAND, tomllib.loads(HAND)
     for name, changes in steps:
-        text = edited(text, name, changes)
+        text = edit_table(text, name, changes)
         table = wanted.setdefault(name, {})
         table.update({key: value for key, value in changes.items() if value is not None})
         for key, value in changes.items():
@@ -145,4 +147,4 @@ def test_a_new_table_that_goes_again_leaves_the_file_as_it_was(name: str, keep: 
     if name in tomllib.loads(HAND):
         return
     key = "keep" if keep else "drop"
-    assert edited(edited(HAND, name, {key: True}), name, {key: None}) == HAND
+    assert edit_table(edit_table(HAND, name, {key: True}), name, {key: None}) == HAND
