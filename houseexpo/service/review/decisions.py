@@ -104,7 +104,7 @@ class Decisions:
         ConfigError
             ``overrides.toml`` cannot be read, changed or written.
         """
-        with self._lock():
+        with self._hold_lock():
             latest = self.latest().get(plan)
             if latest is not None and latest.number > seen:  # R4
                 raise DecidedOtherwiseError(
@@ -115,7 +115,7 @@ class Decisions:
 
     def undo(self, reviewer: str) -> Line:
         """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
-        with self._lock():
+        with self._hold_lock():
             own = [line for line in self.log.active if line.reviewer == reviewer]
             if not own:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
@@ -126,7 +126,7 @@ class Decisions:
 
     def note_build(self, reviewer: str, upto: int) -> Line:
         """Record that the data set was built with the decisions up to a line; later ones wait for the next build."""
-        with self._lock():
+        with self._hold_lock():
             return self._note("", "build", reviewer, {}, upto=upto)
 
     def last(self) -> int:
@@ -155,7 +155,7 @@ class Decisions:
                 raise ConfigError(f"{file}: expected a file or nothing, found {what}; remove it")
 
     @contextmanager
-    def _lock(self) -> Iterator[None]:
+    def _hold_lock(self) -> Iterator[None]:
         with self._thread, self._lock_file():
             self._catch_up()
             for left in self.file.parent.glob(f"{PARTIAL}{self.file.name}-*"):
