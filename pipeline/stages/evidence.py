@@ -147,7 +147,7 @@ class _Heights:
     breast: float
     head: float
     above: list[float]
-    section_heights: list[float]
+    between: list[float]
 
     @classmethod
     def of(cls, cutter: Cutter, level: Level, config: EvidenceConfig) -> _Heights:

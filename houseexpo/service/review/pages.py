@@ -347,7 +347,7 @@ def routes(service: Service) -> list[BaseRoute]:
         how = asked.get("move", "here")
         if how not in _MOVES:
             raise ConfigError(f"move: expected one of {', '.join(_MOVES)}; found {how!r}")
-        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.decisions.judged())  # type: ignore[arg-type]  # one of _MOVES
+        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.decisions.by_plan())  # type: ignore[arg-type]  # one of _MOVES
         return Json(found.state(name), headers={"cache-control": "no-store"})
 
     def picture(request: Request) -> Response:

@@ -89,7 +89,7 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
 
 def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     searched: list[str] = []
-    search = Views._searched
+    search = Views._contains_word
     monkeypatch.setattr(Views, "_contains_word", lambda views, word: searched.append(word) or search(views, word))
     table = made_up()
     views = Views(table)
