@@ -68,7 +68,7 @@ def run(
         typer.Option(
             help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid or lines.",
             show_default="none",
-            autocompletion=offering("policy", "free", "solid", "lines"),
+            autocompletion=completion_of("policy", "free", "solid", "lines"),
         ),
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
