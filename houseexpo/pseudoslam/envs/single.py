@@ -25,6 +25,7 @@ from houseexpo.pseudoslam.envs.spec import (
     make_env_spec,
     new_constants,
 )
+from houseexpo.pseudoslam.envs.time_limit import steps_asked_of_make
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
@@ -51,7 +52,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     """A gymnasium environment: a robot with a task in a house.
 
     - *Action* and *observation*: see ``spec.EnvSpec``, for the parameters ``actions`` and ``observation``.
-    - *Reward* and *terminated*: defined by the task; *truncated*: after ``config.max_steps`` steps.
+    - *Reward* and *terminated*: defined by the task; *truncated*: after ``config.max_steps`` steps, or as
+      many as ``max_episode_steps`` says, here or in ``gymnasium.make``.
     - *Info*: ``explored_m2``, ``coverage`` (0 to 1), ``collisions`` so far, ``collided`` in this step, ``pose`` (x, y
       in the plan's metres, heading in radians), ``is_success``, ``plan_id``, ``velocity`` of a drive, and the entries
       of the task.
@@ -103,6 +105,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
         check_options(type(self), more)
+        if more.get("max_episode_steps") is None:
+            more["max_episode_steps"] = steps_asked_of_make(type(self))
         self._env_spec = make_env_spec(task, dataset, config, actions, observation, planning=planning, **more)
         self.task, self.config, self.render_mode = task, self._env_spec.config, render_mode
         self.actions, self.observation = self._env_spec.actions, observation

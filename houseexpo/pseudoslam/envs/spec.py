@@ -54,9 +54,8 @@ class EnvOptions(TypedDict, total=False):
     """How the robot moves: "discrete", by exact turns and distances, or with a drive, "differential" or "ackermann",
     with the default values of ``config.drive``; None for what ``config.robot.drive`` says."""
     max_episode_steps: int | None
-    """Number of steps after which an episode is truncated, instead of ``config.max_steps``. ``gymnasium.make`` does not
-    pass this argument on: it uses it for its own wrapper, which can only shorten episodes. For longer ones, set
-    ``max_steps`` in the configuration."""
+    """Number of steps of the robot after which an episode is truncated, instead of ``config.max_steps``. It may also be
+    an argument of ``gymnasium.make`` or of a registration (``time_limit``)."""
 
 
 class AllOptions(EnvOptions, total=False):

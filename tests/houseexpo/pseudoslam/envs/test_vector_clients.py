@@ -15,6 +15,7 @@ from gymnasium.wrappers.vector import NormalizeReward, RecordEpisodeStatistics, 
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.tasks import Exploration, ObstacleAvoidance
 from tests.builders.vectors import HUTS, assert_same, native, singles
 
@@ -131,11 +132,41 @@ def test_the_length_of_episodes_can_be_said_as_gymnasium_does(steps: int) -> Non
         assert truncated.tolist() == [step == steps] * 3
 
 
-def test_gymnasiums_own_wrapper_shortens_a_single_environment_alike() -> None:
-    given = {"dataset": HUTS, "config": SMALL, "success_coverage": None, "max_episode_steps": 3}
-    env = gymnasium.make("PseudoSLAM/Exploration-v0", **given)
+def length(env: gymnasium.Env) -> int:
     env.reset(seed=0)
-    assert [env.step(0)[3] for _ in range(3)] == [False, False, True]
+    return next(step for step in range(1, 99) if env.step(1)[3])
+
+
+@pytest.mark.parametrize("steps", [3, 6])
+def test_a_single_environment_lasts_as_long_as_gymnasium_is_told(steps: int) -> None:
+    given = {"dataset": HUTS, "config": SMALL, "success_coverage": None, "max_episode_steps": steps}
+    env = gymnasium.make("PseudoSLAM/Exploration-v0", **given)
+    assert length(env) == steps
+    assert length(gymnasium.make(env.spec)) == steps
+    envs = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 2, "sync", **given)
+    envs.reset(seed=0)
+    assert [envs.step([1, 1])[3].all() for _ in range(steps)] == [False] * (steps - 1) + [True]
+
+
+def test_a_registration_may_say_how_long_an_episode_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gymnasium.envs.registration, "registry", dict(gymnasium.registry))
+    gymnasium.register("Mine-v0", "houseexpo.pseudoslam.envs.single:ExplorationEnv", max_episode_steps=7)
+    given = {"dataset": HUTS, "config": SMALL, "success_coverage": None}
+    assert length(gymnasium.make("Mine-v0", **given)) == 7
+    assert length(gymnasium.make("Mine-v0", **given, max_episode_steps=6)) == 6
+    assert length(gymnasium.make("Mine-v0", **given, max_episode_steps=-1)) == SMALL.max_steps
+
+
+def test_an_environment_inside_another_one_keeps_its_own_length(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Outer(gymnasium.Env):
+        def __init__(self) -> None:
+            self.inner = ExplorationEnv(HUTS, SMALL, success_coverage=None)
+
+    monkeypatch.setattr(gymnasium.envs.registration, "registry", dict(gymnasium.registry))
+    gymnasium.register("Outer-v0", Outer, disable_env_checker=True)
+    env = gymnasium.make("Outer-v0", max_episode_steps=9).unwrapped
+    assert isinstance(env, Outer)
+    assert length(env.inner) == SMALL.max_steps
 
 
 @pytest.mark.parametrize("steps", [0, 1.5, "3"])
