@@ -1,16 +1,29 @@
-"""The command as a person uses it, in its own process where that matters."""
+"""The commands build, inspect and demo, and what they refuse."""
 
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import trimesh
+from PIL import Image
 from typer.testing import CliRunner
 
+from houseexpo import progress
 from houseexpo.commands.app import make_app
+from houseexpo.dataset import open_dataset
+from houseexpo.plan import Frame
+from pipeline.inspection import _number
+from pipeline.report import implausible
+from pipeline.sources.files import base_id
+from pipeline.sources.procedural import write_house
+from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
 
 runner = CliRunner()
@@ -163,3 +176,355 @@ def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
     ids = sorted(Path(name).stem for name in contents(tmp_path / "out") if name.startswith("json/"))
     assert [name for name in ids if name in said] == ids[:8]
     assert f"and {len(ids) - 8} more in" in said
+
+
+# ``houseexpo demo``: what it writes can be built, and what is there already stays.
+
+
+def demo(*words: str | Path) -> tuple[int, str]:
+    done = CliRunner().invoke(make_app(), ["demo", *map(str, words), "--workers", "1"])
+    return done.exit_code, done.output
+
+
+def test_it_writes_houses_and_plans_and_names_the_next_command(tmp_path: Path) -> None:
+    code, said = demo(tmp_path / "try", "--plans", "2")
+    assert code == 0, said
+    assert {file.name for file in (tmp_path / "try").iterdir()} == {
+        *("house.glb", "house.ifc", "houses", "houses.toml", "corrections.toml", "plans"),
+    }
+    assert len(open_dataset(tmp_path / "try" / "plans" / "demo")) == 2
+    assert f"cd {tmp_path / 'try'} && houseexpo build house.glb --out plans/house" in said
+    assert demo(tmp_path / "try", "--plans", "2")[0] == 0  # again: nothing is built or asked
+
+
+def test_files_of_others_stay(tmp_path: Path) -> None:
+    (tmp_path / "house.glb").write_text("mine")
+    code, said = demo(tmp_path, "--plans", "0")
+    assert code == 2
+    assert "house.glb: a file is there already" in said.replace("\n", "")
+    assert [file.name for file in tmp_path.iterdir()] == ["house.glb"]
+    assert demo(tmp_path, "--plans", "0", "--replace")[0] == 0
+    assert (tmp_path / "house.glb").read_bytes() != b"mine"
+
+
+RUN = CliRunner()
+
+
+def inspect(source: Path | str, out: Path, *more: str) -> tuple[int, str, list[str]]:
+    result = RUN.invoke(make_app(), ["inspect", str(source), "--out", str(out), *more])
+    assert "Traceback" not in result.output
+    return result.exit_code, result.output, sorted(file.name for file in out.glob("*.png"))
+
+
+def test_a_picture_for_each_stage_and_one_sheet(tmp_path: Path) -> None:
+    code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out")
+    assert code == 0
+    assert "plan" in said
+    stages = ["evidence", "door_plane", "ground_plane", "layout", "doors", "contour", "cells", "isolated"]
+    stages += ["connectivity", "refine"]
+    assert names == [f"{i:02d}_{stage}.png" for i, stage in enumerate([*stages, "plan"])] + ["stages.png"]
+    for name in names:
+        with Image.open(tmp_path / "out" / name) as image:
+            assert min(image.size) > 100
+
+
+def test_a_rejected_house_keeps_the_pictures_it_earned(tmp_path: Path) -> None:
+    giant = tmp_path / "giant.toml"
+    giant.write_text("[connectivity]\nrobot_radius_m = 9.0\n")
+    code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out", "--config", str(giant))
+    assert code == 1
+    assert "rejected" in said
+    assert "no_room_fits" in said
+    assert "03_layout.png" in names
+    assert "10_plan.png" not in names
+
+
+def test_what_cannot_be_read_is_said(tmp_path: Path) -> None:
+    (tmp_path / "broken.ply").write_bytes(b"no mesh")
+    code, said, names = inspect(tmp_path / "broken.ply", tmp_path / "out")
+    assert (code, names) == (1, [])
+    assert "unreadable" in said
+
+
+def test_what_the_reader_rejects_is_shown_from_above(tmp_path: Path) -> None:
+    trimesh.creation.box((9.0, 6.0, 0.2)).export(tmp_path / "plate.ply")
+    code, said, names = inspect(tmp_path / "plate.ply", tmp_path / "out")
+    assert (code, names) == (1, ["rejected.png"])
+    assert "rejected source" in " ".join(said.split())
+
+
+def test_corrections_of_other_houses_only_are_said_to_be_so(tmp_path: Path) -> None:
+    file, words = one_room(tmp_path / "street" / "villa.ply"), tmp_path / "overrides.toml"
+    words.write_text("[villa]\nno_room = [1.0, 1.0]\n")
+    said = inspect(file, tmp_path / "out", "--overrides", str(words))[1]
+    assert "no correction by hand is of this house" in said
+    assert "'villa'" in said
+    said = inspect(file.parent, tmp_path / "out", "--id", "villa", "--overrides", str(words))[1]
+    assert "no correction by hand" not in said
+
+
+@pytest.mark.slow
+def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
+    one_room(tmp_path / "street" / "villa.ply")
+    code, said, _ = inspect(tmp_path / "street" / "villa.ply", tmp_path / "out")
+    assert code == 0
+    assert "street_villa: the only level" in said
+    one_room(tmp_path / "street" / "annexe.ply")
+    _, said, _ = inspect(tmp_path / "street", tmp_path / "out")
+    assert "annexe: the only level; house 1 of 2: annexe" in said
+
+
+def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
+    manifest = tmp_path / "manifest.toml"
+    manifest.write_text("")
+    path = one_room(tmp_path / "villa.ply")
+    assert inspect(path, tmp_path / "before", "--config", str(manifest))[0] == 0
+    (tmp_path / "overrides.toml").write_text(f"[{base_id(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
+    assert inspect(path, tmp_path / "after", "--config", str(manifest))[0] == 1  # a hall of 100 m, 54 m high
+
+
+def test_a_level_that_is_not_there_is_a_usage_error(tmp_path: Path) -> None:
+    code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out", "--level", "3")
+    assert (code, names) == (2, [])
+    assert "level 3 asked for, found 1" in " ".join(said.split())
+
+
+# Bad input through the command: each ends as one line that says why and what to do, and the batch goes on.
+
+
+def scaled(path: Path, factor: float) -> None:
+    mesh = trimesh.load(one_room(path), force="mesh")
+    mesh.apply_scale([factor, factor, factor if factor < 1 else 1.0])
+    mesh.export(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("bad") / "houses"
+    one_room(root / "good.ply")
+    whole = one_room(root / "truncated.ply").read_bytes()
+    (root / "truncated.ply").write_bytes(whole[: len(whole) // 2])
+    for suffix in ("ply", "obj", "glb", "gltf", "stl", "dae", "off", "ifc"):
+        (root / f"empty_{suffix}.{suffix}").touch()
+        (root / f"garbage_{suffix}.{suffix}").write_bytes(np.random.default_rng(1).bytes(500))
+    (root / "no_faces.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\n")
+    good = trimesh.load(one_room(root / "nan.off"), force="mesh")
+    for name, value in (("nan", np.nan), ("infinite", np.inf)):
+        vertices = good.vertices.copy()
+        vertices[0, 0] = value
+        rows = [" ".join(map(str, v)) for v in vertices] + [" ".join(map(str, [3, *f])) for f in good.faces]
+        (root / f"{name}.off").write_text("\n".join(["OFF", f"{len(vertices)} {len(good.faces)} 0", *rows]))
+    scaled(root / "long.ply", 250.0)
+    return root
+
+
+@pytest.fixture(scope="module")
+def out(folder: Path) -> Path:
+    data_set = folder.parent / "out"
+    result = RUN.invoke(make_app(), ["build", str(folder), "--out", str(data_set)])
+    assert result.exit_code == 0, result.output
+    assert "Traceback" not in result.output
+    return data_set
+
+
+def test_the_good_house_is_a_plan(out: Path) -> None:
+    assert "json/good.json" in contents(out)
+
+
+def test_every_bad_one_is_a_line_that_says_what_to_do(folder: Path, out: Path) -> None:
+    rejected = {line["id"]: line for line in lines(out / "rejected.jsonl")}
+    bad = {file.stem for file in folder.iterdir()} - {"good"}
+    assert set(rejected) == bad
+    assert not [line for line in rejected.values() if line["reason"] == "internal" or not line["advice"]]
+    expected = {
+        **{name: "empty" for name in bad if name.startswith("empty")},
+        "nan": "not_finite",
+        "infinite": "not_finite",
+        "no_faces": "empty",
+    }
+    assert {name: rejected[name]["reason"] for name in expected} == expected
+    assert rejected["long"]["reason"] in {"too_large", "bad_units"}
+
+
+def test_millimetres_taken_for_metres_are_rejected_and_left_alone_are_understood(tmp_path: Path) -> None:
+    mesh = trimesh.load(one_room(tmp_path / "house.ply"), force="mesh")
+    mesh.apply_scale(1000.0)
+    mesh.export(tmp_path / "house.ply")
+    command = ["build", str(tmp_path / "house.ply"), "--workers", "1", "--out"]
+    assert RUN.invoke(make_app(), [*command, str(tmp_path / "forced"), "--units", "m"]).exit_code == 4
+    [line] = lines(tmp_path / "forced" / "rejected.jsonl")
+    assert line["reason"] in {"bad_units", "too_large"}
+    assert "--units" in line["advice"] or "unit" in line["detail"]
+    assert RUN.invoke(make_app(), [*command, str(tmp_path / "found")]).exit_code == 0
+    assert not lines(tmp_path / "found" / "rejected.jsonl")
+
+
+def test_a_suncg_root_with_broken_scenes(tmp_path: Path) -> None:
+    root = tmp_path / "suncg"
+    for index in range(4):
+        write_house(root, index, 11)
+    shutil.rmtree(root / "truth")
+    scenes = sorted(folder.name for folder in (root / "house").iterdir())
+    next((root / "room" / scenes[0]).glob("*w.obj")).unlink()
+    (root / "house" / scenes[1] / "house.json").write_text('{"levels": [')
+    (root / "house" / scenes[2] / "house.json").unlink()
+    result = RUN.invoke(make_app(), ["build", str(root), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    reasons = {line["id"]: line["reason"] for line in lines(tmp_path / "out" / "rejected.jsonl")}
+    assert reasons[scenes[1]] == "unreadable"
+    assert {reasons[scenes[0]], reasons[scenes[2]]} == {"missing_file"}
+    assert "internal" not in reasons.values()
+
+
+@pytest.mark.parametrize("option", [("--units", "furlong"), ("--scale", "nan"), ("--storey-height", "-1")])
+def test_an_impossible_size_is_refused_for_every_source(tmp_path: Path, option: tuple[str, str]) -> None:
+    result = RUN.invoke(make_app(), ["build", "procedural:2", *option, "--out", str(tmp_path / "plans")])
+    assert result.exit_code == 2
+    assert "expected a number above 0" in result.stderr
+    assert not (tmp_path / "plans").exists()
+
+
+def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
+    one_room(tmp_path / "house.ply")
+    command = ["build", str(tmp_path), "--workers", "1", "--out", str(tmp_path / "plans")]
+    for _ in range(2):
+        assert RUN.invoke(make_app(), command).exit_code == 0
+        assert not lines(tmp_path / "plans" / "rejected.jsonl")
+
+
+# ``build`` and ``inspect`` as people type them.
+
+
+FRAME = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
+
+
+def call(*words: str | Path, code: int = 0) -> str:
+    done = CliRunner().invoke(make_app(), [str(word) for word in words], env={"COLUMNS": "200"})
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+@pytest.fixture
+def street(tmp_path: Path) -> Path:
+    one_room(tmp_path / "street" / "annexe.ply")
+    one_room(tmp_path / "street" / "villa.ply", 7.0, 5.0)
+    return tmp_path / "street"
+
+
+def built(out: Path) -> list[str]:
+    return [name for name in contents(out) if name.startswith("json/")]
+
+
+def test_overrides_need_no_manifest(street: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[villa]\ndrop = true\n")
+    call("build", street, "--out", tmp_path / "out", "--workers", "1", "--overrides", tmp_path / "mine.toml")
+    assert built(tmp_path / "out") == ["json/annexe.json"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("[vila]\ndrop = true\n", "did you mean 'villa'?"), (None, "cannot be read")]
+)
+def test_overrides_that_cannot_be_meant_are_refused(street: Path, tmp_path: Path, text: str | None, said: str) -> None:
+    if text is not None:
+        (tmp_path / "mine.toml").write_text(text)
+    assert said in call("build", street, "--out", tmp_path / "out", "--overrides", tmp_path / "mine.toml", code=2)
+
+
+@pytest.mark.slow
+def test_overrides_count_where_a_house_is_inspected(street: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[annexe]\nscale = 20.0\n")
+    call("inspect", street, "--out", tmp_path / "out", "--overrides", tmp_path / "mine.toml", code=1)
+    call("inspect", street, "--out", tmp_path / "out")
+
+
+def test_inspect_takes_the_house_of_an_id(street: Path, tmp_path: Path) -> None:
+    assert "villa: the only level; house 2 of 2: villa" in call(
+        "inspect", street, "--id", "villa", "--out", tmp_path / "out"
+    )
+    assert "the nearest is 'villa'" in call("inspect", street, "--id", "vila", "--out", tmp_path / "out", code=2)
+
+
+@pytest.mark.parametrize(
+    ("name", "number"), [("inn", 1), ("inn_L0", 0), ("inn_L2", 2), ("inn_B2_L2", 2), ("inn_B2", 1), (None, 1)]
+)
+def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None:
+    levels = [Level(f"inn_L{i}", Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64)), 2.7, FRAME) for i in range(3)]
+    assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
+
+
+@pytest.mark.slow
+def test_show_and_inspect_have_a_progress_bar(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bars: list[str] = []
+
+    def track(items: object, description: str, **_: object) -> object:
+        bars.append(description)
+        return items
+
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True)))
+    monkeypatch.setattr("rich.progress.track", track)
+    call("inspect", street, "--out", tmp_path / "out")
+    call("build", street, "--out", tmp_path / "plans", "--workers", "1")
+    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100")
+    assert {"reading annexe", "planning annexe", "drawing"} <= set(bars)
+    bars.clear()
+    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100", "-q")
+    assert bars == []
+
+
+def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(street: Path, tmp_path: Path) -> None:
+    (street / "broken.obj").write_bytes(b"no mesh")
+
+    command = ["build", street, "--workers", "1", "--out"]
+    assert call(*command, tmp_path / "quiet", "-q") == ""
+    loud = call(*command, tmp_path / "loud", "-v")
+    assert "INFO pipeline: villa: street/villa.ply: plan, " in loud
+    assert "INFO pipeline: broken: street/broken.obj: source: unreadable: " in loud
+    assert "DEBUG" not in loud
+
+
+@pytest.mark.parametrize(
+    ("rooms", "area_m2", "said"),
+    [
+        (1, 11990.0, "1 room of 11,990 m2"),
+        (4, 2800.0, "4 rooms of 700 m2 on average"),
+        (5, 6.0, "5 rooms of 1.2 m2 on average"),
+        (0, 900.0, "1 room of 900 m2"),
+        (1, 400.0, ""),
+        (9, 90.0, ""),
+    ],
+)
+def test_what_no_house_has_is_implausible(rooms: int, area_m2: float, said: str) -> None:
+    assert implausible(rooms, area_m2) == said
+
+
+@pytest.mark.slow
+def test_an_implausible_plan_is_warned_of(tmp_path: Path) -> None:
+    one_room(tmp_path / "hall.ply", 110.0, 109.0)
+    said = call("build", tmp_path / "hall.ply", "--out", tmp_path / "out", "--workers", "1")
+    (name,) = (Path(file).stem for file in built(tmp_path / "out"))
+    assert f"implausible: {name}: 1 room of 11,990 m2; check --units" in said
+    assert "implausible 1 room of 11,990 m2" in call("inspect", tmp_path / "hall.ply", "--out", tmp_path / "pictures")
+    one_room(tmp_path / "house.ply")
+    assert "implausible:" not in call("build", tmp_path / "house.ply", "--out", tmp_path / "two", "--workers", "1")
+
+
+def test_every_summary_has_the_id_beside_the_file(street: Path, tmp_path: Path) -> None:
+    (street / "broken.obj").write_bytes(b"no mesh")
+    said = call("build", street, "--out", tmp_path / "out", "--workers", "1")
+    assert "rejected street/broken.obj (broken): " in said
+    rows = [line.split() for line in said.splitlines()]
+    assert ["villa", "street/villa.ply"] in [row[:2] for row in rows]
+
+
+def test_usage_of_python_m_pipeline_is_that_of_the_command() -> None:
+    done = subprocess.run([sys.executable, "-m", "pipeline", "--help"], capture_output=True, text=True, check=True)
+    assert "Usage: houseexpo build [OPTIONS] [SOURCE]..." in done.stdout
+
+
+def test_ctrl_c_says_the_command_for_every_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("houseexpo.dataset.open_dataset", interrupted)
+    monkeypatch.setattr(sys, "argv", ["houseexpo", "info", str(tmp_path)])
+    assert f"the same command again: houseexpo info {tmp_path}" in call("info", tmp_path, code=130)

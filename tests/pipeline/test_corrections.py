@@ -1,4 +1,4 @@
-"""What a person says in overrides.toml reaches the reader and the level."""
+"""Corrections by hand: what they change, and those without effect."""
 
 from __future__ import annotations
 
@@ -8,13 +8,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from typer.testing import CliRunner
 
+from houseexpo.commands.app import make_app
+from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
-from pipeline.overrides import Override, by_input, check_ids, concerns, corrected_input, corrected_level, word_on
+from pipeline.algorithm import plan_level
+from pipeline.overrides import (
+    Override,
+    by_input,
+    check_ids,
+    concerns,
+    corrected_input,
+    corrected_level,
+    load_overrides,
+    word_on,
+)
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import lines, one_room, run_build
+from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO, ROOMS_M2, write_bungalow
 from tests.builders.mesh_files import write
 from tests.builders.meshes import two_levels
 
@@ -135,3 +150,67 @@ def test_a_word_on_a_level_that_the_house_has_not_is_refused(tmp_path: Path) -> 
     refused = [line for line in lines(tmp_path / "out" / "rejected.jsonl") if line["reason"] == "no_such_level"]
     assert [line["id"] for line in refused] == ["villa", "villa_L7"]
     assert "villa_L0, villa_L1" in refused[0]["detail"]
+
+
+# A correction by hand that nothing in the house answers to is named.
+
+
+def built(tmp_path: Path, corrections: str) -> str:
+    (tmp_path / "corrections.toml").write_text(f"[houses_bungalow]\n{corrections}\n")
+    words = ["build", str(FILE), "--overrides", str(tmp_path / "corrections.toml"), "--out", str(tmp_path / "plans")]
+    done = CliRunner().invoke(make_app(), [*words, "--workers", "1"])
+    assert done.exit_code == 0, done.output
+    return " ".join(done.output.split())
+
+
+@pytest.mark.parametrize(
+    ("corrections", "said"),
+    [
+        ("door = [[50.0, 1.0], [50.0, 1.9]]", "houses_bungalow: door [[50.0, 1.0], [50.0, 1.9]]: the plan has no door"),
+        ("no_room = [70.0, 4.7]", "no_room [70.0, 4.7]: it lies more than 10 m from the house"),
+        ("door = [[5.1, 1.0], [5.1, 1.9]]\nno_room = [7.1, 4.7]", ""),
+    ],
+)
+def test_what_has_no_effect_is_named(tmp_path: Path, corrections: str, said: str) -> None:
+    output = built(tmp_path, corrections)
+    assert ("correction without effect" in output) == bool(said)
+    assert said in output
+
+
+# The corrections that the guide shows improve the house that it names.
+
+
+OVERRIDES = FILE.parents[1] / "corrections.toml"
+GUIDE = Path(__file__).resolve().parents[2] / "docs" / "guide-pipeline.md"
+
+
+def built_bungalow(out: Path, *, corrected: bool) -> FloorPlan:
+    overrides = load_overrides(None, OVERRIDES) if corrected else {}
+    run_build([FILE], out, plan=plan_level, overrides=overrides)
+    return open_dataset(out)[0]
+
+
+def test_the_example_improves_the_house(tmp_path: Path) -> None:
+    before, after = (
+        built_bungalow(tmp_path / "before", corrected=False),
+        built_bungalow(tmp_path / "after", corrected=True),
+    )
+    assert [door.kind for door in before.doors].count("cut") == 1
+    assert len(before.rooms) == 3
+    assert before.quality is not None
+    assert before.quality.is_doubtful
+    assert sorted((room.area for room in after.rooms), reverse=True) == pytest.approx(ROOMS_M2, abs=0.05)
+    assert sorted(door.kind for door in after.doors) == ["door", "entrance", "entrance"]
+    assert after.quality is not None
+    assert not after.quality.is_doubtful
+
+
+def test_the_example_says_what_is_true_of_the_house(tmp_path: Path) -> None:
+    (override,) = load_overrides(None, OVERRIDES).values()
+    assert override.door == (BEDROOM_DOOR,)
+    assert override.no_room == (PATIO,)
+    assert write_bungalow(tmp_path / "bungalow.obj").read_bytes() == FILE.read_bytes()
+
+
+def test_the_guide_shows_the_example_as_it_is() -> None:
+    assert f"```toml\n{OVERRIDES.read_text()}```" in GUIDE.read_text()

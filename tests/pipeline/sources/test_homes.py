@@ -1,6 +1,8 @@
-"""Homes: what is asked of them is what they are, and the pipeline reads them as they were made."""
+"""Made homes: their rooms, doors, wishes and traces."""
 
 from __future__ import annotations
+
+import json
 
 import networkx as nx
 import numpy as np
@@ -15,11 +17,13 @@ from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
 from pipeline.sources.homes.details import Details, add_details, front_doors
 from pipeline.sources.homes.house import home_id, make_home
+from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, draw_house, draw_wish, stratum_of
 from pipeline.sources.homes.level import digest, level_of
 from pipeline.sources.homes.shaping import Doorways, bend_rooms, doors, one_space
 from pipeline.sources.homes.slicing import Asked, borders, is_connected, lay_out
-from pipeline.sources.homes.values import Door, Home, on_grid
+from pipeline.sources.homes.values import Door, Home, Wish, on_grid
 from pipeline.sources.procedural import scene_id
+from research.home_traces import has_hole, longest_stair
 
 SEED, COUNT = 11, 40
 
@@ -229,3 +233,96 @@ def test_faces_of_walls_lie_on_the_grid_of_plans(homes: list[Home]) -> None:
 
 def test_a_robot_finds_a_place_in_each_space(homes: list[Home]) -> None:
     assert all(shapely.buffer(space, -0.22).area > 0 for home in homes for space in home.spaces)
+
+
+# What the search for stairs and courtyards in published plans would find, had they any.
+
+
+STAIR = [(0.3 * ((i + 1) // 2), 0.18 * (i // 2)) for i in range(12)]
+
+
+def plan(verts: list[tuple[float, float]], holes: tuple[list[tuple[float, float]], ...] = ()) -> FloorPlan:
+    return FloorPlan("one", np.array(verts), room_num=1, room_category={}, holes=tuple(np.array(h) for h in holes))
+
+
+def test_a_stair_in_an_outline_is_seen() -> None:
+    assert longest_stair(plan([*STAIR, (5.0, 0.9), (5.0, 4.0), (0.0, 4.0)])) >= 9
+    assert longest_stair(plan([(0, 0), (5, 0), (5, 4), (0, 4)])) == 0
+
+
+def test_a_courtyard_is_seen() -> None:
+    outer = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]
+    assert not has_hole(plan(outer))
+    assert has_hole(plan(outer, ([(3.0, 3.0), (5.0, 3.0), (5.0, 5.0), (3.0, 5.0)],)))
+
+
+# What is asked of a home: it follows the published statistics, and what goes together there goes together here.
+
+
+@pytest.mark.slow
+def test_a_wish_is_drawn_from_the_published_statistics() -> None:
+    rng = np.random.default_rng(1)
+    wishes = [draw_wish(rng) for _ in range(400)]
+    assert np.median([wish.area_m2 for wish in wishes]) == pytest.approx(113, rel=0.15)
+    assert np.median([wish.rooms for wish in wishes]) == pytest.approx(7, abs=1)
+    assert all(wish.short_m <= wish.long_m for wish in wishes)
+    assert all(sum(wish.areas_m2) == pytest.approx(wish.area_m2) for wish in wishes)
+
+
+@pytest.fixture(scope="module")
+def wishes() -> list[Wish]:
+    rng = np.random.default_rng(3)
+    return [draw_wish(rng) for _ in range(1000)]
+
+
+@pytest.mark.slow
+def test_a_wish_has_one_door_less_than_spaces_and_no_more_names_than_labels(wishes: list[Wish]) -> None:
+    for wish in wishes:
+        assert len(wish.doors) == wish.spaces - 1
+        assert len(wish.names) == len(wish.areas_m2) == wish.spaces
+        assert list(wish.doors) == sorted(wish.doors)
+        assert min(wish.doors, default=1.0) >= 0.5
+        assert min(wish.areas_m2) > 0.9
+
+
+@pytest.mark.slow
+def test_doors_of_a_home_are_of_few_makes(wishes: list[Wish]) -> None:
+    five = [wish.doors for wish in wishes if len(wish.doors) == 5]
+    assert 2.0 < np.mean([len(set(doors)) for doors in five]) < 3.4
+    every = np.array([width for wish in wishes for width in wish.doors])
+    assert np.isin(every, (0.74, 1.0, 0.98, 1.2, 1.84)).mean() == pytest.approx(0.68, abs=0.06)
+
+
+@pytest.mark.slow
+def test_labels_that_go_together_are_drawn_together(wishes: list[Wish]) -> None:
+    labels = [{label for names in wish.names for label in names} for wish in wishes]
+    hallway = [house for house in labels if "Hallway" in house]
+    assert len(hallway) > 60
+    with_hallway = np.mean(["Child_Room" in house for house in hallway])
+    without = np.mean(["Child_Room" in house for house in labels if "Hallway" not in house])
+    assert with_hallway > 2 * without
+
+
+@pytest.mark.slow
+def test_as_many_labels_are_drawn_as_go_with_the_spaces() -> None:
+    rng = np.random.default_rng(1)
+    known = {tuple(row[:-1]) for row in json.loads(TABLE.read_text())["houses"]}
+    for _ in range(200):
+        house = draw_house(rng)
+        assert (house.spaces, house.rooms, len(house.labels), house.nameless) in known
+
+
+@pytest.mark.slow
+def test_strata() -> None:
+    assert [stratum_of(n) for n in (0, 1, 2, 7, 8, 9, 11, 12, 70)] == [0, 0, 1, 6, 6, 7, 7, 8, 8]
+
+
+@pytest.mark.slow
+def test_the_table_holds_distributions_and_no_plan() -> None:
+    table = json.loads(TABLE.read_text())
+    keys = {"plans", "shares", "houses", "strata", "kinds", "door_kinds", "sides_cm", "room_areas", "hubs"}
+    assert set(table) == keys
+    assert len(table["strata"]) == len(STRATA)
+    for stratum in table["strata"]:
+        assert set(stratum) == {*COUNTED, *NUMBERS}
+        assert all(len(values) == len(table["shares"]) for values in stratum.values())

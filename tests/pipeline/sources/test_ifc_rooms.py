@@ -1,15 +1,20 @@
-"""Rooms from the spaces of tiny IFC storeys: each rule with spaces that it must leave alone."""
+"""Read IFC files: rooms, openings, and elements that are neither walls nor slabs."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 pytest.importorskip("ifcopenshell")
 
+from pipeline.geometry.cutting import Cutter
+from pipeline.geometry.walls import section
 from pipeline.sources import ifc
 from pipeline.sources.ifc_spaces import floor_of
-from pipeline.values import Mesh, SourceRoom
+from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
+from pipeline.values import Level, Mesh, SourceRoom
+from tests.builders.houses import kinds, plan_of
 from tests.builders.ifc import TinyBuilding
 
 LEFT, RIGHT = (0.2, 0.2, 0, 4, 5.8, 2.5), (4.2, 0.2, 0, 7.8, 5.8, 2.5)
@@ -108,3 +113,310 @@ def test_a_room_of_many_slivers_is_one_piece():
     floor = [(4 * i, 4 * i + 4, 4 * i + 2) for i in range(39)] + [(4 * i + 2, 4 * i + 4, 4 * i + 6) for i in range(39)]
     shape = floor_of(Mesh(vertices, np.array(floor, np.int64)))
     assert shape.area == pytest.approx(3.9 * 3.0, abs=1e-3)
+
+
+# Doors and openings of tiny IFC storeys: each rule with a wall that needs it and one that it leaves alone.
+
+
+ROOM = (0, 0, 0, 8, 6, 2.5)
+
+
+class HoledFlat:
+    """Outer walls and one inner wall, x from 4.0 to 4.2, on one storey."""
+
+    def __init__(self) -> None:
+        self.house = TinyBuilding()
+        self.storey = self.house.storey("EG", 0.0)
+        self.outer = self.house.walls_around(self.storey, ROOM)
+        self.inner = self.house.element("IfcWall", self.storey, (4, 0.2, 0, 4.2, 5.8, 2.5), "inner")
+
+    def levels(self, folder: Path) -> list[Level]:
+        return [level for item in ifc.find(str(self.house.write(folder / "flat.ifc"))) for level in ifc.read(item)]
+
+    def bounds(self, folder: Path) -> list[tuple[float, float, float, float, bool]]:
+        """Bounds of the openings of the one level, to the centimetre, and whether each has a door."""
+        (level,) = self.levels(folder)
+        found = [(*np.round(each.polygon.bounds, 2).tolist(), each.has_door) for each in level.openings]
+        return sorted(found)
+
+
+@pytest.fixture
+def holed_flat():
+    return HoledFlat()
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.05, 0.8])
+def test_an_opening_runs_through_the_wall_and_no_farther(holed_flat, tmp_path, depth):
+    holed_flat.house.opening(holed_flat.inner, (4 - depth, 2, 0, 4.2 + depth, 2.9, 2.1), "IfcDoor")
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+
+
+def test_beside_a_full_height_door_the_wall_tells_the_depth(holed_flat, tmp_path):
+    holed_flat.house.element("IfcWall", holed_flat.storey, (4.2, 1.8, 0, 7.8, 1.95, 2.5), "meets the jamb")
+    holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.5), "IfcDoor")
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+
+
+def test_a_hole_in_each_leaf_of_a_wall_is_one_opening(holed_flat, tmp_path):
+    lining = holed_flat.house.element("IfcWall", holed_flat.storey, (4.25, 0.2, 0, 4.35, 5.8, 2.5), "lining")
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
+    holed_flat.house.opening(lining, (4.25, 2, 0, 4.35, 2.9, 2.1), None)
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.35, 2.9, True)]
+
+
+def test_two_doors_side_by_side_stay_two(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
+    holed_flat.house.opening(holed_flat.inner, (4, 3, 0, 4.2, 3.9, 2.1), "IfcDoor")
+    assert len(holed_flat.bounds(tmp_path)) == 2
+
+
+def test_niches_hatches_ducts_and_windows_are_no_openings(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (4, 1, 0, 4.1, 2, 2.1), None)  # a niche
+    holed_flat.house.opening(holed_flat.inner, (4, 2.5, 0.9, 4.2, 3.2, 2.1), None)  # a hatch
+    holed_flat.house.opening(holed_flat.inner, (4, 3.4, 0, 4.2, 3.6, 2.1), None)  # a duct
+    holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 3, 0.2, 2.3), "IfcWindow")  # full-height glazing
+    holed_flat.house.opening(holed_flat.inner, (4, 4, 0, 4.2, 4.9, 2.1), None)
+    assert holed_flat.bounds(tmp_path) == [(4.0, 4.0, 4.2, 4.9, False)]
+
+
+def test_a_door_without_an_opening_is_one(holed_flat, tmp_path):
+    door = holed_flat.house.element("IfcDoor", holed_flat.storey, (0, 0, 0, 0.9, 0.05, 2.1), "door", OverallWidth=0.9)
+    holed_flat.house.turned(door, (4.05, 2.0, 0.0), (0.0, 1.0))
+    (level,) = holed_flat.levels(tmp_path)
+    assert not level.named_openings  # openings without a door have no element in such a file
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+
+
+def test_a_door_without_a_body_has_its_placement_and_size(holed_flat, tmp_path):
+    door = holed_flat.house.element("IfcDoor", holed_flat.storey, None, "door", OverallWidth=0.8, OverallHeight=2.0)
+    holed_flat.house.turned(door, (4.15, 2.0, 0.0), (0.0, 1.0))
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.8, True)]
+
+
+def test_a_door_in_a_curtain_wall_is_one(holed_flat, tmp_path):
+    curtain = holed_flat.house.element("IfcCurtainWall", holed_flat.storey, None, "curtain")
+    plates = [(4.2, 3, 0, 6, 3.06, 2.5), (6.9, 3, 0, 7.8, 3.06, 2.5), (6, 3, 2.1, 6.9, 3.06, 2.5)]
+    parts = [holed_flat.house.element("IfcPlate", None, plate) for plate in plates]
+    door = holed_flat.house.element("IfcDoor", None, (6, 3.01, 0, 6.9, 3.05, 2.1), "door")
+    holed_flat.house.part_of(curtain, *parts, door)
+    (found,) = holed_flat.bounds(tmp_path)
+    assert found[0::2] == (6.0, 6.9, True)
+    assert found[1] <= 3.0
+    assert found[3] >= 3.06
+
+
+def test_a_door_in_a_part_of_a_wall_is_one(holed_flat, tmp_path):
+    whole = holed_flat.house.element("IfcWall", holed_flat.storey, None, "whole")
+    part = holed_flat.house.element("IfcBuildingElementPart", None, (4.2, 3, 0, 7.8, 3.2, 2.5), "part")
+    holed_flat.house.part_of(whole, part)
+    holed_flat.house.opening(part, (5, 3, 0, 5.9, 3.2, 2.1), "IfcDoor")
+    assert holed_flat.bounds(tmp_path) == [(5.0, 3.0, 5.9, 3.2, True)]
+
+
+def test_a_hatch_in_a_floor_and_a_low_flap_are_no_doors(holed_flat, tmp_path):
+    holed_flat.house.element("IfcDoor", holed_flat.storey, (1, 1, -0.1, 2, 2, 0.0), "hatch")
+    holed_flat.house.element("IfcDoor", holed_flat.storey, (4.05, 2, 0, 4.1, 2.6, 0.6), "flap")
+    assert holed_flat.bounds(tmp_path) == []
+
+
+def test_a_door_belongs_to_the_level_that_it_is_entered_from(holed_flat, tmp_path):
+    house = holed_flat.house
+    upper = house.storey("OG", 2.8)
+    walls = house.walls_around(upper, (0, 0, 2.8, 8, 6, 5.3))
+    house.opening(walls[0], (1, 0, 2.8, 2, 0.2, 4.9), "IfcDoor")
+    house.element("IfcDoor", upper, (4.05, 2, 0, 4.1, 2.9, 2.1), "of the ground floor", OverallWidth=0.9)
+    house.opening(holed_flat.outer[2], (5, 5.8, 0.9, 6, 6, 2.5), "IfcDoor")  # half a storey up
+    ground, first = holed_flat.levels(tmp_path)
+    assert [len(level.openings) for level in (ground, first)] == [2, 1]
+    assert [len(level.leaves) for level in (ground, first)] == [2, 1]
+    assert [leaf.words for leaf in ground.leaves] == [("of the ground floor", "IfcDoor"), ("leaf", "IfcDoor")]
+
+
+def test_a_leaf_drawn_open_does_not_widen_its_door(holed_flat, tmp_path):
+    holed_flat.house.element(
+        "IfcDoor", holed_flat.storey, (4.05, 2, 0, 4.1, 3.2, 2.1), "door and swing", OverallWidth=0.9
+    )
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.15, 4.2, 3.05, True)]
+
+
+def test_in_a_turned_building_openings_run_along_their_walls(holed_flat, tmp_path):
+    house, turn = holed_flat.house, np.radians(30.0)
+    wall = house.element("IfcWall", holed_flat.storey, (0, 0, 0, 3, 0.2, 2.5), "turned")
+    direction = (float(np.cos(turn)), float(np.sin(turn)))
+    house.turned(wall, (4.5, 1.0, 0.0), direction)
+    house.opening(wall, (1, -0.5, 0, 1.9, 0.7, 2.1), "IfcDoor")
+    for element in (*house.model.by_type("IfcOpeningElement"), *house.model.by_type("IfcDoor")):
+        house.turned(element, (4.5, 1.0, 0.0), direction)
+    (level,) = holed_flat.levels(tmp_path)
+    corners = np.asarray(level.openings[0].polygon.exterior.coords)
+    sides = np.sort(np.hypot(*np.diff(corners[:3], axis=0).T))
+    assert sides == pytest.approx((0.2, 0.9), abs=0.01)
+    assert level.openings[0].polygon.centroid.coords[0] == pytest.approx(
+        (4.5 + 1.45 * direction[0] - 0.1 * direction[1], 1.0 + 1.45 * direction[1] + 0.1 * direction[0]), abs=0.01
+    )
+
+
+WINDOW = (1, 0.0, 0.9, 2, 0.2, 2.5)
+"""A window up to the top of the southern wall."""
+
+
+def standing(level: Level, plan: tuple[float, float, float, float], height: float) -> float:
+    """Which share of a rectangle stands at a height."""
+    walls = section(Cutter(level.walls).cut(height), sheet_m=0.05, solid_m=0.7).walls
+    return float(walls.intersection(shapely.box(*plan)).area / shapely.box(*plan).area)
+
+
+@pytest.mark.parametrize("deeper", [0.0, 0.3])
+@pytest.mark.parametrize("filling", ["IfcWindow", None])
+def test_a_window_up_to_the_ceiling_is_wall_as_deep_as_its_wall(holed_flat, tmp_path, filling, deeper):
+    x1, y1, z1, x2, y2, z2 = WINDOW
+    holed_flat.house.opening(holed_flat.outer[0], (x1, y1 - deeper, z1, x2, y2 + deeper, z2), filling)
+    (level,) = holed_flat.levels(tmp_path)
+    assert standing(level, (1, 0, 2, 0.2), 2.0) == pytest.approx(1.0, abs=0.01)
+    assert standing(level, (1, 0.21, 2, 0.7), 2.0) == 0.0
+    assert not level.openings
+
+
+def test_a_way_through_a_wall_is_not_closed(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.5), None)
+    (level,) = holed_flat.levels(tmp_path)
+    assert standing(level, (4, 2.01, 4.2, 2.89), 2.0) == 0.0
+
+
+def test_a_niche_over_a_table_is_not_closed(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0.9, 4.1, 2.9, 2.5), None)
+    (level,) = holed_flat.levels(tmp_path)
+    assert standing(level, (4, 2.01, 4.09, 2.89), 2.0) == 0.0
+
+
+def test_a_window_of_the_storey_below_closes_nothing_above(holed_flat, tmp_path):
+    upper = holed_flat.house.storey("OG", 2.8)
+    wall, *_ = holed_flat.house.walls_around(upper, (0, 0, 2.8, 8, 6, 5.3))
+    holed_flat.house.opening(wall, (1, 0, 2.8, 2, 0.2, 4.9), "IfcDoor")
+    holed_flat.house.opening(holed_flat.outer[0], WINDOW, "IfcWindow")
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
+    _, above = holed_flat.levels(tmp_path)
+    assert standing(above, (1.01, 0, 1.99, 0.2), 1.5) == 0.0
+
+
+@pytest.mark.parametrize("sill", [0.05, 0.25])
+def test_a_window_that_reaches_down_to_the_floor_is_no_door(tmp_path, sill):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    walls = [
+        house.element("IfcWall", storey, box, "thin")
+        for box in ((0, 0, 0, 8, 0.1, 3), (0, 5.9, 0, 8, 6, 3), (0, 0.1, 0, 0.1, 5.9, 3), (7.9, 0.1, 0, 8, 5.9, 3))
+    ]
+    house.opening(walls[0], (1, -0.1, 0, 1.9, 0.2, 2.1), "IfcDoor")
+    for left in (3, 5):
+        house.opening(walls[0], (left, -0.1, sill, left + 1, 0.2, 2.55), "IfcWindow")
+        house.element("IfcWindow", storey, (left, -0.07, sill, left + 1, 0.17, 2.55), "its frame, proud of the wall")
+    (level,) = [level for item in ifc.find(str(house.write(tmp_path / "thin.ifc"))) for level in ifc.read(item)]
+    assert kinds(plan_of(level)) == ["entrance"]
+
+
+# What stands as wall in tiny IFC storeys, and what is told apart: each rule with an element that it leaves alone.
+
+
+LOOSE = ("IfcPlate", "IfcMember", "IfcBuildingElementProxy")
+HERE = (2, 2, 0, 3, 2.1, 2.4)
+"""A thin upright box in the middle of the room."""
+
+
+class Room:
+    def __init__(self) -> None:
+        self.house = TinyBuilding()
+        self.storey = self.house.storey("EG", 0.0)
+        self.outer = self.house.walls_around(self.storey, (0, 0, 0, 8, 6, 2.5))
+
+    def level(self, folder) -> Level:
+        (level,) = [x for item in ifc.find(str(self.house.write(folder / "room.ifc"))) for x in ifc.read(item)]
+        return level
+
+    def stands(self, folder, box=(1, 1, 7, 5), height=1.0) -> bool:
+        """Whether a wall stands in a part of the plan at a height."""
+        walls = Surfaces.of(self.level(folder).walls)
+        lines = shapely.union_all(shapely.linestrings(cut_at_height(walls, walls.walls(), height)))
+        return bool(lines.intersects(shapely.box(*box)))
+
+
+@pytest.fixture
+def room():
+    return Room()
+
+
+@pytest.mark.parametrize(
+    "kind", ["IfcColumn", "IfcChimney", "IfcWindow", "IfcPlate", "IfcMember", "IfcBuildingElementProxy"]
+)
+def test_what_stands_upright_from_the_floor_to_head_height_is_wall(room, tmp_path, kind):
+    room.house.element(kind, room.storey, HERE, "thing")
+    assert room.stands(tmp_path)
+
+
+@pytest.mark.parametrize("kind", LOOSE)
+@pytest.mark.parametrize("box", [(2, 2, 0, 3, 2.1, 1.2), (2, 2, 0, 4, 4, 2.4), (2, 2, 2.0, 3, 2.1, 2.4)])
+def test_what_is_low_or_thick_or_hangs_is_none(room, tmp_path, kind, box):
+    room.house.element(kind, room.storey, box, "thing")
+    assert not room.stands(tmp_path, height=(box[2] + box[5]) / 2)
+
+
+@pytest.mark.parametrize("name", ["M_RPC Tree - Deciduous", "Baum", "Model Text", "car"])
+def test_plants_texts_and_cars_are_no_walls(room, tmp_path, name):
+    room.house.element("IfcBuildingElementProxy", room.storey, HERE, name)
+    assert not room.stands(tmp_path)
+
+
+def test_a_window_closes_its_hole(room, tmp_path):
+    room.house.opening(room.outer[0], (2, 0, 0, 5, 0.2, 2.3), "IfcWindow")
+    assert room.stands(tmp_path, (3, 0, 4, 0.2))
+
+
+def test_a_window_in_a_roof_does_not_stand(room, tmp_path):
+    roof = room.house.element("IfcSlab", room.storey, (0, 0, 2.5, 8, 6, 2.7), "roof", PredefinedType="ROOF")
+    window = room.house.opening(roof, (2, 2, 1.0, 3, 3, 2.7), "IfcWindow")
+    assert window.is_a("IfcWindow")
+    assert not room.stands(tmp_path, height=1.5)
+
+
+def test_a_wall_without_a_body_is_its_parts(room, tmp_path):
+    whole = room.house.element("IfcWall", room.storey, None, "whole")
+    stud = room.house.element("IfcMember", None, (2, 2, 0, 2.1, 2.1, 1.0), "stud")
+    room.house.part_of(whole, stud)
+    assert room.stands(tmp_path, height=0.5)
+
+
+def test_parts_of_a_slab_are_no_walls(room, tmp_path):
+    slab = room.house.element("IfcSlab", room.storey, None, "slab")
+    room.house.part_of(slab, room.house.element("IfcBuildingElementPart", None, HERE, "block"))
+    assert not room.stands(tmp_path)
+
+
+def test_a_curtain_wall_stands_with_its_low_members_too(room, tmp_path):
+    curtain = room.house.element("IfcCurtainWall", room.storey, None, "curtain")
+    room.house.part_of(curtain, room.house.element("IfcMember", None, (2, 2, 0, 5, 2.1, 0.5), "sill"))
+    assert room.stands(tmp_path, height=0.3)
+
+
+@pytest.mark.parametrize("kind", ["IfcFurniture", "IfcSanitaryTerminal", "IfcStairFlight", "IfcRailing"])
+def test_furniture_stairs_and_railings_are_things_with_their_words(room, tmp_path, kind):
+    room.house.element(kind, room.storey, HERE, "Thing 7", ObjectType="a thing")
+    level = room.level(tmp_path)
+    assert not room.stands(tmp_path)
+    (thing,) = level.furniture
+    assert thing.words == ("Thing 7", "a thing", kind)
+    assert np.ptp(thing.mesh.vertices, axis=0) == pytest.approx((1.0, 0.1, 2.4))
+    assert level.n_objects == 1
+
+
+def test_coverings_and_ramps_are_left_out(room, tmp_path):
+    for kind in ("IfcCovering", "IfcRamp", "IfcFooting"):
+        room.house.element(kind, room.storey, HERE, "thing")
+    assert not room.stands(tmp_path)
+    assert room.level(tmp_path).furniture == ()
+
+
+def test_a_leaf_is_no_wall(room, tmp_path):
+    room.house.opening(room.outer[0], (2, 0, 0, 3, 0.2, 2.1), "IfcDoor")
+    assert not room.stands(tmp_path, (2.1, 0, 2.9, 0.2))
+    (leaf,) = room.level(tmp_path).leaves
+    assert leaf.words == ("leaf", "IfcDoor")

@@ -1,10 +1,15 @@
+"""Levels from names: roles of parts, names of rooms."""
+
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+from houseexpo.plan.categories import LABELS
 from pipeline.sources import mesh_file
+from pipeline.sources.meshes.scene import Part
+from pipeline.sources.roles import _TABLE, Role, is_outside_the_count, labels_for, role_of, role_of_part, room_words
 from pipeline.values import Level
 from tests.builders.meshes import L_FLOOR, box, slab, storey
 
@@ -144,3 +149,189 @@ def test_the_cube_that_an_editor_begins_with_is_dropped(tmp_path):
     cube = {"Cube": [box((-1, -1, 1, 1), -1, 1)]}
     level = only_level(write(tmp_path / "house.glb", {**nodes, "Floor": slab(-0.2, 0.0), **cube}))
     assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
+def said(name: str) -> Role | None:
+    named = role_of(name)
+    return named and named.role
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Cube.001",
+        "Mesh_12",
+        "Material.003",
+        "outdoor",
+        "indoor",
+        "armatur",
+        "Textur",
+        "auto_3",
+        "Ground floor",
+        "Bed room",
+    ],
+)
+def test_names_that_say_nothing(name):
+    assert said(name) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "role"),
+    [
+        ("floor lamp", Role.LEFT_OUT),
+        ("wall cabinet", Role.FURNITURE),
+        ("wall art", Role.LEFT_OUT),
+        ("tabletop", Role.FURNITURE),
+        ("doorbell", Role.LEFT_OUT),
+        ("mesa de comedor", Role.FURNITURE),
+        ("porte cuisine", Role.DOOR),
+        ("Wall_right_brick", Role.WALL),
+        ("Windows 10", Role.WALL),
+    ],
+)
+def test_the_head_noun_decides(name, role):
+    assert said(name) is role
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "SM_Door_01",
+        "frontDoor",
+        "IfcDoor/Door_31",
+        "Haustür",
+        "Zimmertuer_02",
+        "porte",
+        "puerta01",
+        "porta",
+        "voordeur",
+        "slaapkamerdeur",
+        "menkuang",
+        "door_toilet",
+        "glass_door",
+        "Door_Glass",
+        "door frame",
+    ],
+)
+def test_doors_in_eight_languages(name):
+    assert said(name) is Role.DOOR
+
+
+@pytest.mark.parametrize("name", ["door_wall", "wallDoorway", "mur_porte", "Wall with door"])
+def test_a_wall_with_a_door_is_the_wall(name):
+    assert said(name) is Role.WALL
+
+
+@pytest.mark.parametrize("name", ["cabinet door", "Schranktür", "fridge_door_L", "kastdeur"])
+def test_a_cupboards_door_is_furniture(name):
+    assert said(name) is Role.FURNITURE
+
+
+@pytest.mark.parametrize(("name", "role"), [("IfcSpace/Space_4", Role.SPACE), ("IfcOpeningElement/O_1", Role.OPENING)])
+def test_bodies_of_an_ifc_that_are_not_solid(name, role):
+    assert said(name) is role
+
+
+def test_a_part_is_called_by_its_own_name_before_its_group_and_material():
+    assert role_of_part(Part(("Doors", "Wall_3"))).role is Role.WALL
+    assert role_of_part(Part(("Doors", "Cube.003"))).role is Role.DOOR
+    assert role_of_part(Part(("TV Console",), "", "Green Door")).role is Role.FURNITURE
+    assert role_of_part(Part(("Cube.003",), "", "Green Door")).role is Role.DOOR
+    assert role_of_part(Part(("Walls",), "", "door_wood")).role is Role.DOOR
+
+
+def test_a_group_hands_down_no_floor_and_a_material_no_furniture():
+    assert role_of_part(Part(("Floor_2", "Cube.003"))) is None
+    assert role_of_part(Part(("Cube.003",), "", "Leather chair")) is None
+
+
+def test_a_word_that_means_other_things_too_is_not_sure():
+    assert not role_of("men_03").sure
+    assert role_of("door_03").sure
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("floor_Bedroom", ("Bedroom",)), ("floor_Other", ()), ("Küche_Boden", ("Kueche",))]
+)
+def test_a_floor_may_name_its_room(name, words):
+    assert room_words(Part((name,))) == words
+
+
+@pytest.mark.parametrize(
+    ("word", "labels"),
+    [
+        ("LivingRoom", ["Living_Room"]),
+        ("living_room", ["Living_Room"]),
+        ("Bedroom #1", ["Bedroom"]),
+        ("Master Bedroom", ["Bedroom"]),
+        ("Bathroom 1", ["Bathroom"]),
+        ("Entrance hall", ["Entryway"]),
+        ("1 - Living room", ["Living_Room"]),
+        ("Room", ["Room"]),
+        ("Flur", ["Hallway"]),
+        ("Diele", ["Hall"]),
+        ("Küche", ["Kitchen"]),
+        ("Kueche", ["Kitchen"]),
+        ("KÜCHE 02", ["Kitchen"]),
+        ("Ku\u0308che", ["Kitchen"]),
+        ("Buero", ["Office"]),
+        ("Büro", ["Office"]),
+        ("Wohnen", ["Living_Room"]),
+        ("Wohn-/Esszimmer", ["Living_Room", "Dining_Room"]),
+        ("Wohnen und Essen", ["Living_Room", "Dining_Room"]),
+        ("Bad/WC", ["Bathroom", "Toilet"]),
+        ("Schlafzimmer 2", ["Bedroom"]),
+        ("Elternschlafzimmer", ["Bedroom"]),
+        ("Gäste-WC", ["Toilet"]),
+        ("Abstellraum", ["Storage"]),
+        ("Heizungsraum", ["Boiler_room"]),
+        ("Großer Flur", ["Hall"]),
+        ("Salle de bain", ["Bathroom"]),
+        ("Chambre 3", ["Bedroom"]),
+        ("Chambre d'enfant", ["Child_Room"]),
+        ("Séjour", ["Living_Room"]),
+        ("Séjour et cuisine", ["Living_Room", "Kitchen"]),
+        ("Dégagement", ["Hallway"]),
+        ("Pièce", ["Room"]),
+        ("Cocina", ["Kitchen"]),
+        ("Baño 2", ["Bathroom"]),
+        ("Dormitorio principal", ["Bedroom"]),
+        ("Salón-comedor", ["Living_Room", "Dining_Room"]),
+        ("Pasillo", ["Hallway"]),
+        ("Ascensor", ["Passenger_elevator"]),
+        ("Monte-charge", ["Freight_elevator"]),
+        ("Kitchen & Dining", ["Kitchen", "Dining_Room"]),
+        ("Walk-in closet", ["Wardrobe"]),
+        ("Garage", ["Garage"]),
+    ],
+)
+def test_known_names(word, labels):
+    assert labels_for([word]) == tuple(labels)
+
+
+@pytest.mark.parametrize("word", ["A102", "7", "", "Galerie", "Stair", "Zone X", "日本", "---"])
+def test_an_unknown_name_has_no_label(word):
+    assert labels_for([word]) == ()
+
+
+def test_several_words_give_their_labels_once_and_the_exact_ones_first():
+    assert labels_for(["Kitchen", "Küche", "A103"]) == ("Kitchen",)
+    assert labels_for(["Room", "Office"]) == ("Office",)
+    assert labels_for([]) == ()
+
+
+def test_the_table_knows_only_published_labels_and_each_name_once():
+    names = [name for names in _TABLE.values() for name in names.split(", ")]
+    assert set(_TABLE) == set(LABELS)
+    assert len(names) == len(set(names))
+    assert len(names) > 150
+    for label, listed in _TABLE.items():
+        for name in listed.split(", "):
+            assert labels_for([name]) == (label,), name
+
+
+@pytest.mark.parametrize(
+    ("word", "outside"), [("Roof", True), ("4 - Roof", True), ("Dach", True), ("Dachterrasse", False)]
+)
+def test_the_room_under_the_roof_is_not_counted(word, outside):
+    assert is_outside_the_count([word]) is outside

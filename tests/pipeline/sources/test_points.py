@@ -1,3 +1,5 @@
+"""Read point clouds, compressed ones too."""
+
 import sys
 
 import numpy as np
@@ -7,6 +9,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, points
+from pipeline.sources.points_file import decompress_lzf
 from tests.builders.clouds import (
     flat,
     sampled,
@@ -205,3 +208,15 @@ def test_a_cloud_of_a_street_is_none(tmp_path):
     write_ply(tmp_path / "street.ply", cloud() * (200.0, 1.0, 1.0))
     with pytest.raises(Rejection, match="from its middle"):
         levels(tmp_path / "street.ply")
+
+
+def test_literal_bytes_and_copies():  # R1, R2
+    assert decompress_lzf(b"\x02abc", 3) == b"abc"
+    assert decompress_lzf(b"\x02abc\x20\x02", 6) == b"abcabc"  # 3 bytes from 3 back
+    assert decompress_lzf(b"\x00a\xe0\x02\x00", 12) == b"a" * 12  # 7 + 2 + 2 bytes from 1 back: it runs on into itself
+
+
+@pytest.mark.parametrize("data", [b"", b"\x02ab", b"\x20", b"\x20\x05", b"\x00a\xe0", b"\x1f" + b"a" * 32])
+def test_damaged_data_are_refused(data):
+    with pytest.raises(ValueError, match="damaged"):
+        decompress_lzf(data, 3)

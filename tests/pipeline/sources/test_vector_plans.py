@@ -1,0 +1,490 @@
+"""Read drawn plans: published data sets, traffic_editor's buildings, hostile files."""
+
+import copy
+import io
+import json
+import os
+import pickle
+import struct
+
+import pytest
+import shapely
+import yaml
+
+from houseexpo.exports import rmf
+from houseexpo.plan.categories import UNLABELLED
+from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.tables import keys
+from tests.builders import published_plans as published
+from tests.builders.round_trip import plans_of
+
+NAMED = {"Kitchen", "Bedroom"}
+FILES = {
+    "layout.txt": (published.spatiallm, set()),
+    "ase_scene_language.txt": (published.aria, set()),
+    "annotation_3d.json": (published.structured3d, NAMED),
+    "zind_data.json": (published.zind, NAMED),
+    "model.svg": (published.cubicasa, NAMED),
+    "geometries.csv": (published.swiss_dwellings, NAMED),
+    "ResPlan.pkl": (published.resplan, NAMED),
+}
+
+
+def rejected(path) -> Rejection:
+    (item,) = find(str(path))
+    with pytest.raises(Rejection) as caught:
+        list(reader(item.reader).read(item))
+    return caught.value
+
+
+def written(path, content):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+@pytest.mark.parametrize("name", sorted(FILES))
+def test_two_rooms_with_a_door(tmp_path, name):
+    made, names = FILES[name]
+    (plan,) = plans_of(written(tmp_path / name, made()))
+    assert len(plan.rooms) == 2
+    assert {room.label for room in plan.rooms} >= names
+    assert [door.kind for door in plan.doors] == ["door"]
+    shrunk = (8 / 9) ** 2 if name == "model.svg" else 1.0  # its scale is a guess: doors of 0.8 m
+    assert plan.area == pytest.approx(published.AREA_M2 * shrunk, rel=0.01)
+    assert plan.doors[0].width == pytest.approx(0.9 * shrunk**0.5, abs=0.02)
+
+
+def test_a_table_and_a_pickle_hold_many_plans(tmp_path):
+    assert len(plans_of(written(tmp_path / "geometries.csv", published.swiss_dwellings(3)))) == 3
+    path = written(tmp_path / "ResPlan.pkl", published.resplan(4))
+    assert [item.key for item in find(str(path))] == ["0", "1", "2", "3"]
+    assert len({plan.id for plan in plans_of(path)}) == 4
+    assert len(plans_of(written(tmp_path / "msd.csv", published.swiss_dwellings(1, "geom")))) == 1
+
+
+def test_a_scale_that_is_missing_is_guessed_from_doors(tmp_path):
+    (plan,) = plans_of(written(tmp_path / "zind_data.json", published.zind(None)))
+    assert plan.doors[0].width == pytest.approx(0.8, abs=0.02)
+    (level,) = reader("vector_plans").read(next(find(str(tmp_path / "zind_data.json"))))
+    assert level.guesses == ("scale",)
+
+
+class Code:
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return os.system, (f"touch {self.path}",)
+
+
+@pytest.mark.parametrize("protocol", [2, 4, 5])
+def test_a_pickle_with_code_is_refused_and_runs_nothing(tmp_path, protocol):
+    data = pickle.dumps([{"wall": Code(tmp_path / "ran"), "id": 1}], protocol)
+    found = rejected(written(tmp_path / "ResPlan.pkl", data))
+    assert found.reason is Reason.UNREADABLE
+    assert "no plan needs" in found.detail
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\x80\x04cbuiltins\neval\n(V1+1\ntR.",
+        b"\x80\x04cshapely.geometry\n__builtins__\n.",
+        b"\x80\x04cnumpy\nload\n(V/etc/passwd\ntR.",
+        b"\x80\x04r\xff\xff\xff\x7f.",
+        b"\x80\x04" + b"(" * 100_000,
+        b"\x80\x04N.",
+        b"\x80\x04\x8e" + b"\xff" * 8,
+    ],
+)
+def test_a_pickle_that_is_damaged_or_sly(tmp_path, data):
+    assert rejected(written(tmp_path / "a.pkl", data)).reason in {Reason.UNREADABLE, Reason.NO_LEVEL}
+
+
+def test_numpy_numbers_in_a_pickle_are_numbers(tmp_path):
+    import numpy as np
+
+    plans = pickle.loads(published.resplan())  # noqa: S301 - our own
+    plans[0]["area"] = np.float64(plans[0]["area"])
+    assert len(plans_of(written(tmp_path / "a.pkl", pickle.dumps(plans)))) == 1
+
+
+def test_svg_with_entities_is_refused(tmp_path):
+    bomb = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;"><!ENTITY c SYSTEM "file:///etc/passwd">]>'
+    found = rejected(written(tmp_path / "model.svg", bomb + published.cubicasa().replace("<text>x", "<text>&b;&c;")))
+    assert "entity" in found.detail
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("layout.txt", "wall_0=Wall(a,b)\n", "no level|walls"),
+        ("annotation_3d.json", "{", "no JSON"),
+        ("annotation_3d.json", '{"junctions": 1}', "KeyError|TypeError"),
+        ("zind_data.json", '{"redraw": {}}', "redraw"),
+        ("model.svg", '<svg><g class="Wall"><polygon points="0,0 1,0 1,1"/></g></svg>', "door"),
+        (
+            "geometries.csv",
+            "floor_id,entity_type,entity_subtype,geometry\n1,area,ROOM,POLYGON((0 0\n",
+            "walls or rooms",
+        ),
+    ],
+)
+def test_a_file_that_holds_no_plan_says_why(tmp_path, name, content, said):
+    import re
+
+    assert re.search(said, str(rejected(written(tmp_path / name, content))))
+
+
+def test_a_part_that_cannot_be_read_is_left_out(tmp_path):
+    text = published.spatiallm() + "door_9=Door(wall_99,1,1,1,1,2)\nwall_9=Wall(nan,0,0,1,1,0,2.5,0)\nnonsense\n"
+    (plan,) = plans_of(written(tmp_path / "layout.txt", text))
+    for part in ("door door_9", "wall wall_9", "nonsense"):
+        assert part in plan.provenance["left_out"]
+
+
+def test_a_file_is_read_once_for_all_of_its_plans(tmp_path):
+    path = written(tmp_path / "ResPlan.pkl", published.resplan(3))
+    first = keys(path)
+    path.write_bytes(published.resplan(5))
+    os.utime(path, ns=(1, 1))
+    assert (len(first), len(keys(path))) == (3, 5)
+    assert io.BytesIO(path.read_bytes()).read(1) == b"\x80"
+
+
+# Open-RMF buildings: scale, walls, doors, lifts and names, and what is refused.
+
+
+SCALE = 0.05
+CORNERS = [(0, 0), (120, 0), (120, 80), (0, 80), (60, 0), (60, 30), (60, 48), (60, 80)]
+DOOR = {"name": [1, "d"], "type": [1, "hinged"]}
+TWO_ROOMS = {
+    "coordinate_system": "reference_image",
+    "levels": {
+        "L1": {
+            "elevation": 0.0,
+            "vertices": [*([x, y, 0, ""] for x, y in CORNERS), [30, 40, 0, "kitchen"], [90, 40, 0, "spot_7"]],
+            "measurements": [[0, 1, {"distance": [3, 120 * SCALE]}]],
+            "walls": [[0, 1, {}], [1, 2, {}], [2, 3, {}], [3, 0, {}], [4, 5, {}], [6, 7, {}]],
+            "doors": [[5, 6, DOOR]],
+        }
+    },
+    "lifts": {},
+    "name": "two rooms",
+}
+
+
+def built(tmp_path, building, name="two.building.yaml"):
+    (tmp_path / name).write_text(yaml.safe_dump(building))
+    return plans_of(tmp_path / name)
+
+
+def changed(**level):
+    building = copy.deepcopy(TWO_ROOMS)
+    building["levels"]["L1"].update(copy.deepcopy(level))
+    return building
+
+
+def test_a_building_of_two_rooms_with_a_door(tmp_path):
+    (plan,) = built(tmp_path, TWO_ROOMS)
+    assert sorted(room.label for room in plan.rooms) == ["Kitchen", UNLABELLED]
+    (door,) = plan.doors
+    assert (door.kind, round(door.width, 2)) == ("door", 0.9)
+    assert plan.area == pytest.approx(2 * 2.9 * 3.9 + 0.9 * 0.1, abs=0.02)  # walls are 0.1 m thick
+    assert plan.provenance["source"] == "open-rmf"
+    kitchen = next(room for room in plan.rooms if room.label == "Kitchen")
+    assert kitchen.polygon.centroid.x < plan.bbox[2] / 2
+
+
+def test_a_picture_runs_down_and_metres_run_up(tmp_path):
+    building = changed(vertices=[*TWO_ROOMS["levels"]["L1"]["vertices"][:8], [30, 10, 0, "bedroom"], [0, 0, 0, ""]])
+    building["levels"]["L1"]["walls"].append([9, 8, {}])  # a wall that stands in the upper left corner
+    down = built(tmp_path, building)[0]
+    building["coordinate_system"] = "cartesian_meters"
+    for vertex in building["levels"]["L1"]["vertices"]:
+        vertex[0], vertex[1] = vertex[0] * SCALE, -vertex[1] * SCALE
+    up = built(tmp_path, building, "metres.building.yaml")[0]
+    assert shapely.equals_exact(shapely.normalize(down.free_space), shapely.normalize(up.free_space), 0.011)
+
+
+def test_a_lift_is_a_room_with_a_door(tmp_path):
+    building = changed()
+    vertices = building["levels"]["L1"]["vertices"]
+    vertices += [[120, 20, 0, ""], [160, 20, 0, ""], [160, 60, 0, ""], [120, 60, 0, ""]]
+    building["levels"]["L1"]["walls"] = [*building["levels"]["L1"]["walls"], [10, 11, {}], [11, 12, {}], [12, 13, {}]]
+    cabin = {"x": 140, "y": 40, "yaw": 0.0, "width": 1.7, "depth": 1.7, "level_doors": {"L1": ["front"]}}
+    door = {"x": -1.0, "y": 0.0, "width": 0.9, "motion_axis_orientation": 1.5708, "door_type": 2}
+    building["lifts"] = {"one": {**cabin, "doors": {"front": door}}}
+    (plan,) = built(tmp_path, building)
+    assert "Passenger_elevator" in {room.label for room in plan.rooms}
+    assert len(plan.doors) == 2
+
+
+def test_a_level_without_a_measurement_takes_the_scale_of_the_other(tmp_path):
+    building = changed()
+    upper = copy.deepcopy(building["levels"]["L1"])
+    upper["measurements"], upper["elevation"] = [], 3.0
+    building["levels"]["L2"] = upper
+    low, high = built(tmp_path, building)
+    assert low.area == pytest.approx(high.area)
+    assert high.frame.floor == 3.0
+    assert "no measurement" in high.provenance["left_out"]
+
+
+def test_what_names_a_vertex_that_is_not_there_is_left_out(tmp_path):
+    level = TWO_ROOMS["levels"]["L1"]
+    (plan,) = built(tmp_path, changed(walls=[*level["walls"], [0, 99, {}]], doors=[*level["doors"], ["a", None, {}]]))
+    assert len(plan.rooms) == 2
+    assert "walls[6]" in plan.provenance["left_out"]
+    assert "doors[1]" in plan.provenance["left_out"]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason", "said"),
+    [
+        ({"walls": []}, Reason.NO_LEVEL, "traffic map of lanes"),
+        ({"measurements": []}, Reason.BAD_UNITS, "measurement"),
+        ({"vertices": "none"}, Reason.BAD_UNITS, "measurement"),
+    ],
+)
+def test_what_is_no_plan_is_refused_with_the_reason(tmp_path, change, reason, said):
+    with pytest.raises(Rejection, match=said) as caught:
+        built(tmp_path, changed(**change))
+    assert caught.value.reason is reason
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "levels: &a [*a]\n",
+        "a: &a [x, x]\nb: &b [*a, *a]\nlevels:\n  L1: {vertices: *b}\n",
+        "levels: [1, 2\n",
+        "levels:\n  !!python/object/apply:os.system ['touch /tmp/never']\n",
+        "- 1\n",
+        "levels: " + "[" * 50_000,
+    ],
+)
+def test_yaml_that_is_no_building_is_rejected(tmp_path, text):
+    path = tmp_path / "bad.building.yaml"
+    path.write_text(text)
+    (item,) = find(str(path))
+    with pytest.raises(Rejection) as caught:
+        list(reader(item.reader).read(item))
+    assert caught.value.reason in {Reason.UNREADABLE, Reason.NO_LEVEL}
+
+
+def test_the_export_is_as_traffic_editor_writes_it(tmp_path):
+    (plan,) = built(tmp_path, TWO_ROOMS)
+    files = rmf(plan)
+    assert set(files) == {f"{plan.id}.building.yaml", f"{plan.id}.png"}
+    building = yaml.safe_load(files[f"{plan.id}.building.yaml"])
+    level = building["levels"]["L1"]
+    assert level["drawing"]["filename"] in files
+    assert {vertex[3] for vertex in level["vertices"]} == {"", "Kitchen"}
+    for kind in ("walls", "doors", "measurements"):
+        for start, end, parameters in level[kind]:
+            assert {start, end} <= set(range(len(level["vertices"])))
+            assert all(isinstance(value, list) and len(value) == 2 for value in parameters.values())
+    assert len(level["floors"]) == 3
+    assert b"*id" not in files[f"{plan.id}.building.yaml"]
+
+
+# Drawn plans made to do harm: each ends as levels or as a rejection, soon, and what is sound of a house stays.
+
+
+BIG = 10**400
+SQUARE = [[0, 0], [6, 0], [6, 5], [0, 5], [0, 0]]
+BOW = [[0, 0], [5, 5], [5, 0], [0, 6], [0, 0]]
+RMF = """{head}levels:
+  L1:
+    vertices: [[0,0,0,""],[100,0,0,""],[100,100,0,""],[0,100,0,""],[{x},1,0,""]]
+    walls: [[0,1,{{}}],[1,2,{{}}],[2,3,{{}}],[3,0,{{}}]]
+    measurements: [[0,1,{{distance: [3, 10]}}]]
+"""
+WALLS = "".join(
+    f'<geom name="wall_{i}" type="box" pos="{x} {y} 1.25" size="{a} {b} 1.25"/>'
+    for i, (x, y, a, b) in enumerate([(3, 0, 3, 0.05), (3, 4, 3, 0.05), (0, 2, 0.05, 2), (6, 2, 0.05, 2)])
+)
+BOMB = b"\x80\x04K\x01\x94" + b"".join(b"0h%ch%c\x86\x94" % (i, i) for i in range(60)) + b"0"
+"""A tuple of tuples of tuples, 60 deep, in 300 bytes: its hash and its text have no end."""
+SVG = (
+    '<svg><g class="Door"><polygon points="10,0 18,0 18,2 10,2"/></g><g class="Wall">'
+    '<polygon points="0,0 90,0 90,2 0,2"/></g><g class="Wall">{}</g></svg>'
+)
+
+
+def levels(path, text):
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return [level for item in find(str(path)) for level in reader(item.reader).read(item)]
+
+
+def collection(*features):
+    made = [{"properties": about, "geometry": {"type": "Polygon", "coordinates": [ring]}} for about, ring in features]
+    crs = {"properties": {"name": "LOCAL_CS metre"}}
+    return json.dumps({"type": "FeatureCollection", "features": made, "crs": crs})
+
+
+def mujoco(body, before=""):
+    return f"<mujoco>{before}<worldbody>{WALLS}{body}</worldbody></mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.building.yaml", RMF.format(head="", x=BIG)),
+        ("a.geojson", collection(({"kind": "room"}, SQUARE), ({"kind": "room"}, [[0, 0], [BIG, 0], [1, 1], [0, 0]]))),
+        ("a.geojson", collection(({"kind": "room"}, SQUARE), ({"kind": "object", "height": BIG}, SQUARE))),
+        ("a.geojson", collection(({"kind": "room"}, SQUARE), ({"kind": "room"}, BOW))),
+        ("a.xml", mujoco('<body name="x" pos="a b c"/><body name="y" quat="0 0 0 0"/>')),
+        ("a.xml", mujoco("", f'<include file="{"a" * 300}.xml"/>')),
+        ("a.xml", mujoco('<geom mesh="m"/>', f'<asset><mesh name="m" file="{"a" * 300}.obj"/></asset>')),
+        (
+            "a.xml",
+            mujoco(
+                '<geom mesh="m"/>',
+                '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 1 99999999999999999999"/></asset>',
+            ),
+        ),
+        ("a.svg", SVG.format('<path d="L1 1 2 2 3 3 H 1 V 2 Z"/>')),
+        (
+            "zind_data.json",
+            json.dumps(
+                {
+                    "redraw": {"1": {"r": {"vertices": SQUARE}, "q": {"vertices": [[BIG, 0], [0, 1], [1, 1]]}}},
+                    "scale_meters_per_coordinate": {"1": 1},
+                }
+            ),
+        ),
+    ],
+)
+def test_a_part_with_impossible_numbers_is_left_out(tmp_path, name, text):
+    assert len(levels(tmp_path / name, text)) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.building.yaml", RMF.format(head="a: &a-0 [x]\nb: *a-0 # so\n", x=1), "alias"),
+        ("a.building.yaml", RMF.format(head="a: &a [x]\nb: *a\n", x=1).encode("utf-16"), "alias"),
+        ("a.building.yaml", RMF.format(head=f"a: {'[' * 200}{']' * 200}\n", x=1), "deep"),
+        ("a.pkl", BOMB + b"}hKK\x01s.".replace(b"hK", b"h<"), "keys"),
+        ("a.pkl", BOMB + b"}(h<K\x01u.", "keys"),
+        ("a.pkl", BOMB + b"(h<K\x01d.", "keys"),
+        ("a.pkl", BOMB + b"\x8f(h<\x90.", "set"),
+        ("a.pkl", BOMB + b"(h<\x91.", "set"),
+        ("a.pkl", b"\x80\x05\x96" + struct.pack("<Q", 6 << 30) + b".", "byte array"),
+        (
+            "a.pkl",
+            b"\x80\x04](}(\x8c\x04wallK\x01\x8c\x02id\x8b" + struct.pack("<i", 3000) + b"\x7f" * 3000 + b"ue.",
+            "digits",
+        ),
+        ("a.pkl", pickle.dumps([{"wall": 1, "inner": 1, "area": BIG}]), "scale"),
+        ("annotation_3d.json", json.dumps({"junctions": [{"coordinate": [BIG, 0, 0]}]}), "Overflow"),
+    ],
+)
+def test_what_has_no_end_is_refused(tmp_path, name, text, said):
+    with pytest.raises(Rejection, match=said):
+        levels(tmp_path / name, text)
+
+
+def test_a_kind_of_number_is_no_text_without_end(tmp_path):
+    assert levels_or_none(tmp_path / "a.pkl", BOMB + b"cnumpy\ndtype\nh<\x85R.") is None
+
+
+def levels_or_none(path, text):
+    try:
+        return levels(path, text)
+    except Rejection:
+        return None
+
+
+def test_includes_in_a_long_chain(tmp_path):
+    for number in range(1, 1200):
+        (tmp_path / f"c{number}.xml").write_text(f'<mujocoinclude><include file="c{number + 1}.xml"/></mujocoinclude>')
+    assert len(levels(tmp_path / "a.xml", mujoco("", '<include file="c1.xml"/>'))) == 1
+
+
+def test_blocks_within_blocks_are_counted_as_often_as_drawn(tmp_path, monkeypatch):
+    ezdxf = pytest.importorskip("ezdxf")
+    from pipeline.sources.vector_plans import dxf
+
+    monkeypatch.setattr(dxf, "MOST_ENTITIES", 1000)
+    drawing = ezdxf.new("R2010")
+    for number in range(12):
+        block = drawing.blocks.new(f"WALL{number}")
+        for place in range(10):
+            block.add_blockref(f"WALL{number - 1}", (place, number)) if number else block.add_point((place, 0))
+    drawing.modelspace().add_blockref("WALL11", (0, 0))
+    drawing.saveas(tmp_path / "a.dxf")
+    with pytest.raises(Rejection, match="1,000 entities"):
+        levels(tmp_path / "a.dxf", (tmp_path / "a.dxf").read_bytes())
+
+
+USD = """#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+class "Side" {
+    def Cube "wall" {
+        double size = 1
+        double3 xformOp:scale = (6, 0.1, 2.5)
+        uniform token[] xformOpOrder = ["xformOp:scale"]
+    }
+}
+def "a" (references = </Side>) { int semanticLabel = 5
+}
+"""
+
+
+def test_usd_that_refers_to_itself_and_has_a_label_that_is_no_text(tmp_path):
+    pytest.importorskip("pxr")
+    assert len(levels(tmp_path / "a.usda", USD)) == 1
+
+
+def test_usd_of_instances_without_end(tmp_path, monkeypatch):
+    pytest.importorskip("pxr")
+    from pipeline.sources.vector_plans import usd
+
+    monkeypatch.setattr(usd, "MOST_PRIMS", 3)
+    with pytest.raises(Rejection, match="more than 3 prims"):
+        levels(tmp_path / "a.usda", USD + 'def "b" (references = </Side>) {\n}\n')
+
+
+def test_collections_within_collections_end_no_reader(tmp_path):
+    head = "floor_id,entity_type,entity_subtype,geometry\n"
+    wall = '1,separator,WALL,"POLYGON((0 0,5 0,5 1,0 1,0 0))"\n'
+    deep = "GEOMETRYCOLLECTION(" * 50_000 + "POINT(1 1)" + ")" * 50_000
+    assert len(levels(tmp_path / "a.csv", f'{head}{wall}1,area,KITCHEN,"{deep}"\n')) == 1
+    wkb = b"\x01\x07\x00\x00\x00\x01\x00\x00\x00" * 200_000
+    text = b"\x80\x04](}(\x8c\x04wallcshapely\nfrom_wkb\nB" + struct.pack("<I", len(wkb)) + wkb + b"\x85Rue."
+    with pytest.raises(Rejection, match="scale"):
+        levels(tmp_path / "a.pkl", text)
+
+
+def test_fiducials_without_number(tmp_path):
+    many = ", ".join(f"[{i}, {i * i % 997}, f{i}]" for i in range(3000))
+    second = f"  L2:\n    vertices: []\n    walls: []\n    fiducials: [{many}]\n"
+    text = RMF.format(head="", x=1) + f"    fiducials: [{many}]\n{second}"
+    assert len(levels(tmp_path / "a.building.yaml", text)) == 1
+
+
+def test_a_long_name_in_a_table_gives_an_id_that_a_plan_can_have(tmp_path):
+    text = f'floor_id,entity_type,entity_subtype,geometry\n{"z" * 5000},separator,WALL,"POINT(0 0)"\n'
+    (tmp_path / "a.csv").write_text(text)
+    (item,) = find(str(tmp_path / "a.csv"))
+    assert len(item.id) <= 180
+
+
+def test_usd_faces_with_fewer_corners_than_none(tmp_path):
+    pytest.importorskip("pxr")
+    mesh = """def Mesh "wall_9" {
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+    int[] faceVertexCounts = [2147483647, -2147483644]
+    int[] faceVertexIndices = [0, 1, 2]
+}
+"""
+    (level,) = levels(tmp_path / "a.usda", USD + mesh)
+    assert "wall_9" in level.provenance["left_out"]
