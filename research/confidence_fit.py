@@ -38,12 +38,11 @@ from pipeline.stages import confidence
 from pipeline.stages.grounds import weigh
 from pipeline.stages.rooms import name_rooms
 from pipeline.values import Evidence, Layout, Level, Spaces
-from tests.builders.judged import damage_of
+from tests.builders.judged import area_under_curve, damage_of
 from tests.builders.kinds.measuring import SAME_FLOOR_M
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.kinds.values import Member
 from tests.builders.matching import which_near
-from tests.builders.quality_model import area_under_curve
 from tests.corpus import manifest, truths
 
 Floats = npt.NDArray[np.float64]

@@ -23,8 +23,8 @@ from scipy.optimize import minimize
 
 from pipeline.sources.occupancy_map import odds, rooms
 from pipeline.sources.occupancy_map.narrows import Basins, Narrows, find_basins
+from tests.builders.matching import RoomScores, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
-from tests.builders.room_measures import RoomScores, room_scores
 
 Floats = npt.NDArray[np.float64]
 RIDGE = 2.0

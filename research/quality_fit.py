@@ -21,20 +21,21 @@ from rich.console import Console
 from rich.table import Table
 
 from pipeline.quality import GROUNDS
-from tests.builders.judged import WORKERS, judged
-from tests.builders.kinds.registry import KINDS
-from tests.builders.quality_model import (
+from tests.builders.judged import (
     PRECISION,
+    WORKERS,
     Bools,
     Floats,
     Judged,
     Model,
     area_under_curve,
     fit,
+    judged,
     met_of,
     precision_at,
     split,
 )
+from tests.builders.kinds.registry import KINDS
 from tests.corpus import manifest, runs
 
 AREA = 0.9

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.map_curves import map_panels
 from houseexpo.pseudoslam.benchmark.tables import markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
-from tests.builders.vectors import hut
+from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,7 @@ import pytest
 from rich.console import Console
 
 from tests.builders.batch import contents, one_room
-from tests.builders.damaged import build_damaged
+from tests.builders.damage import build_damaged
 
 HOUSES, REPEATED, GROUPS, LATE, STRIDE, WORKERS = 300, 20, 50, 14, 7, 60
 DAMAGED, LIMIT_S = 2000, 10

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.inference import with_rooms
-from tests.builders.made import made_plans
+from tests.builders.batch import made_plans
 from tests.builders.matching import Matches, bare, matches, total
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, scorer
 

@@ -41,8 +41,8 @@ from research.confidence_fit import LIMITS as FIT_LIMITS
 from research.confidence_fit import collected, levels_of, of_storey, storeys_of, table_of, zones_of
 from tests.builders.kinds.measuring import Outcome, measure, plans_of
 from tests.builders.kinds.registry import KINDS, make_member
+from tests.builders.matching import MARGIN, PIXELS, Counts, compare
 from tests.builders.shared import needs_shared
-from tests.builders.structured3d import MARGIN, PIXELS, Counts, compare
 from tests.corpus import manifest, truths
 
 WORKERS = 2

@@ -26,8 +26,8 @@ from pipeline.rejection import Rejection
 from pipeline.sources import suncg
 from pipeline.sources.procedural import write_house
 from pipeline.values import Level
-from tests.builders.clouds import flat, sampled
-from tests.builders.large import city, house_of_many_faces, office
+from tests.builders.formats.clouds import flat, sampled
+from tests.builders.meshes import city, house_of_many_faces, office
 from tests.builders.shared import DATA, needs_shared
 
 HOUSES, SEED = 200, 2019

@@ -21,9 +21,8 @@ from pipeline.rejection import Rejection
 from pipeline.sources import suncg
 from pipeline.sources.procedural import write_houses
 from research.quality_fit import by_kind, quality_table
-from tests.builders.judged import judged
+from tests.builders.judged import NAMES, judged, met_of, split
 from tests.builders.kinds.registry import KINDS
-from tests.builders.quality_model import NAMES, met_of, split
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, planned, scorer
 
 HOUSES, SEED = 500, 11

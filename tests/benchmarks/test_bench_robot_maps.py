@@ -24,9 +24,8 @@ from rich.table import Table
 
 from houseexpo import FloorPlan
 from pipeline.sources.occupancy_map.rooms import segment
-from tests.builders.matching import found_near
+from tests.builders.matching import RoomScores, found_near, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, rose_maps, true_doors
-from tests.builders.room_measures import RoomScores, room_scores
 from tests.builders.shared import DATA, needs_shared
 
 MAPS = DATA / "maps"

@@ -16,8 +16,8 @@ from rich.console import Console
 
 from houseexpo import FloorPlan
 from tests.builders.needs import need
-from tests.builders.ros_client import answers
-from tests.builders.ros_judge import ended, judged, started
+from tests.builders.ros.client import answers
+from tests.builders.ros.judge import ended, judged, started
 
 SECONDS = float(os.environ.get("HOUSEEXPO_BENCH_SECONDS", "60"))
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})

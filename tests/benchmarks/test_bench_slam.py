@@ -27,10 +27,9 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from research.transfer import CONFIG, Exploration, Explorer, explore_on_own_map
 from research.transfer_irsim import explore_in_irsim
 from research.transfer_slam import explore_with_slam
-from tests.builders.indoor_regions import Comparison, compare, overlay
 from tests.builders.needs import need
 from tests.builders.paper_policies import PAPER, SEEDS
-from tests.builders.real_slam import Run, explore, need_slam, slam
+from tests.builders.real_slam import Comparison, Run, compare, explore, need_slam, overlay, slam
 from tests.builders.shared import DATA, needs_shared
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "slam.png"

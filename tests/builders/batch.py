@@ -1,20 +1,26 @@
-"""Small batches: one-room houses on disk, and a planner that is quick and says what it was asked."""
+"""Small batches: houses on disk, quick planners, plans that the pipeline makes of made houses, and of their files."""
 
 from __future__ import annotations
 
 import os
 import signal
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
+import shapely
 import trimesh
 
+from houseexpo.exports import export, oriented
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Quality
+from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress, build
 from pipeline.batch.folder import Others
@@ -27,7 +33,10 @@ from pipeline.executors import local
 from pipeline.executors.local import Executor
 from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources import find, reader, suncg
+from pipeline.sources.procedural import write_houses
 from pipeline.values import Level
+from tests.builders.shared import planned
 
 
 def one_room(path: Path, width: float = 5.0, depth: float = 4.0) -> Path:
@@ -148,3 +157,63 @@ def contents(folder: Path) -> dict[str, bytes]:
     """Return every file outside .build, by its path in the data set."""
     files = (file for file in sorted(folder.rglob("*")) if file.is_file() and ".build" not in file.parts)
     return {file.relative_to(folder).as_posix(): file.read_bytes() for file in files}
+
+
+# A quick planner whose plans are as sure as the names of their houses say.
+
+
+def doubting(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
+    """Return the room of a ``one_room`` house; ``sure_30`` is 0.30 sure, half of its doors being cuts."""
+    (plan,) = boxed(level, config, rng)
+    _, said, hundredths = plan.id.partition("sure_")
+    return (replace(plan, quality=Quality(int(hundredths) / 100, {"cut_share": 0.5})) if said else plan,)
+
+
+# Plans that the pipeline makes of houses that it makes.
+
+
+def made_plans(folder: Path, houses: int, seed: int) -> list[FloorPlan]:
+    """Write so many houses into a folder, and return the plans of those that give one."""
+    write_houses(folder, houses, seed)
+    plans = []
+    for item in suncg.find(str(folder)):
+        for level in suncg.read(item):
+            if isinstance(level, Level):
+                try:
+                    plans.append(planned(level))
+                except Rejection:
+                    continue
+    return plans
+
+
+# A plan through a file and back: what the pipeline makes of it, and how much of the plan that is.
+
+
+def plans_of(path: Path, **options: str) -> list[FloorPlan]:
+    """Build every level of a source, without the batch around it."""
+    found = []
+    for item in find(str(path), **options):
+        for level in reader(item.reader).read(item):
+            assert isinstance(level, Level), level
+            made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            found += [plan for plan in made if isinstance(plan, FloorPlan)]
+    return found
+
+
+def through(plan: FloorPlan, form: str, folder: Path, suffix: str = "") -> FloorPlan:
+    """Write a plan in a format and build a plan of the file again: the largest, of several buildings."""
+    files = [file for file in export(plan, form, folder) if file.name.endswith(suffix)]
+    return max(plans_of(files[0]), key=lambda each: each.area)
+
+
+def likeness(plan: FloorPlan, other: FloorPlan) -> float:
+    """IoU of the free space of two plans; the lower left corners of their bounds are laid on each other."""
+    one, two = oriented(plan).free_space, other.free_space
+    (x1, y1, *_), (x2, y2, *_) = one.bounds, two.bounds
+    moved = shapely.affinity.translate(two, x1 - x2, y1 - y2)
+    return float(one.intersection(moved).area / one.union(moved).area)
+
+
+def labels(plan: FloorPlan) -> Counter[str]:
+    """How many rooms have which label."""
+    return Counter(room.label for room in plan.rooms)

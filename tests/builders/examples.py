@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from tests.builders import clouds
+from tests.builders.formats import clouds
 from tests.builders.kinds.registry import make_member
 
 FOLDER: Final = Path(__file__).resolve().parents[2] / "pipeline" / "examples"

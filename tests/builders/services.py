@@ -1,21 +1,25 @@
-"""Small data sets on show, and a server that runs while a test asks it."""
+"""Data sets on show and under review, the servers that show them, and a web server that misbehaves as it is told."""
 
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from houseexpo import save_plan
 from houseexpo.dataset.index import index_table, row
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import Door, PlanObject, Quality, Room
+from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.collection import open_collections
 from houseexpo.service.service import Service, Settings
@@ -133,3 +137,103 @@ def running(service: Service) -> Iterator[str]:
         server.should_exit = True
         thread.join(10)
         listening.close()
+
+
+# Data sets to be judged: small plans with a quality and a frame, and people who decide in processes of their own.
+
+
+ROOT = Path(__file__).resolve().parents[2]
+FRAME = Frame(((1.0, 0.0, 10.0), (0.0, 1.0, -2.0)), "z", 0.0, 0)
+"""The source's axes lie 10 m to the left of the plan's, and 2 m above."""
+
+CLERK = """
+import sys
+from pathlib import Path
+from houseexpo.service.review.decisions import Decisions
+file, reviewer, count = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+decisions = Decisions(file)
+for i in range(count):
+    line = decisions.decide(f"{reviewer}_{i}", "no_room", reviewer, [float(i), 1.0])
+    print(line.plan, flush=True)
+"""
+
+
+def judged_later(folder: Path, qualities: dict[str, float | None]) -> Path:
+    """Write plans of these qualities, None: without one and without a frame; return the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for i, (name, score) in enumerate(qualities.items()):
+        ring = [(0.1, 0.1), (0.1, 4.1), (5.1 + i, 4.1), (5.1 + i, 0.1)]
+        told = {} if score is None else {"quality": Quality(score, {"cut_share": 0.5}), "frame": FRAME}
+        save_plan(FloorPlan(name, ring, 1, {}, **told), folder / f"{name}.json")
+    return folder
+
+
+def no_plans(folder: Path) -> Path:
+    """Write what a build leaves that refused all of its houses; return the folder."""
+    (folder / "json").mkdir(parents=True)
+    (folder / "index.parquet").write_bytes(index_table([]))
+    (folder / "manifest.json").write_text('{"plans": 0}')
+    return folder
+
+
+def clerk(file: Path, reviewer: str, count: int) -> subprocess.Popen[str]:
+    """Start somebody who decides on so many plans, and names each of them when it is answered."""
+    command = [sys.executable, "-c", CLERK, str(file), reviewer, str(count)]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+
+
+# A web server on this machine that misbehaves as it is told.
+
+
+class Served:
+    """Files by name; ``cut`` answers break off half way, ``corrupt`` ones have a wrong byte, then all goes well."""
+
+    def __init__(self, files: dict[str, bytes]) -> None:
+        self.files, self.cut, self.corrupt, self.ranges = files, 0, 0, True
+        self.requests: list[tuple[str, str | None]] = []
+        self.address = ""
+
+
+@contextmanager
+def serving(files: dict[str, bytes]) -> Iterator[Served]:
+    served = Served(files)
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            name, wanted = self.path.lstrip("/"), self.headers["Range"]
+            served.requests.append((name, wanted))
+            data = served.files.get(name)
+            if data is None:
+                self.send_error(404)
+                return
+            start = int(wanted.removeprefix("bytes=").rstrip("-")) if wanted and served.ranges else 0
+            body = data[start:]
+            if served.corrupt:
+                served.corrupt -= 1
+                body = bytes([body[0] ^ 1]) + body[1:]
+            self.send_response(206 if start else 200)
+            if start:
+                self.send_header("Content-Range", f"bytes {start}-{len(data) - 1}/{len(data)}")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            if served.cut:
+                served.cut -= 1
+                self.wfile.write(body[: len(body) // 2])
+                self.wfile.flush()
+                self.close_connection = True
+            else:
+                self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            """Say nothing."""
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True)
+    thread.start()
+    served.address = f"http://127.0.0.1:{server.server_address[1]}"
+    try:
+        yield served
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()

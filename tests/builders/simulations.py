@@ -1,15 +1,39 @@
-"""Small houses, and robots in them."""
+"""Small houses and robots in them: single and vector environments, worlds in which things move, stores of worlds."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
+import gymnasium
 import numpy as np
+from gymnasium.vector import VectorEnv
 
 from houseexpo import FloorPlan
-from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
+from houseexpo.grids.frame import GridFrame
+from houseexpo.plan.json_codec import encode
+from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.config.obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.kernels.collision import (
+    MOVING,
+    STATIC,
+    Bodies,
+    Disc,
+    Tracks,
+    disc_is_free,
+    gap_to,
+    placed_people,
+)
+from houseexpo.pseudoslam.kernels.people import Walk, advance, stamp_bodies
+from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks, new_bodies, start_people, walk_of
+from houseexpo.pseudoslam.worlds.store import store_folder
+from houseexpo.pseudoslam.worlds.world import World
 
 PLAIN = SimulatorConfig()
 
@@ -43,3 +67,208 @@ def wander(simulator: Simulator, state: State, rng: np.random.Generator, steps: 
     """Forward most of the time, turn when blocked."""
     for _ in range(steps):
         simulator.step(state, "left" if state.blocked or rng.random() < 0.2 else "forward")
+
+
+# Small worlds in which things move, and what must hold of them at any time.
+
+
+NOBODY = Disc(-1e6, -1e6, 1.0)
+
+
+@dataclass
+class Scene:
+    """A world with bodies in it; ``occupied`` has their bits, ``static`` has not."""
+
+    static: np.ndarray
+    occupied: np.ndarray
+    frame: GridFrame
+    bodies: Bodies
+    tracks: Tracks
+    flow: Flow
+    walk: Walk
+    key: int
+
+    def step(self, robot: Disc = NOBODY, seconds: float = 0.5) -> None:
+        """Let everything move."""
+        advance(self.occupied, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
+
+    @property
+    def places(self) -> np.ndarray:
+        """(P, 2) where people are, pixels."""
+        return np.stack([self.bodies.people["x"], self.bodies.people["y"]], axis=1)
+
+    def check(self, robot: Disc) -> None:
+        """Nothing overlaps, and the grid shows the bodies and nothing else."""
+        radius = self.walk.radius_px
+        for p, (x, y) in enumerate(self.places.tolist()):
+            assert disc_is_free(self.static, x, y, radius)
+            assert math.hypot(x - robot.x, y - robot.y) >= radius + robot.radius - 1e-9
+            for other_x, other_y in self.places[:p].tolist():
+                assert math.hypot(x - other_x, y - other_y) >= 2 * radius
+            for k, clock in enumerate(self.bodies.clocks.tolist()):
+                assert gap_to(self.tracks, k, clock, x, y) >= radius - 1e-9
+        assert disc_is_free(self.occupied, *robot) or not on_grid(self.occupied, robot)
+        np.testing.assert_array_equal(self.occupied & STATIC, self.static)
+        drawn = self.static.copy()
+        stamp_bodies(drawn, self.bodies, self.tracks, self.walk)
+        np.testing.assert_array_equal(self.occupied, drawn)
+
+
+def on_grid(grid: np.ndarray, disc: Disc) -> bool:
+    """Whether a disc's centre lies on a grid."""
+    return 0 <= disc.x < grid.shape[1] and 0 <= disc.y < grid.shape[0]
+
+
+def room(rows: int, cols: int) -> np.ndarray:
+    """Free cells within walls of one."""
+    occupied = np.ones((rows, cols), np.uint8)
+    occupied[1:-1, 1:-1] = 0
+    return occupied
+
+
+def frame_of(occupied: np.ndarray, ppm: float) -> GridFrame:
+    """A frame whose lower left corner is (0, 0), row 0 at the highest y."""
+    return GridFrame((0.0, 0.0), ppm, occupied.shape, y_up=True)
+
+
+def plan_of(occupied: np.ndarray, ppm: float, room_num: int = 4) -> FloorPlan:
+    """The bounding box of a grid as a plan."""
+    height, width = occupied.shape[0] / ppm, occupied.shape[1] / ppm
+    return FloorPlan("box", [(0, 0), (0, height), (width, height), (width, 0)], room_num, {})
+
+
+def scene(
+    occupied: np.ndarray,
+    people: PeopleConfig | None = None,
+    trajectories: Sequence[Trajectory] = (),
+    *,
+    ppm: float = 10.0,
+    robot: Disc = NOBODY,
+    key: int = 1,
+    plan: FloorPlan | None = None,
+) -> Scene:
+    """Put things into a grid of what stands still."""
+    people = people or PeopleConfig()
+    frame, plan = frame_of(occupied, ppm), plan or plan_of(occupied, ppm)
+    walk, tracks = walk_of(people, ppm), make_tracks(trajectories, occupied, frame, "box")
+    flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow()
+    bodies = new_bodies(len(trajectories), people.number)
+    start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
+    bodies = Bodies(bodies.clocks, placed_people(bodies.people))  # a small room takes fewer than it is asked to
+    drawn = occupied.copy()
+    stamp_bodies(drawn, bodies, tracks, walk)
+    assert (drawn & MOVING).any() == (len(bodies.people) + len(trajectories) > 0)
+    return Scene(occupied, drawn, frame, bodies, tracks, flow, walk, key)
+
+
+# Vector environments beside gymnasium's own of single ones, compared bit by bit.
+
+
+def hut(plan_id: str, side_m: float) -> FloorPlan:
+    """A room 1.6 times as wide as it is high."""
+    width = 1.6 * side_m
+    return FloorPlan(plan_id, [(0, 0), (0, side_m), (width, side_m), (width, 0)], 1, {})
+
+
+HUTS = [hut("small", 3.0), hut("middle", 4.5), hut("large", 6.0)]
+
+
+def native(task: str, number: int, mode: str = "NextStep", **given: Any) -> VectorEnv:
+    """The project's vector environment."""
+    return gymnasium.make_vec(f"PseudoSLAM/{task}-v0", num_envs=number, autoreset_mode=mode, **given)
+
+
+def singles(task: str, number: int, mode: str = "NextStep", **given: Any) -> VectorEnv:
+    """gymnasium's, of single environments."""
+    return gymnasium.make_vec(
+        f"PseudoSLAM/{task}-v0",
+        num_envs=number,
+        vectorization_mode="sync",
+        vector_kwargs={"autoreset_mode": mode},
+        **given,
+    )
+
+
+def assert_same(one: Any, other: Any, where: str = "") -> None:
+    """Nested dictionaries, tuples and arrays are equal, types included."""
+    assert type(one) is type(other), (where, type(one), type(other))
+    if isinstance(one, dict):
+        assert set(one) == set(other), (where, set(one) ^ set(other))
+        for key in one:
+            assert_same(one[key], other[key], f"{where}/{key}")
+    elif isinstance(one, tuple) or (isinstance(one, np.ndarray) and one.dtype == object):
+        assert len(one) == len(other), where
+        for i, (part, its) in enumerate(zip(one, other, strict=True)):
+            assert_same(part, its, f"{where}/{i}")
+    elif isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape), (where, one.dtype, other.dtype)
+        assert one.tobytes() == other.tobytes(), (where, one, other)
+    else:
+        assert one == other, (where, one, other)
+
+
+def assert_same_step(one: tuple[Any, ...], other: tuple[Any, ...], where: object = "") -> None:
+    """What ``reset`` or ``step`` returned is equal; infos where their masks say that they speak of an environment."""
+    assert_same(one[:-1], other[:-1], str(where))
+    _assert_same_infos(one[-1], other[-1], f"{where}, info")
+
+
+def _assert_same_infos(one: dict[str, Any], other: dict[str, Any], where: str = "") -> None:
+    """Infos are equal where their masks say that they speak of an environment; masks are equal."""
+    assert set(one) == set(other), (where, set(one) ^ set(other))
+    for key, value in one.items():
+        if key.startswith("_") or f"_{key}" not in one:
+            assert_same(value, other[key], f"{where}/{key}")
+        elif isinstance(value, dict):
+            _assert_same_infos(value, other[key], f"{where}/{key}")
+        else:
+            mask = one[f"_{key}"]
+            assert_same(value[mask], other[key][mask], f"{where}/{key}")
+
+
+# Vector environments of explorers in small houses.
+
+
+SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
+GIVEN: dict[str, Any] = {"dataset": HUTS, "config": SMALL}
+
+
+def explorers(number: int, mode: str = "NextStep", **given: Any) -> Any:
+    return native("Exploration", number, mode, success_coverage=None, **{**GIVEN, **given})
+
+
+# Environments of huts in which an action is a travel.
+
+
+SMALL_PLANNER = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=200)
+
+
+def env_of(actions: str, task: str = "Exploration", **given: Any) -> gymnasium.Env:
+    """Return an environment of the huts."""
+    given = {"dataset": HUTS, "config": SMALL_PLANNER, **given}
+    return gymnasium.make(f"PseudoSLAM/{task}-v0", actions=actions, **given)
+
+
+# Stores of worlds: three huts at a coarse grid, the files that hold them, and when two worlds are the same.
+
+
+COARSE = SimulatorConfig(pixels_per_metre=10.0)
+
+
+def assert_same_world(one: World, other: World) -> None:
+    assert (one.plan_id, one.frame, one.observable_cells) == (other.plan_id, other.frame, other.observable_cells)
+    for name in ("occupied", "traversable", "observable"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        assert getattr(one, name).dtype == np.uint8
+        assert not getattr(one, name).flags.writeable
+
+
+def write_huts(folder: Path) -> Path:
+    """Write a data set of the three huts into a folder."""
+    file = folder / "huts.jsonl"
+    file.write_bytes(b"\n".join(map(encode, HUTS)))
+    return file
+
+
+def files() -> list[Path]:
+    return sorted(store_folder(COARSE).glob("*.worlds"))

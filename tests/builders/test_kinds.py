@@ -1,4 +1,4 @@
-"""The kit of kinds: the truth of a made house agrees with its geometry, and a seed gives the same bytes."""
+"""The kit of kinds: its truth agrees with its geometry, a seed gives the same bytes, and formats are read as made."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import shapely
 import trimesh
 
 from tests.builders.kinds.homes import Style, random_storeys
+from tests.builders.kinds.measuring import measure
 from tests.builders.kinds.office import random_office
 from tests.builders.kinds.placing import Placing, truth_of
-from tests.builders.kinds.registry import KINDS, make_member
+from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.kinds.rowhouses import random_row
 from tests.builders.kinds.values import LEADS_IN, OUTSIDE
+from tests.builders.shared import needs_shared
 
 HEAVY = {"scan5", "scan20", "office", "artist_unnamed", "scale_models"}
 
@@ -181,3 +183,27 @@ def test_a_house_on_another_axis_in_another_unit_has_its_truth_in_metres_on_that
     mirrored = np.array(z_up["rooms"][0]["polygon"]) * (1, -1)
     assert np.allclose(y_up["rooms"][0]["polygon"], mirrored)
     assert np.allclose(Placing(up="y", unit_m=0.01).in_file([[1.0, 2.0, 3.0]]), [[100.0, 300.0, -200.0]])
+
+
+# Homes in the formats of docs/sources.md: the same bytes for a seed, and plans that are right.
+
+
+EXACT = [kind for kind in RAW if kind.startswith("raw_")]
+
+
+@pytest.mark.parametrize("kind", EXACT)
+def test_a_seed_gives_the_same_files_and_another_others(kind, tmp_path):
+    first, again = (make_member(kind, 1, 5, tmp_path / name) for name in ("a", "b"))
+    other = make_member(kind, 1, 6, tmp_path / "c")
+    assert first.path.read_bytes() == again.path.read_bytes()
+    assert first.truths == again.truths
+    assert first.truths != other.truths
+
+
+@needs_shared
+@pytest.mark.parametrize("kind", EXACT)
+def test_what_a_source_says_is_what_the_plan_holds(kind, tmp_path):
+    outcome = measure(kind, 0, 1, str(tmp_path))
+    assert outcome.met, outcome.failing
+    assert all(score["width_error_m"] <= 0.05 for score in outcome.scores)
+    assert kind == "raw_sdf" or all(score["label_accuracy"] >= 0.95 for score in outcome.scores)

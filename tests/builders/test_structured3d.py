@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.builders.structured3d import Counts, compare
+from tests.builders.matching import Counts, compare
 
 
 def ring(*corners):

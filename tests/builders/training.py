@@ -11,7 +11,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.places import places_of
-from tests.builders.vectors import hut
+from tests.builders.simulations import hut
 
 TRAIN, TEST = ("hut_a", "hut_b", "hut_c"), ("hut_d", "hut_e")
 SIDES_M = dict(zip((*TRAIN, *TEST), (3.0, 4.5, 6.0, 3.5, 5.0), strict=True))

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.plan.parts import SURE
-from tests.builders.quality_model import area_under_curve
+from tests.builders.judged import area_under_curve
 from tests.corpus.manifest import KINDS, WITH_INTERIOR, Verdict
 from tests.corpus.runs import Built
 

@@ -19,8 +19,7 @@ from pipeline.report import longest, notes_lines, outcome_table, stage_seconds
 from pipeline.report_page import write_report
 from pipeline.values import Level, RejectedLevel
 from stats.summary import PlanSummary
-from tests.builders.batch import boxed, one_room, run_build
-from tests.builders.doubts import doubting
+from tests.builders.batch import boxed, doubting, one_room, run_build
 
 
 def _quiet(what: str, done: int, total: int) -> None:

@@ -30,8 +30,7 @@ from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import lines, one_room, run_build
 from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO, ROOMS_M2, write_bungalow
-from tests.builders.mesh_files import write
-from tests.builders.meshes import two_levels
+from tests.builders.meshes import two_levels, write
 
 VILLA, SCENE = Input("villa", "mesh_file", "villa.ply"), Input("0a1b", "suncg", "root", "0a1b")
 NOTHING = Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))

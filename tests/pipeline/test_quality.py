@@ -16,9 +16,8 @@ from houseexpo.plan import Quality
 from pipeline.overrides import Override
 from pipeline.quality import GROUNDS, check_quality, main_grounds, score_quality
 from pipeline.rejection import Reason, Rejection
-from tests.builders.batch import lines, one_room, run_build
-from tests.builders.doubts import doubting
-from tests.builders.quality_model import NAMES, Judged, area_under_curve, fit, precision_at, split, threshold
+from tests.builders.batch import doubting, lines, one_room, run_build
+from tests.builders.judged import NAMES, Judged, area_under_curve, fit, precision_at, split, threshold
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 

@@ -7,7 +7,7 @@ import pytest
 from houseexpo.dataset import open_dataset
 from houseexpo.exports import FORMATS
 from pipeline.cli_build import from_python
-from tests.builders.round_trip import labels, likeness, through
+from tests.builders.batch import labels, likeness, through
 
 FORMS = {"dxf": "", "geojson": "", "ifc": "", "mjcf": "", "rmf": ".building.yaml", "svg": "", "usd": ""}
 NEEDS = {"dxf": "ezdxf", "ifc": "ifcopenshell", "usd": "pxr"}

@@ -16,16 +16,16 @@ import numpy as np
 import trimesh
 from numpy.random import Generator
 
-from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_storeys
-from tests.builders.kinds.joinery import Joinery, fitted
+from tests.builders.kinds.parts.furnishing import furnished
+from tests.builders.kinds.parts.joinery import Joinery, fitted
+from tests.builders.kinds.parts.sheets import facade, jambs, sheet_ring, zone_areas
+from tests.builders.kinds.parts.slabs import flight, floor_slab
+from tests.builders.kinds.parts.solids3d import box, flat, joined, moved, prism
+from tests.builders.kinds.parts.wall_bodies import STYLES, wall_bodies
+from tests.builders.kinds.parts.words import LANGUAGES
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.sheets import facade, jambs, sheet_ring, zone_areas
-from tests.builders.kinds.slabs import flight, floor_slab
-from tests.builders.kinds.solids3d import box, flat, joined, moved, prism
 from tests.builders.kinds.values import Member, Part, Storey
-from tests.builders.kinds.wall_bodies import STYLES, wall_bodies
-from tests.builders.kinds.words import LANGUAGES
 from tests.builders.kinds.writers import UP_OF, write
 
 IFC_CLASSES = {

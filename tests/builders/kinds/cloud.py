@@ -15,7 +15,7 @@ import numpy.typing as npt
 import shapely
 from numpy.random import Generator
 
-from tests.builders.clouds import write_ply
+from tests.builders.formats.clouds import write_ply
 from tests.builders.kinds.homes import Style, random_home
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.values import Member, Storey

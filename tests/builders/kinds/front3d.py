@@ -13,11 +13,11 @@ import shapely
 import trimesh
 from numpy.random import Generator
 
-from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.parts.furnishing import furnished
+from tests.builders.kinds.parts.sheets import facade, jambs, sheet_ring, zone_areas
+from tests.builders.kinds.parts.solids3d import flat, joined, upright
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.sheets import facade, jambs, sheet_ring, zone_areas
-from tests.builders.kinds.solids3d import flat, joined, upright
 from tests.builders.kinds.values import LEADS_IN, Member, Part, Storey
 from tests.builders.kinds.writers import write
 

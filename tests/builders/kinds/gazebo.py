@@ -9,13 +9,13 @@ import numpy as np
 import trimesh
 from numpy.random import Generator
 
-from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_home
-from tests.builders.kinds.openings import WIDEST_GAP_M
+from tests.builders.kinds.parts.furnishing import furnished
+from tests.builders.kinds.parts.openings import WIDEST_GAP_M
+from tests.builders.kinds.parts.solids3d import box, joined
+from tests.builders.kinds.parts.wall_bodies import wall_bodies
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.solids3d import box, joined
 from tests.builders.kinds.values import Member, Opening, Part, Storey
-from tests.builders.kinds.wall_bodies import wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
 
 

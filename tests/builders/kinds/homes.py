@@ -9,10 +9,10 @@ import shapely
 from numpy.random import Generator
 from shapely import Polygon, box
 
-from tests.builders.kinds.alterations import draft_home
-from tests.builders.kinds.layout import Draft
-from tests.builders.kinds.openings import HALLS, Heads, furnish_openings
-from tests.builders.kinds.topology import storey_of
+from tests.builders.kinds.parts.alterations import draft_home
+from tests.builders.kinds.parts.layout import Draft
+from tests.builders.kinds.parts.openings import HALLS, Heads, furnish_openings
+from tests.builders.kinds.parts.topology import storey_of
 from tests.builders.kinds.values import Cell, Storey
 
 TRIES = 200

@@ -20,12 +20,12 @@ from shapely import Polygon, box
 
 from tests.builders.kinds.homes import Style, random_storeys
 from tests.builders.kinds.ifc_writer import IfcBuilding
-from tests.builders.kinds.joinery import frame, leaf_area, window
+from tests.builders.kinds.parts.joinery import frame, leaf_area, window
+from tests.builders.kinds.parts.slabs import flight, pitched_roof
+from tests.builders.kinds.parts.solids3d import joined, polygons, prism
+from tests.builders.kinds.parts.wall_bodies import runs
 from tests.builders.kinds.placing import Placing, truth_of
-from tests.builders.kinds.slabs import flight, pitched_roof
-from tests.builders.kinds.solids3d import joined, polygons, prism
 from tests.builders.kinds.values import Leaf, Member, Opening, Storey
-from tests.builders.kinds.wall_bodies import runs
 
 NAMES = {
     "english": ("Ground Floor", "First Floor", "Second Floor"),

@@ -15,7 +15,7 @@ import trimesh
 from numpy.random import Generator
 from shapely import Polygon
 
-from tests.builders.kinds.solids3d import rings
+from tests.builders.kinds.parts.solids3d import rings
 
 PREFIXES = {1.0: None, 0.001: "MILLI", 0.01: "CENTI"}
 

@@ -11,14 +11,14 @@ from numpy.random import Generator
 from shapely import box
 
 from tests.builders.kinds.homes import whole
-from tests.builders.kinds.joinery import Joinery, fitted
-from tests.builders.kinds.layout import on_grid
-from tests.builders.kinds.openings import Heads, furnish_openings
+from tests.builders.kinds.parts.joinery import Joinery, fitted
+from tests.builders.kinds.parts.layout import on_grid
+from tests.builders.kinds.parts.openings import Heads, furnish_openings
+from tests.builders.kinds.parts.slabs import floor_slab
+from tests.builders.kinds.parts.topology import storey_of
+from tests.builders.kinds.parts.wall_bodies import wall_bodies
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.slabs import floor_slab
-from tests.builders.kinds.topology import storey_of
 from tests.builders.kinds.values import Cell, Member, Part, Storey
-from tests.builders.kinds.wall_bodies import wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
 
 LABELS = (

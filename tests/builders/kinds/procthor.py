@@ -10,9 +10,9 @@ import trimesh
 from numpy.random import Generator
 
 from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.parts.sheets import facade, sheet_ring
+from tests.builders.kinds.parts.solids3d import flat, joined
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.sheets import facade, sheet_ring
-from tests.builders.kinds.solids3d import flat, joined
 from tests.builders.kinds.values import Member, Part, Storey
 from tests.builders.kinds.writers import UP_OF, write
 

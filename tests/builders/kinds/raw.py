@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
-from tests.builders import front3d, gazebo, procthor, roomplan, sweethome
+from tests.builders.formats import front3d, gazebo, procthor, roomplan, sweethome
 from tests.builders.kinds.homes import Style, random_home
 from tests.builders.kinds.placing import Placing, truth_of
 from tests.builders.kinds.values import Member, Storey

@@ -14,9 +14,9 @@ import shapely
 from numpy.random import Generator
 
 from tests.builders.kinds.homes import Style, random_home
+from tests.builders.kinds.parts.sheets import sheet, zone_areas
+from tests.builders.kinds.parts.solids3d import flat, joined, prism, upright
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.sheets import sheet, zone_areas
-from tests.builders.kinds.solids3d import flat, joined, prism, upright
 from tests.builders.kinds.values import OUTSIDE, Member, Opening, Part, Storey
 from tests.builders.kinds.writers import write
 

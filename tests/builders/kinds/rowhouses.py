@@ -8,17 +8,17 @@ import numpy as np
 import shapely
 from numpy.random import Generator
 
-from tests.builders.kinds.alterations import draft_home
 from tests.builders.kinds.homes import Style, random_home, thicknesses, whole
-from tests.builders.kinds.joinery import Joinery
-from tests.builders.kinds.layout import Draft
-from tests.builders.kinds.openings import Heads, furnish_openings
+from tests.builders.kinds.parts.alterations import draft_home
+from tests.builders.kinds.parts.joinery import Joinery
+from tests.builders.kinds.parts.layout import Draft
+from tests.builders.kinds.parts.openings import Heads, furnish_openings
+from tests.builders.kinds.parts.solids3d import moved
+from tests.builders.kinds.parts.topology import storey_of
+from tests.builders.kinds.parts.wall_bodies import STYLES
 from tests.builders.kinds.placing import random_placing, truth_of
 from tests.builders.kinds.solids import storey_parts
-from tests.builders.kinds.solids3d import moved
-from tests.builders.kinds.topology import storey_of
 from tests.builders.kinds.values import Cell, Member, Part, Storey
-from tests.builders.kinds.wall_bodies import STYLES
 from tests.builders.kinds.writers import UP_OF, write
 
 

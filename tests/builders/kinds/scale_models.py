@@ -14,8 +14,8 @@ from shapely import box
 
 from tests.builders.kinds import artist, gazebo, solids
 from tests.builders.kinds.homes import Style, thicknesses
-from tests.builders.kinds.openings import Heads, furnish_openings
-from tests.builders.kinds.topology import storey_of
+from tests.builders.kinds.parts.openings import Heads, furnish_openings
+from tests.builders.kinds.parts.topology import storey_of
 from tests.builders.kinds.values import Cell, Member, Storey
 
 UNIT_M = (15.0, 20.0, 50.0, 0.15, 0.2, 0.5, 15 * 0.0254)

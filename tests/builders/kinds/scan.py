@@ -17,11 +17,11 @@ import trimesh
 from numpy.random import Generator
 from scipy.spatial import cKDTree
 
-from tests.builders.kinds.furnishing import furnished
 from tests.builders.kinds.homes import Style, random_home
-from tests.builders.kinds.joinery import leaf_area
+from tests.builders.kinds.parts.furnishing import furnished
+from tests.builders.kinds.parts.joinery import leaf_area
+from tests.builders.kinds.parts.solids3d import mesh, mesh_of, prism, solid
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.solids3d import mesh, mesh_of, prism, solid
 from tests.builders.kinds.values import LEADS_IN, Member, Part, Storey
 from tests.builders.kinds.writers import UP_OF, write
 

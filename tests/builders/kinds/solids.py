@@ -9,12 +9,12 @@ import numpy as np
 from numpy.random import Generator
 
 from tests.builders.kinds.homes import Style, random_storeys
-from tests.builders.kinds.joinery import Joinery, fitted
+from tests.builders.kinds.parts.joinery import Joinery, fitted
+from tests.builders.kinds.parts.slabs import flight, floor_slab, pitched_roof
+from tests.builders.kinds.parts.solids3d import joined, moved, prism
+from tests.builders.kinds.parts.wall_bodies import STYLES, wall_bodies
 from tests.builders.kinds.placing import random_placing, truth_of
-from tests.builders.kinds.slabs import flight, floor_slab, pitched_roof
-from tests.builders.kinds.solids3d import joined, moved, prism
 from tests.builders.kinds.values import Member, Part, Storey
-from tests.builders.kinds.wall_bodies import STYLES, wall_bodies
 from tests.builders.kinds.writers import UP_OF, write
 
 FORMATS = (".ply", ".obj", ".glb", ".stl", ".dae", ".off")

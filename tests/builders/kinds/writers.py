@@ -11,8 +11,8 @@ import numpy as np
 import trimesh
 from trimesh.visual.material import PBRMaterial
 
+from tests.builders.kinds.parts.solids3d import joined
 from tests.builders.kinds.placing import Placing
-from tests.builders.kinds.solids3d import joined
 from tests.builders.kinds.values import Part
 
 UP_OF = {".ply": "z", ".stl": "z", ".off": "z", ".obj": "y", ".glb": "y", ".dae": "z"}

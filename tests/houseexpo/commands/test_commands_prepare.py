@@ -12,7 +12,7 @@ from houseexpo.commands.prepare import prepare
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds.store import WorldStore
-from tests.builders.world_stores import write_huts
+from tests.builders.simulations import write_huts
 
 
 @pytest.fixture

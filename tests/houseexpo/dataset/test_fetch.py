@@ -18,7 +18,7 @@ from houseexpo.files import cache_folder
 from pipeline.config import PipelineConfig
 from pipeline.config_file import load_config
 from tests.builders.plan_files import hexed, houses, tar
-from tests.builders.server import serving
+from tests.builders.services import serving
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"
 NOISE = np.random.default_rng(0).bytes(600_000)  # breaks shorter than a packet of 64 KB would keep nothing

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from houseexpo.inference import with_rooms
-from tests.builders.made import made_plans
+from tests.builders.batch import made_plans
 from tests.builders.matching import bare, matches, total
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, scorer
 

@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.step import steps_by_sector
 from houseexpo.pseudoslam.step_kernels import arguments_of, example
 from houseexpo.workers import cores
-from tests.builders.explorers import GIVEN
+from tests.builders.simulations import GIVEN
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 POPEN = subprocess.Popen  # the tests replace it

@@ -11,8 +11,7 @@ from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import LaserConfig, ObservationConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from tests.builders.published import BLOCKED, OPEN, UNCERTAIN, PublishedMap
-from tests.builders.scans import crop_ties, slow_crop
+from tests.builders.scans import BLOCKED, OPEN, UNCERTAIN, PublishedMap, crop_ties, slow_crop
 
 RESOLUTIONS = (10.0, 16.0, 25.0, 40.0)
 ROBOTS = (RobotConfig(), RobotConfig(step_m=0.7, turn_deg=25.0), RobotConfig(step_m=0.05, turn_deg=3.0))

@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.kernels.collision import MOVING, disc_is_free
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from tests.builders.vectors import HUTS, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same_step, native, singles
 
 ROOM = FloorPlan("room", [(0, 0), (0, 6), (6, 6), (6, 0)], 1, {})
 PPM = 20.0

@@ -8,8 +8,7 @@ import pytest
 import shapely
 
 from houseexpo.floorplan import FloorPlan
-from tests.builders.indoor_regions import compare
-from tests.builders.real_slam import explore, need_slam, slam
+from tests.builders.real_slam import compare, explore, need_slam, slam
 
 
 def flat() -> FloorPlan:

@@ -14,7 +14,7 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
-from tests.builders.vectors import HUTS, native
+from tests.builders.simulations import HUTS, native
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 SMALL = SimulatorConfig(pixels_per_metre=20.0, observation=ObservationConfig(3.0))

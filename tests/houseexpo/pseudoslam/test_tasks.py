@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, RobotConf
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.kernels.collision import disc_is_free
 from houseexpo.pseudoslam.worlds.world import traversable_cells
-from tests.builders.vectors import HUTS
+from tests.builders.simulations import HUTS
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 CORRIDOR = FloorPlan("corridor", [(0, 0), (0, 1), (10, 1), (10, 0)], 1, {})

@@ -13,9 +13,8 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo.service.app import make_app
-from tests.builders.disks import disks
-from tests.builders.reviewing import judged_later
-from tests.builders.services import BASE, service_of
+from tests.builders.clusters import disks
+from tests.builders.services import BASE, judged_later, service_of
 
 PAGES = ("", "plan/doubtful", "refused", "statistics", "review", "review/state?reviewer=ann")
 ASKED = ("plans", "plans/doubtful", "plans/doubtful/thumbnail.svg", "plans/doubtful/export/ros", "facets", "tables")

@@ -22,8 +22,7 @@ from houseexpo.dataset.validation import validate
 from houseexpo.errors import DatasetError, UnknownPlanError
 from houseexpo.release import release
 from houseexpo.service.service import Service
-from tests.builders.server import serving
-from tests.builders.services import built, running, service_of, some_plans, two_rooms
+from tests.builders.services import built, running, service_of, serving, some_plans, two_rooms
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.builders.damaged import build_damaged
+from tests.builders.damage import build_damaged
 
 COUNT = 130
 """Each kind of house twice."""

@@ -14,7 +14,7 @@ import typer
 
 from pipeline.cli_parts import NOT_DONE, ended_cleanly
 from tests.builders.batch import contents, lines, one_room
-from tests.builders.disks import Disk, disks
+from tests.builders.clusters import Disk, disks
 
 HOUSES = 24
 

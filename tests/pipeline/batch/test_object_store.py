@@ -16,8 +16,8 @@ from pipeline.batch.folder import Others
 from pipeline.batch.mirror import mirror_of
 from pipeline.batch.shard_build import begun_at, left_of
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
+from tests.builders.clusters import BUCKET, forget, puts, s3_server
 from tests.builders.needs import need
-from tests.builders.object_store import BUCKET, forget, puts, s3_server
 
 pytestmark = pytest.mark.slow
 SOURCE, OUT = f"s3://{BUCKET}/in/street", f"s3://{BUCKET}/out/plans"

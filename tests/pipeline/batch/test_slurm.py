@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from pipeline.batch.slurm import Queue, Request, Scripts, ranges
 from tests.builders.batch import contents
-from tests.builders.slurm import MAX_TASKS, call, cluster, need_slurm, wait_for
+from tests.builders.clusters import MAX_TASKS, call, cluster, need_slurm, wait_for
 
 HOUSES, SHARDS = 12, 5
 

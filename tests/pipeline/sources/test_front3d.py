@@ -5,9 +5,9 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, front3d
-from tests.builders.front3d import BEDROOM, LIVING, box, mesh, room, scene, write
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats.front3d import BEDROOM, LIVING, box, mesh, room, scene, write
 from tests.builders.houses import kinds, plan_of
-from tests.builders.mutations import mutated, outcome
 
 
 def levels(path):

@@ -6,10 +6,10 @@ import pytest
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, gazebo, reader
 from tests.builders.batch import lines, run_build
-from tests.builders.gazebo import WALLS, box, cube, house, model, part, world
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats.gazebo import WALLS, box, cube, house, model, part, world
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import as_trimesh, one_level
-from tests.builders.mutations import mutated, outcome
 
 
 def levels(path, **options):

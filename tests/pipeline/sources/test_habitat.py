@@ -10,8 +10,8 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from tests.builders.batch import plans_of
 from tests.builders.kinds.registry import make_member
-from tests.builders.round_trip import plans_of
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,8 @@ from pipeline.sources import ifc, mesh_file
 from pipeline.sources.ifc_model import Soundness, open_model
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level
+from tests.builders.formats.ifc import TinyBuilding, tiny_house
 from tests.builders.houses import plan_of
-from tests.builders.ifc import TinyBuilding, tiny_house
 
 DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
 CASES = [path for path in sorted((DATA / "cases").glob("*.json")) if '"ifc"' in path.read_text()]

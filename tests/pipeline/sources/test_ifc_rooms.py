@@ -14,8 +14,8 @@ from pipeline.sources import ifc
 from pipeline.sources.ifc_spaces import floor_of
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
+from tests.builders.formats.ifc import TinyBuilding
 from tests.builders.houses import kinds, plan_of
-from tests.builders.ifc import TinyBuilding
 
 LEFT, RIGHT = (0.2, 0.2, 0, 4, 5.8, 2.5), (4.2, 0.2, 0, 7.8, 5.8, 2.5)
 

@@ -6,8 +6,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, mesh_file, reader
 from pipeline.sources.storeys.interior import check_interior, look_at
 from pipeline.values import Mesh
-from tests.builders.large import city
-from tests.builders.meshes import as_trimesh, joined, one_level, sheet, slab, storey, walls_alone, y_up
+from tests.builders.meshes import as_trimesh, city, joined, one_level, sheet, slab, storey, walls_alone, y_up
 
 CORNERS = [(0.0, 0.0), (12.0, 0.0), (12.0, 9.0), (0.0, 9.0)]
 GAP = 1.0

@@ -15,12 +15,16 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
 from pipeline.sources.storeys.levels import FoundLevel, find_levels
 from pipeline.values import Input, Level
-from tests.builders.level_meshes import HOUSE, INNER, SHELL, WALLS, found
-from tests.builders.mesh_files import as_trimesh
 from tests.builders.meshes import (
+    HOUSE,
+    INNER,
     L_FLOOR,
+    SHELL,
+    WALLS,
     Rectangle,
+    as_trimesh,
     box,
+    found,
     joined,
     one_level,
     sheet,

@@ -18,18 +18,20 @@ from pipeline.sources.meshes.formats import SUFFIXES, load_scene
 from pipeline.sources.storeys.scale import UNITS, model_scale
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level, Mesh
-from tests.builders.mesh_files import Y_UP, read, write
 from tests.builders.meshes import (
+    Y_UP,
     as_trimesh,
     box,
     joined,
     one_level,
+    read,
     slab,
     storey,
     table,
     turned,
     two_levels,
     walls_alone,
+    write,
     y_up,
 )
 

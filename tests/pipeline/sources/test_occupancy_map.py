@@ -16,7 +16,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_from_plan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from tests.builders.round_trip import likeness, plans_of
+from tests.builders.batch import likeness, plans_of
 
 CELL_M = 0.05
 FREE, WALL, UNSEEN = 254, 0, 205

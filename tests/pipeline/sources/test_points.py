@@ -10,7 +10,8 @@ from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, points
 from pipeline.sources.points_file import decompress_lzf
-from tests.builders.clouds import (
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats.clouds import (
     flat,
     sampled,
     turned,
@@ -22,7 +23,6 @@ from tests.builders.clouds import (
     write_xyz,
 )
 from tests.builders.houses import kinds, plan_of
-from tests.builders.mutations import mutated, outcome
 
 ROOMS = shapely.union_all(
     [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3), shapely.box(4.0, 1.0, 4.2, 1.9)],

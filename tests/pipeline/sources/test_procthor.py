@@ -8,9 +8,9 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, procthor
-from tests.builders import procthor as tiny
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats import procthor as tiny
 from tests.builders.houses import kinds, plan_of
-from tests.builders.mutations import mutated, outcome
 
 ROOMS = {"Bedroom": (0.0, 0.0, 3.0, 4.0), "Kitchen": (3.0, 0.0, 8.0, 4.0)}
 

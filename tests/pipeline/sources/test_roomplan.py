@@ -11,10 +11,10 @@ from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
 from pipeline.sources.roomplan_scan import LARGEST_BYTES
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import one_level, y_up
-from tests.builders.mutations import mutated, outcome
-from tests.builders.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
 
 
 def levels(path):

@@ -15,7 +15,7 @@ from pipeline.sources import suncg
 from pipeline.sources.meshes import obj
 from pipeline.sources.procedural import write_houses
 from pipeline.values import Level, RejectedLevel
-from tests.builders.suncg_tree import HOUSE, write_house, write_tree
+from tests.builders.formats.suncg_tree import HOUSE, write_house, write_tree
 
 
 def _read(root: Path, **options: str) -> dict[str, Level | RejectedLevel]:

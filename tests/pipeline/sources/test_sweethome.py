@@ -8,10 +8,10 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, sweethome
+from tests.builders.damage import mutated, outcome
+from tests.builders.formats.java_home import java_home
+from tests.builders.formats.sweethome import BED, DOOR, home, room, wall, write
 from tests.builders.houses import kinds, plan_of
-from tests.builders.java_home import java_home
-from tests.builders.mutations import mutated, outcome
-from tests.builders.sweethome import BED, DOOR, home, room, wall, write
 
 
 def levels(path):

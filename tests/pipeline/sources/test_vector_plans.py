@@ -16,8 +16,8 @@ from houseexpo.plan.categories import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.vector_plans.tables import keys
-from tests.builders import published_plans as published
-from tests.builders.round_trip import plans_of
+from tests.builders.batch import plans_of
+from tests.builders.formats import published_plans as published
 
 NAMED = {"Kitchen", "Bedroom"}
 FILES = {

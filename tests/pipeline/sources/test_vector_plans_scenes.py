@@ -14,7 +14,7 @@ import shapely
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from tests.builders.round_trip import plans_of
+from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
   <compiler angle="radian"/>

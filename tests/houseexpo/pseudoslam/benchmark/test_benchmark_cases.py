@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.benchmark.cases import (
     written_ids,
 )
 from tests.builders.shared import DATA, needs_shared
-from tests.builders.vectors import hut
+from tests.builders.simulations import hut
 
 PUBLISHED = DATA / "houseexpo" / "plans_33717.jsonl.gz"
 

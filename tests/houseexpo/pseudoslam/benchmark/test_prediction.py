@@ -28,7 +28,7 @@ from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.tables import markdown
 from houseexpo.pseudoslam.benchmark.tracks import track_of
 from tests.builders.policies import CORRIDOR, TINY, forward, named
-from tests.builders.vectors import hut
+from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 from tests.houseexpo.pseudoslam.benchmark.test_player import policy_file
 

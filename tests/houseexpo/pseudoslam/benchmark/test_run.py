@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.benchmark.result import Result, encoded, read_result, write_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
-from tests.builders.vectors import hut
+from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 
 AVOIDANCE = track_of("avoidance")

@@ -17,7 +17,7 @@ import pytest
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from tests.builders.needs import need
-from tests.builders.vectors import HUTS, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same_step, native, singles
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "examples"
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=20)

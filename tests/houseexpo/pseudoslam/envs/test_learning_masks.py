@@ -9,7 +9,7 @@ import pytest
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.needs import need
-from tests.builders.vectors import HUTS, native
+from tests.builders.simulations import HUTS, native
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=40)
 PLANNING = PlanningConfig(frontiers=4, nodes=40, neighbours=4)

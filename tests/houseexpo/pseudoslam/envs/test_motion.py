@@ -17,8 +17,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import Ackermann, Differential, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
 from houseexpo.pseudoslam.simulator import Simulator
-from tests.builders.simulations import at, hall, started
-from tests.builders.vectors import HUTS, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same_step, at, hall, native, singles, started
 
 QUICK = Differential(1.0, 180.0, 1e6, 1e6)
 """A drive that is as commanded at once."""

@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.config.simulator import PRESETS
 from houseexpo.pseudoslam.envs import spec
 from houseexpo.pseudoslam.envs.pictures import Pictures
 from houseexpo.pseudoslam.kernels.mapping import draw_coarse
-from tests.builders.vectors import HUTS, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same_step, native, singles
 
 FREE, OBSTACLE = 127, 255
 VIEW = ObservationConfig(4.0, global_size_m=24.0, pixels=40, far_size_m=12.0)

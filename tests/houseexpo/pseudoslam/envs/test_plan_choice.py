@@ -14,7 +14,7 @@ import pytest
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from tests.builders.vectors import HUTS, hut, native
+from tests.builders.simulations import HUTS, hut, native
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=4)
 MANY = [*HUTS, hut("huge", 7.0), hut("tiny", 2.5)]

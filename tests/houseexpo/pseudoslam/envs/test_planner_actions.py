@@ -16,9 +16,8 @@ from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.planning import MapPlanner
 from houseexpo.pseudoslam.tasks import Exploration, Task
-from tests.builders.known_maps import reach_of
-from tests.builders.planner_envs import SMALL, env_of
-from tests.builders.vectors import hut
+from tests.builders.robot_maps import reach_of
+from tests.builders.simulations import SMALL_PLANNER, env_of, hut
 
 HALL = hut("hall", 9.0)  # wider than the laser sees
 STEPWISE = PlanningConfig(max_steps=1)
@@ -63,7 +62,7 @@ def test_rewards_are_the_sum_over_the_steps() -> None:
 
 
 def test_time_counts_steps_not_actions() -> None:
-    env = env_of("frontier", dataset=HALL, config=replace(SMALL, max_steps=25), success_coverage=None)
+    env = env_of("frontier", dataset=HALL, config=replace(SMALL_PLANNER, max_steps=25), success_coverage=None)
     env.reset(seed=0)
     steps, truncated = 0, False
     while not truncated:
@@ -89,7 +88,7 @@ def test_what_is_observed_is_what_the_map_shows() -> None:
     """Features of the frontiers that a planner of its own finds, in the robot's frame; the mask; the rest is 0."""
     env = env_of("frontier", dataset=HALL, planning=PlanningConfig(frontiers=6))
     observation, _ = env.reset(seed=1)
-    planner = MapPlanner(SMALL, most=6)
+    planner = MapPlanner(SMALL_PLANNER, most=6)
     for action in (0, 1, 0, 0):
         observation, *_ = env.step(action)
         state = env.unwrapped.state
@@ -120,7 +119,7 @@ def test_where_there_is_no_frontier_the_robot_turns_left() -> None:
 
 
 def test_in_a_house_that_is_known_the_first_choice_is_allowed_though_there_is_none() -> None:
-    env = env_of("frontier", config=replace(SMALL, known_map=True), success_coverage=None)
+    env = env_of("frontier", config=replace(SMALL_PLANNER, known_map=True), success_coverage=None)
     observation, _ = env.reset(seed=0)
     assert observation["action_mask"].tolist() == [1] + [0] * 15
     assert not observation["frontiers"].any()
@@ -162,7 +161,7 @@ def test_the_robot_enters_nothing_that_its_map_does_not_show_free(actions: str) 
 def centred(**given: Any) -> gymnasium.Env:
     """In the middle of a room of 14.4 x 9 m, heading right."""
     start = StartConfig(random=False, x_m=7.2, y_m=4.5)
-    return env_of("waypoint", dataset=HALL, config=replace(SMALL, start=start), success_coverage=None, **given)
+    return env_of("waypoint", dataset=HALL, config=replace(SMALL_PLANNER, start=start), success_coverage=None, **given)
 
 
 def test_a_waypoint_in_the_open_is_reached() -> None:
@@ -200,7 +199,7 @@ def test_a_waypoint_in_a_wall_or_in_the_unknown_is_the_nearest_place_to_stand() 
 
 
 def test_a_goal_on_a_known_map_is_the_last_choice() -> None:
-    config = replace(SMALL, known_map=True)
+    config = replace(SMALL_PLANNER, known_map=True)
     env = env_of("frontier", "Navigation", config=config, planning=PlanningConfig(frontiers=3))
     for seed in range(6):
         observation, info = env.reset(seed=seed)
@@ -216,7 +215,7 @@ def test_a_goal_on_a_known_map_is_the_last_choice() -> None:
 
 
 def test_a_goal_on_an_unknown_map_is_no_choice_until_there_is_a_way() -> None:
-    config = replace(SMALL, goal=GoalConfig(least_way_m=100.0), known_map=False)
+    config = replace(SMALL_PLANNER, goal=GoalConfig(least_way_m=100.0), known_map=False)
     env = env_of("frontier", "Navigation", dataset=HALL, config=config, planning=PlanningConfig(frontiers=5))
     seen = set()
     for seed in range(8):

@@ -10,7 +10,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
-from tests.builders.planner_envs import env_of
+from tests.builders.simulations import env_of
 
 
 @pytest.mark.parametrize(

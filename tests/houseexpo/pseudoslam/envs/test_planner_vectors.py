@@ -13,7 +13,7 @@ import pytest
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
-from tests.builders.vectors import HUTS, assert_same, assert_same_step, hut, native, singles
+from tests.builders.simulations import HUTS, assert_same, assert_same_step, hut, native, singles
 
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)

@@ -13,8 +13,8 @@ import pytest
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
-from tests.builders.explorers import explorers
 from tests.builders.needs import need
+from tests.builders.simulations import explorers
 
 ROOT = Path(__file__).parents[4]
 PUFFER = Path(sys.prefix) / "puffer"
@@ -25,7 +25,7 @@ import pufferlib.vector
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv
-from tests.builders.vectors import HUTS
+from tests.builders.simulations import HUTS
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=9)
 GIVEN = {"num_envs": 4, "dataset": HUTS, "config": SMALL, "threads": 1}

@@ -16,7 +16,7 @@ import pytest
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.tasks import Exploration
-from tests.builders.vectors import HUTS, assert_same, native
+from tests.builders.simulations import HUTS, assert_same, native
 
 MODULE = "houseexpo.pseudoslam.sb3"
 HAS_SB3 = find_spec("stable_baselines3") is not None

@@ -17,7 +17,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.tasks import Exploration, ObstacleAvoidance
-from tests.builders.vectors import HUTS, assert_same, native, singles
+from tests.builders.simulations import HUTS, assert_same, native, singles
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=4)
 

@@ -19,8 +19,7 @@ from gymnasium.vector import AutoresetMode
 from houseexpo.pseudoslam.envs import batch
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.step_kernels import kernel_for
-from tests.builders.explorers import GIVEN, SMALL, explorers
-from tests.builders.vectors import assert_same, assert_same_step, native
+from tests.builders.simulations import GIVEN, SMALL, assert_same, assert_same_step, explorers, native
 
 KEYS = {"explored_m2", "coverage", "collisions", "collided", "pose", "is_success", "plan_id"}
 MORE = {"Exploration": set(), "ObstacleAvoidance": {"clearance_m"}, "Navigation": {"to_goal_m", "way_m", "goal", "spl"}}

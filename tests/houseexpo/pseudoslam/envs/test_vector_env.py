@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.config import (
 )
 from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, PeopleConfig, RandomObstacles, Trajectory
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
-from tests.builders.vectors import HUTS, assert_same, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same, assert_same_step, native, singles
 
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=11)

@@ -13,8 +13,7 @@ from gymnasium.utils import seeding
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import StartConfig
 from houseexpo.pseudoslam.envs import batch
-from tests.builders.explorers import GIVEN, SMALL, explorers
-from tests.builders.vectors import HUTS, assert_same
+from tests.builders.simulations import GIVEN, HUTS, SMALL, assert_same, explorers
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.io.observe import MANIFEST, RECIPE, observe
 from houseexpo.pseudoslam.io.pairs import PairConfig
-from tests.builders.vectors import HUTS, hut
+from tests.builders.simulations import HUTS, hut
 
 COARSE = SimulatorConfig(pixels_per_metre=10.0)
 SMALL = PairConfig(each=3, every=2, size_m=8.0, pixels=40, simulator=COARSE)

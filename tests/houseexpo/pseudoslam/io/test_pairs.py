@@ -16,7 +16,7 @@ from houseexpo.plan.parts import Room
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, PairConfig, pairs_of, stack_pairs
 from houseexpo.pseudoslam.worlds.cache import world_for
-from tests.builders.vectors import HUTS
+from tests.builders.simulations import HUTS
 
 FREE, OBSTACLE = 127, 255
 COARSE = SimulatorConfig(pixels_per_metre=10.0)

@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.kernels.collision import (
     way_past_people,
 )
 from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
-from tests.builders.moving import frame_of, room
+from tests.builders.simulations import frame_of, room
 
 PPM = 10.0
 SHAPES: list[Shape] = [

@@ -18,8 +18,7 @@ from houseexpo.pseudoslam.kernels.people import push, stamp_bodies
 from houseexpo.pseudoslam.render.sight import beam_ends, bodies_of
 from houseexpo.pseudoslam.worlds.moving import walk_of
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
-from tests.builders.moving import NOBODY, Scene, room, scene
-from tests.builders.vectors import assert_same, native, singles
+from tests.builders.simulations import NOBODY, Scene, assert_same, native, room, scene, singles
 
 PPM = 10.0
 

@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.ros import bridge as bridge_module
 from houseexpo.pseudoslam.ros.bridge import Bridge
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import COMMANDS, Node, NodeConfig
-from tests.builders.rosbridge import Rosbridge
+from tests.builders.ros.rosbridge import Rosbridge
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 CONFIG = SimulatorConfig(laser=LaserConfig(3.0, 360.0, 10.0), noise=NoiseConfig(drop_out=0.2))

@@ -15,7 +15,7 @@ import pytest
 
 from houseexpo import FloorPlan
 from tests.builders.needs import need
-from tests.builders.ros_judge import ended, judged, started, surroundings
+from tests.builders.ros.judge import ended, judged, started, surroundings
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
@@ -93,7 +93,7 @@ def test_other_types_and_other_publishers_are_told_and_nothing_stops(tmp_path: P
     HALL.save(tmp_path / "hall.json")
     process = started(tmp_path / "hall.json", "--start", "2,2")
     try:
-        code = "from tests.builders.ros_judge import disturb; disturb(6.0)"
+        code = "from tests.builders.ros.judge import disturb; disturb(6.0)"
         subprocess.run([sys.executable, "-c", code], env=surroundings(), timeout=60, check=True)
     finally:
         said = ended(process)
@@ -110,7 +110,7 @@ def test_a_subscriber_that_stands_still_or_dies_stops_nothing(tmp_path: Path, nu
     HALL.save(tmp_path / "hall.json")
     process = started(tmp_path / "hall.json", "--start", "2,2", "--map", "slam")
     began = time.monotonic()
-    code = "from tests.builders.ros_judge import listen; listen()"
+    code = "from tests.builders.ros.judge import listen; listen()"
     listener = subprocess.Popen([sys.executable, "-c", code], env=surroundings(), stdout=subprocess.PIPE, text=True)
     try:
         assert listener.stdout is not None

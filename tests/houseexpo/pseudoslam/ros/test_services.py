@@ -21,8 +21,8 @@ from houseexpo.pseudoslam.ros.dds import Network
 from houseexpo.pseudoslam.ros.services import Service, Services
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 from tests.builders.needs import need
-from tests.builders.ros_client import answers
-from tests.builders.ros_judge import DOMAIN, ended, started
+from tests.builders.ros.client import answers
+from tests.builders.ros.judge import DOMAIN, ended, started
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 LARGE = FloorPlan("large", [(0, 0), (0, 20), (30, 20), (30, 0)], 1, {})

@@ -10,7 +10,7 @@ import pytest
 
 from houseexpo.pseudoslam.worlds import cache as cache_module
 from houseexpo.pseudoslam.worlds.world import World
-from tests.builders.world_stores import write_huts
+from tests.builders.simulations import write_huts
 
 
 @pytest.fixture

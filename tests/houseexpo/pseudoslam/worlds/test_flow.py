@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
 )
 from houseexpo.pseudoslam.worlds.moving import make_flow
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
-from tests.builders.moving import frame_of, plan_of, room
+from tests.builders.simulations import frame_of, plan_of, room
 
 
 def cluttered(seed: int) -> np.ndarray:

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.worlds import cache as worlds
 from houseexpo.pseudoslam.worlds.cache import WorldCache, _Packed, world_for
 from houseexpo.pseudoslam.worlds.world import World
 from tests.builders.shared import DATA, needs_shared
-from tests.builders.vectors import HUTS, assert_same_step, native
+from tests.builders.simulations import HUTS, assert_same_step, native
 
 COARSE = SimulatorConfig(pixels_per_metre=16.0)
 NUMBER = 10_000

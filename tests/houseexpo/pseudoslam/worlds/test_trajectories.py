@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.kernels.collision import MOVING, Disc, pose_at
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
 from houseexpo.pseudoslam.worlds.world import scan_buffers
-from tests.builders.moving import NOBODY, frame_of, room, scene
+from tests.builders.simulations import NOBODY, frame_of, room, scene
 
 ACROSS = Trajectory(Circle(0.3), (0, 4), ((1, 3, 0), (5, 3, 0)))
 

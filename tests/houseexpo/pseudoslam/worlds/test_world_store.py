@@ -15,8 +15,7 @@ from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare
 from houseexpo.pseudoslam.worlds.store import RecordError, Shard, decode_world, encode_world
-from tests.builders.vectors import HUTS, assert_same_step, hut, native
-from tests.builders.world_stores import COARSE, assert_same_world, files
+from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, files, hut, native
 
 
 def test_a_world_read_is_the_world_that_was_made() -> None:

@@ -19,8 +19,7 @@ from houseexpo.pseudoslam.worlds import store as store_module
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare
 from houseexpo.pseudoslam.worlds.store import Shard, ShardError, WorldStore, encode_world, store_folder, write_shard
-from tests.builders.vectors import HUTS
-from tests.builders.world_stores import COARSE, assert_same_world, files
+from tests.builders.simulations import COARSE, HUTS, assert_same_world, files
 
 
 def damaged(data: bytes, how: str) -> bytes:

@@ -14,10 +14,8 @@ pytest.importorskip("starlette")
 
 from houseexpo import save_plan
 from houseexpo.service.service import Limits
-from tests.builders.browsing import browser
-from tests.builders.driving import two_rooms
+from tests.builders.browsing import browser, look, two_rooms, visited
 from tests.builders.services import running, service_of
-from tests.builders.visiting import look, visited
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 MADE_MS = 120_000  # kernels may have to be compiled first

@@ -26,8 +26,8 @@ from houseexpo.service.drive import pages, sessions
 from houseexpo.service.drive.frames import ENDED, SAVED
 from houseexpo.service.drive.robots import Robot
 from houseexpo.service.service import Service, Settings
-from tests.builders.driving import Frame, frame_from, painted, start, two_rooms
-from tests.builders.reviewing import no_plans
+from tests.builders.browsing import Frame, frame_from, painted, start, two_rooms
+from tests.builders.services import no_plans
 
 ADDRESS = "ws://127.0.0.1/houses/drive/robot"
 

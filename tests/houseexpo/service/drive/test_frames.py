@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
 from houseexpo.service.drive.frames import LONGEST, Report, SentMap, frame_of, runs_of
-from tests.builders.driving import VALUES, frame_from, painted
+from tests.builders.browsing import VALUES, frame_from, painted
 
 REPORT = Report(7, 5, 3, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
 NOTHING = Sight(np.empty(0), np.empty((0, 6)))

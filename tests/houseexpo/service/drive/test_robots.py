@@ -20,7 +20,7 @@ from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
 from houseexpo.service.drive.messages import Start
 from houseexpo.service.drive.recordings import read_recording
 from houseexpo.service.drive.robots import Bumps, Robot, explorers
-from tests.builders.driving import frame_from, painted, two_rooms
+from tests.builders.browsing import frame_from, painted, two_rooms
 
 
 def robot(**words: Any) -> Robot:

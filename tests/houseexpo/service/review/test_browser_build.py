@@ -12,9 +12,9 @@ pytest.importorskip("starlette")
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app as make_commands
+from tests.builders.browsing import look, visited
 from tests.builders.bungalow import FILE
 from tests.builders.services import running, service_of
-from tests.builders.visiting import look, visited
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 LONG_MS = 180_000

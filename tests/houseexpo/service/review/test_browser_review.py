@@ -12,9 +12,8 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from tests.builders.reviewing import judged_later, no_plans
-from tests.builders.services import running, service_of
-from tests.builders.visiting import look, visited
+from tests.builders.browsing import look, visited
+from tests.builders.services import judged_later, no_plans, running, service_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}

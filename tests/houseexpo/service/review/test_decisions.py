@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import Decisions
 from houseexpo.service.review.log import Line
-from tests.builders.reviewing import clerk
+from tests.builders.services import clerk
 
 DOOR = [[1.0, 2.0], [1.0, 2.9]]
 

@@ -19,7 +19,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.review.pages import Review
 from houseexpo.service.service import Service, Settings
 from pipeline.overrides import load_overrides
-from tests.builders.reviewing import judged_later, no_plans
+from tests.builders.services import judged_later, no_plans
 
 QUALITIES = {"sure": 0.95, "doubtful": 0.4, "middling": 0.7, "published": None}
 

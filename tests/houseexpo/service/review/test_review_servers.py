@@ -18,7 +18,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from tests.builders.reviewing import ROOT, judged_later
+from tests.builders.services import ROOT, judged_later
 
 pytestmark = pytest.mark.slow
 PLANS = [f"plan_{i:03}" for i in range(60)]

@@ -24,8 +24,7 @@ from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.decisions import Decisions
 from houseexpo.service.service import Service, Settings
-from tests.builders.reviewing import judged_later
-from tests.builders.services import built, some_plans
+from tests.builders.services import built, judged_later, some_plans
 
 QUALITIES: dict[str, float | None] = {"doubtful": 0.4, "sure": 0.95}
 

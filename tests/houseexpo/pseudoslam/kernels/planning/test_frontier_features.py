@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
 from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
 from houseexpo.pseudoslam.planning import feature_rules, frontier_rules
 from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
-from tests.builders.known_maps import FREE
+from tests.builders.robot_maps import FREE
 
 CONFIG = SimulatorConfig(10.0, robot=RobotConfig(radius_m=0.12), laser=LaserConfig(range_m=2.0))
 

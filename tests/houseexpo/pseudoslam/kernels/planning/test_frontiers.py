@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear
 from houseexpo.pseudoslam.planning import MapPlanner, frontier_rules, near_offsets
-from tests.builders.known_maps import (
+from tests.builders.robot_maps import (
     FREE,
     drawn,
     random_map,

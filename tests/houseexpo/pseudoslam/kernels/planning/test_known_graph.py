@@ -12,7 +12,7 @@ from houseexpo.pseudoslam.kernels.planning.graph import draw_graph, note_visit
 from houseexpo.pseudoslam.kernels.planning.plan import VISITED, Graph, GraphRules, new_graph
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
 from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
-from tests.builders.known_maps import FREE, random_map, random_place, slow_clear, slow_clusters
+from tests.builders.robot_maps import FREE, random_map, random_place, slow_clear, slow_clusters
 
 SIDE, RANGE, RADIUS = 4, 9.0, 1.2
 RULES = GraphRules(SIDE, RANGE, RADIUS)

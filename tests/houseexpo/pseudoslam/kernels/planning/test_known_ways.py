@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways, trace
 from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, KnownWays, known_ways_of
-from tests.builders.known_maps import FREE, drawn, random_map, random_place, slow_standing, slow_ways
+from tests.builders.robot_maps import FREE, drawn, random_map, random_place, slow_standing, slow_ways
 
 SEEDS = st.integers(0, 10**6)
 

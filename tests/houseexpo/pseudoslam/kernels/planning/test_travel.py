@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.planning.ways import find_ways, is_settled, ne
 from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
 from houseexpo.pseudoslam.planning import plan_rules
 from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
-from tests.builders.known_maps import FREE, UNKNOWN, drawn, random_map, random_place
+from tests.builders.robot_maps import FREE, UNKNOWN, drawn, random_map, random_place
 
 SEEDS = st.integers(0, 10**6)
 

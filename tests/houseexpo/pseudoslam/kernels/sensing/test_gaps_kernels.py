@@ -15,7 +15,7 @@ from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, mark_visible
 from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, visible_cells
-from tests.builders.visibility import slow_visible
+from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 ROWS, COLS = 30, 44

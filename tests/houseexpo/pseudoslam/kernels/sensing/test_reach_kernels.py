@@ -10,7 +10,7 @@ import pytest
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_standing, mark_in_sight
 from houseexpo.pseudoslam.worlds.world import traversable_cells, visible_cells, world_of
-from tests.builders.visibility import slow_visible
+from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 

@@ -15,7 +15,7 @@ import shapely
 from numpy.random import Generator
 from shapely import Polygon, box
 
-from tests.builders.kinds.layout import Draft, corner_home, corridor_home, hub, on_grid, studio
+from tests.builders.kinds.parts.layout import Draft, corner_home, corridor_home, hub, on_grid, studio
 
 
 def draft_home(rng: Generator, size: str = "home") -> Draft:

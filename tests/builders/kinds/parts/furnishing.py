@@ -11,9 +11,9 @@ import trimesh
 from numpy.random import Generator
 from shapely import Polygon, box
 
-from tests.builders.kinds.furniture import SORTS, thing
-from tests.builders.kinds.openings import HALLS
-from tests.builders.kinds.solids3d import moved
+from tests.builders.kinds.parts.furniture import SORTS, thing
+from tests.builders.kinds.parts.openings import HALLS
+from tests.builders.kinds.parts.solids3d import moved
 from tests.builders.kinds.values import OUTSIDE, Storey
 
 CLEAR_M = 0.75

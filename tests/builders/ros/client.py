@@ -1,6 +1,6 @@
 """A client of real rclpy that asks ``/houseexpo/load_map`` for houses, and prints what came as JSON.
 
-``python -m tests.builders.ros_client HOUSE...``, with ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set. Of the
+``python -m tests.builders.ros.client HOUSE...``, with ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set. Of the
 services of ``houseexpo ros``, this is the one whose type rclpy's wheels bring.
 """
 
@@ -13,12 +13,12 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from tests.builders.ros_judge import surroundings
+from tests.builders.ros.judge import surroundings
 
 
 def answers(houses: Sequence[str], *, limit_s: float = 110.0) -> dict[str, Any]:
     """Run ``ask`` in a process of its own, and return what it found."""
-    words = [sys.executable, "-m", "tests.builders.ros_client", *houses]
+    words = [sys.executable, "-m", "tests.builders.ros.client", *houses]
     done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=limit_s, check=False)
     assert done.returncode == 0, done.stderr
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])

@@ -1,6 +1,6 @@
 """``houseexpo ros`` in a process of its own, and a node of real rclpy that judges it in another.
 
-The judge drives the robot, and prints what it heard as JSON: ``python -m tests.builders.ros_judge SECONDS``, with
+The judge drives the robot, and prints what it heard as JSON: ``python -m tests.builders.ros.judge SECONDS``, with
 ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE set.
 """
 
@@ -50,7 +50,7 @@ def ended(process: subprocess.Popen[str]) -> str:
 
 def judged(seconds: float) -> dict[str, Any]:
     """Run ``judge`` in a process of its own, beside what ``started`` runs, and return what it found."""
-    words = [sys.executable, "-m", "tests.builders.ros_judge", str(seconds)]
+    words = [sys.executable, "-m", "tests.builders.ros.judge", str(seconds)]
     limit = seconds + 110.0
     done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=limit, check=False)
     assert done.returncode == 0, done.stderr

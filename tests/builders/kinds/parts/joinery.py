@@ -15,7 +15,7 @@ import shapely
 import trimesh
 from numpy.random import Generator
 
-from tests.builders.kinds.solids3d import joined, prism
+from tests.builders.kinds.parts.solids3d import joined, prism
 from tests.builders.kinds.values import Leaf, Opening, Part, Storey, Wall
 
 

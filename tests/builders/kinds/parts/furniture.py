@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.random import Generator
 
-from tests.builders.kinds.solids3d import box, cylinder, joined
+from tests.builders.kinds.parts.solids3d import box, cylinder, joined
 
 Maker = Callable[[Generator, float], list[trimesh.Trimesh]]
 

@@ -10,7 +10,7 @@ import shapely
 import trimesh
 from shapely import LineString, Polygon
 
-from tests.builders.kinds.solids3d import joined, polygons, upright
+from tests.builders.kinds.parts.solids3d import joined, polygons, upright
 from tests.builders.kinds.values import Opening, Storey
 
 

@@ -16,7 +16,7 @@ import manifold3d
 import shapely
 import trimesh
 
-from tests.builders.kinds.solids3d import mesh_of, prism, solid
+from tests.builders.kinds.parts.solids3d import mesh_of, prism, solid
 from tests.builders.kinds.values import Opening, Storey, Wall
 
 STYLES = ("boxes", "holes", "butted", "courses", "one")

@@ -8,7 +8,7 @@ import trimesh
 from numpy.random import Generator
 from shapely import box
 
-from tests.builders.kinds.solids3d import prism
+from tests.builders.kinds.parts.solids3d import prism
 from tests.builders.kinds.values import Storey
 
 RISER_M = 0.175
