@@ -21,7 +21,7 @@ benchmark = typer.Typer(
 )
 
 TRACK_NAMES = (
-    *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people"),
+    *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people", "slam"),
     *("kth", "dare", "ariadne"),
 )
 
@@ -40,7 +40,7 @@ def run(
     track: Annotated[
         str,
         typer.Option(
-            help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people; "
+            help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people, slam; "
             "on --maps also kth, dare or ariadne.",
             autocompletion=completion_of(*TRACK_NAMES),
         ),

@@ -76,6 +76,25 @@ class Budget:
         return found
 
 
+SLAM: Final = (
+    Metric("ate_m", "path error", "m", "low", "slam"),
+    Metric("odometry_ate_m", "path error of odometry", "m", "low", "slam"),
+    Metric("heading_deg", "heading error at the end, degrees", "", "low", "slam"),
+    Metric("iou_seen_free", "IoU of free cells", "%", "high", "slam"),
+    Metric("iou_seen_walls", "IoU of walls", "%", "high", "slam"),
+)
+"""The metrics of ``Slam`` beside those of ``Budget``."""
+
+
+@dataclass(frozen=True)
+class Slam(Budget):
+    """Coverage as ``Budget``, and the errors of the SLAM's path and map at the end (``envs.slam_env``)."""
+
+    def __call__(self, trace: Trace) -> Values:
+        """Return the values of an episode."""
+        return {**super().__call__(trace), **trace.info["slam"]()}
+
+
 def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
     """Return the metrics of ``Quality``."""
     reached = [Metric(f"reached_{share}", f"{share}% seen", "%", "high") for share in shares]

@@ -18,6 +18,7 @@ from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
+from houseexpo.pseudoslam.envs.slam_env import SlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 from houseexpo.words import nearest
@@ -65,6 +66,8 @@ class Track:
     metrics: tuple[Metric, ...]
     measure: Callable[[Trace], dict[str, float | None]]
     curves: tuple[tuple[str, int], ...] = ()
+    slam: bool = False
+    """Whether a SLAM draws the robot's map, and not the simulator."""
     largest: int = 0
     """How many of the largest plans of a list the track draws from; 0 for all plans."""
 
@@ -84,11 +87,12 @@ class Track:
             "exploration": ExplorationEnv,
             "avoidance": ObstacleAvoidanceEnv,
             "navigation": NavigationEnv,
+            "slam": SlamEnv,
         }
         config = self.config if interface.view is None else replace(self.config, observation=interface.view)
         houses: Houses | FloorPlan = plans if self.needs_plans else ROOM
         shown = {"actions": interface.actions, "observation": interface.observation}
-        return make[self.task](houses, config, **self.arguments, **shown)
+        return make["slam" if self.slam else self.task](houses, config, **self.arguments, **shown)
 
     def record(self) -> dict[str, Any]:
         """Return the record of the track in results, without ``observation``, which the policy chooses."""
@@ -99,6 +103,8 @@ class Track:
 
 _EXPLORER = SimulatorConfig(max_steps=4000)
 """25 px/m, a robot of 0.2 m radius with steps of 0.3 m or 10 degrees, a laser of 5 m and 180 degrees, no noise."""
+_FINE_LASER: Final = LaserConfig(5.0, 180.0, 0.25)
+"""Beams are 2.2 cm apart at 5 m, less than a cell: a SLAM draws beams, and beams 0.7 degrees apart leave out cells."""
 _NOISE: Final = NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
 """Errors of a cheap laser and of wheels without slip; the map drifts with the odometry, as without loop closure."""
 
@@ -151,6 +157,13 @@ TRACKS: Final = (
         "See as much of a house in which up to four people walk as a budget allows.",
         replace(_EXPLORER, people=PeopleConfig(4)), "exploration", {"success_coverage": 1.0},
         measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
+    ),
+    Track(
+        "slam", "exploration-slam-v1",
+        "See as much of a house as a budget allows, on the map of a SLAM that corrects the odometry of `noisy`.",
+        replace(_EXPLORER, noise=_NOISE, laser=_FINE_LASER, max_steps=2000), "exploration", {"success_coverage": 1.0},
+        (*measures.budget_metrics(BUDGETS), *measures.SLAM), measures.Slam(BUDGETS), (("steps", 800), ("metres", 200)),
+        slam=True,
     ),
 )  # fmt: skip
 

@@ -159,6 +159,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
         look_round(state, self._params, self._scratch)
         self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
+        self._believe(starts=True)
         self._constants.rows[0] = constants_of(state, world)
         after = self._after = self._metrics()
         self._trail = []
@@ -171,6 +172,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         moves, ahead = self._env_spec.motions(action)
         before = self._after
         step_one(state, moves, self._params, self._scratch)
+        self._believe(starts=False)
         after = self._after = self._metrics()
         success = self.task.success(after)
         reward = float(self.task.rewards(before, after, ahead, success)[0])
@@ -220,6 +222,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
             self._trail.append(self.state.poses_px.copy())
         if self.render_mode == "human":
             self.render()
+
+    def _believe(self, *, starts: bool) -> None:
+        """Replace the belief that the simulator has drawn, in environments with a SLAM of their own."""
 
     def _metrics(self) -> Metrics:
         return Metrics.of(self._constants, self.state.pool, self.config)

@@ -9,6 +9,7 @@ import pytest
 from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, RobotConfig
+from houseexpo.pseudoslam.envs.spec import Kind
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.policies import CORRIDOR
 
@@ -21,6 +22,7 @@ FIXED: dict[str, dict[str, Any]] = {
     "exploration-large-v1": {"pixels_per_metre": 25.0, "max_steps": 6000, "known_map": False, "goal": None},
     "exploration-noisy-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "exploration-people-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
+    "exploration-slam-v1": {"pixels_per_metre": 25.0, "max_steps": 2000, "known_map": False, "goal": None},
 }
 
 
@@ -35,11 +37,12 @@ def test_every_track_is_held_to() -> None:
 def test_what_an_id_fixes(name: str) -> None:
     config = track_of(name).config
     assert config.robot == RobotConfig(0.2, 0.3, 10.0)
-    assert config.laser == LaserConfig(5.0, 180.0, 0.7, "sector")
+    assert config.laser == LaserConfig(5.0, 180.0, 0.25 if name == "exploration-slam-v1" else 0.7, "sector")
     noise = NoiseConfig(0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
-    assert config.noise == (noise if name == "exploration-noisy-v1" else NoiseConfig())
+    assert config.noise == (noise if name in {"exploration-noisy-v1", "exploration-slam-v1"} else NoiseConfig())
     assert config.start.random
     assert config.people.number == (4 if name == "exploration-people-v1" else 0)
+    assert track_of(name).slam == (name == "exploration-slam-v1")
     assert track_of(name).largest == (500 if name == "exploration-large-v1" else 0)
     assert bool(config.obstacles.random) == (name == "avoidance-v1")
     for key, value in FIXED[name].items():
@@ -52,9 +55,11 @@ def test_what_an_id_fixes(name: str) -> None:
 def test_a_policy_chooses_how_it_sees_and_acts_and_no_more(name: str) -> None:
     track = track_of(name)
     view = ObservationConfig(size_m=8.0)
-    env = track.environment([CORRIDOR], Interface("continuous", "dict", view))
+    kind: Kind = "map" if track.slam else "dict"
+    env = track.environment([CORRIDOR], Interface("continuous", kind, view))
     assert env.config.observation == view
-    assert env.observation_space["map"].shape == (1, env.config.side_px, env.config.side_px)
+    space = env.observation_space if track.slam else env.observation_space["map"]
+    assert space.shape == (1, env.config.side_px, env.config.side_px)
     assert env.action_space.shape == (2,)
     env.reset(seed=0)
     assert env.simulator.world.plan_id == (ROOM.id if name == "avoidance-v1" else "corridor")
