@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
@@ -22,7 +23,7 @@ from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather
 from pipeline.stages.furnish import furnish
-from pipeline.stages.grounds import weigh
+from pipeline.stages.grounds import walls_far_from_rooms, weigh
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
@@ -66,9 +67,12 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     spaces = erase_isolated(spaces, config.isolated)
     yield Snapshot("isolated", spaces, level.id)
     buildings = separate(level, spaces, config.isolated)
+    whole = _Whole(evidence, planes, layout)
+    if len(buildings) > 1:
+        whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in buildings:
         try:
-            yield from _of_building(building, spaces, _Whole(evidence, planes, layout), config, rng)
+            yield from _of_building(building, spaces, whole, config, rng)
         except Rejection as rejection:
             if len(buildings) == 1:
                 raise
@@ -77,11 +81,15 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
 
 @dataclass(frozen=True, eq=False)
 class _Whole:
-    """What the first stages found in the whole level, before it is divided into buildings."""
+    """What the first stages found in the whole level, before it is divided into buildings.
+
+    ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
+    """
 
     evidence: Evidence
     planes: Planes
     layout: Layout
+    far_walls: BaseGeometry | None = None
 
 
 def _of_building(
@@ -95,7 +103,7 @@ def _of_building(
     if config.evidence.furniture:
         spaces, obstacles = furnish(level, whole.evidence, spaces)
         yield Snapshot("furnish", spaces, level.id)
-    grounds = weigh(level, whole.evidence, whole.layout, spaces)
+    grounds = weigh(level, whole.evidence, whole.layout, spaces, whole.far_walls)
     planned = rate(Planned(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds))
     provenance = _provenance(level, whole.planes, spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)

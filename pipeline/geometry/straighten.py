@@ -111,19 +111,25 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
     high = (edges.end * along).sum(axis=1)
     length, result = edges.length, own.copy()
     free = np.ones(len(own), bool)
+    order = np.argsort(own, kind="stable")
+    sorted_own = own[order]
     for leader in np.argsort(-length, kind="stable"):
         if not free[leader]:
             continue
-        same = free & (np.abs(own - own[leader]) <= offset_m) & (np.abs(np.sin((angle - angle[leader]) / 2)) < 1e-6)
-        group = _within_reach(low, high, same, int(leader))
+        first, last = np.searchsorted(sorted_own, [own[leader] - 2 * offset_m, own[leader] + 2 * offset_m])
+        near = np.sort(order[first:last])  # a wide window: the tests below decide
+        near = near[free[near]]
+        same = (np.abs(own[near] - own[leader]) <= offset_m) & (
+            np.abs(np.sin((angle[near] - angle[leader]) / 2)) < 1e-6
+        )
+        group = _within_reach(low, high, near[same], int(leader))
         result[group] = (own[group] * length[group]).sum() / length[group].sum()
         free[group] = False
     return result
 
 
-def _within_reach(low: Floats, high: Floats, candidates: npt.NDArray[np.bool_], leader: int) -> npt.NDArray[np.int64]:
-    """Candidates on the leader's line, each within reach of the stretch that the others cover already."""
-    index = np.flatnonzero(candidates)
+def _within_reach(low: Floats, high: Floats, index: npt.NDArray[np.int64], leader: int) -> npt.NDArray[np.int64]:
+    """Candidates (n,) on the leader's line, each within reach of the stretch that the others cover already."""
     start, end = low[leader], high[leader]
     inside = np.zeros(len(index), bool)
     while True:
@@ -160,20 +166,28 @@ def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m:
 
 def _without_steps(index: list[int], line: Floats, normal: Floats, length: Floats, offset_m: float) -> list[int]:
     """R3: drop short edges whose neighbours meet without them, and join neighbours on one line."""
-    changed = True
-    while changed and len(index) > 3:
-        changed = False
-        for k, here in enumerate(index):
-            before, after = index[k - 1], index[(k + 1) % len(index)]
-            same = _parallel(normal, before, here) and abs(line[before] - line[here]) < 1e-9
-            step = length[here] <= offset_m and (
-                not _parallel(normal, before, after) or abs(line[before] - line[after]) < 1e-9
-            )
-            if same or step:
-                index = index[:k] + index[k + 1 :]
-                changed = True
-                break
-    return index
+    of = index  # the ring's edges: tuples of numbers are quicker than rows of arrays
+    ways = dict(zip(of, zip(normal[of, 0].tolist(), normal[of, 1].tolist(), strict=True), strict=True))
+    offsets = dict(zip(of, line[of].tolist(), strict=True))
+    lengths = dict(zip(of, length[of].tolist(), strict=True))
+
+    def parallel(a: int, b: int) -> bool:
+        (ax, ay), (bx, by) = ways[a], ways[b]
+        return bool(ax * bx + ay * by > 1 - 1e-9)
+
+    kept, k = list(index), 0
+    while len(kept) > 3 and k < len(kept):
+        here, before, after = kept[k], kept[k - 1], kept[(k + 1) % len(kept)]
+        same = parallel(before, here) and abs(offsets[before] - offsets[here]) < 1e-9
+        step = lengths[here] <= offset_m and (
+            not parallel(before, after) or abs(offsets[before] - offsets[after]) < 1e-9
+        )
+        if not (same or step):
+            k += 1
+            continue
+        del kept[k]  # the first edge that can go now is the one before, or the first where the last is gone
+        k = 0 if k == len(kept) else max(k - 1, 0)
+    return kept
 
 
 def _parallel(normal: Floats, a: int, b: int) -> bool:

@@ -426,26 +426,41 @@ STANDING = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Sections:
-    """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow."""
+    """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
+
+    ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
+    """
 
     cutter: Cutter
     sheet_m: float
     solid_m: float
+    prisms: bool = False
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
+    _layers: dict[int, tuple[Section, BaseGeometry]] = field(default_factory=dict)
 
     def foot(self, height: float) -> BaseGeometry:
         """Return all that stands at a height near the floor, massive bodies included."""
-        found = section(self.cutter.cut(height), sheet_m=self.sheet_m, solid_m=self.solid_m)
-        return union_of([joined_sheets(found.walls, self.sheet_m), found.solids])
+        found, walls = self._section(height, upright_only=False)
+        return union_of([walls, found.solids])
+
+    def _section(self, height: float, *, upright_only: bool) -> tuple[Section, BaseGeometry]:
+        """Return a section, and its walls without the slits between their sheets."""
+        layer = int((self.cutter.heights < height).sum()) if self.prisms else 0
+        if layer in self._layers:
+            return self._layers[layer]
+        cut = self.cutter.cut(height, upright_only=upright_only)
+        found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
+        made = found, joined_sheets(found.walls, self.sheet_m)
+        if self.prisms:
+            self._layers[layer] = made
+        return made
 
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
         if height not in self._made:
-            cut = self.cutter.cut(height, upright_only=True)
-            found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
+            found, walls = self._section(height, upright_only=True)
             massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
-            walls = joined_sheets(found.walls, self.sheet_m)
             self._closets[height] = found.closets
             self._made[height] = union_of([walls, *massive]) if massive else walls
         return self._made[height]

@@ -83,7 +83,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     bodies = Bodies.of(level.walls)
     leaves = [*find_leaves(bodies, level.ceiling_m), *cubicle_leaves(bodies, level.ceiling_m)]
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
-    sections = Sections(cutter, config.sheet_m, config.solid_m)
+    sections = Sections(cutter, config.sheet_m, config.solid_m, prisms=level.prisms)
     heights = _Heights.of(cutter, level, config)
     foot = sections.foot(heights.sill)
     above = [sections.at(height, foot) for height in heights.above]

@@ -22,6 +22,7 @@ R12 Floor and walls beside no room say nothing where a person has said what is n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -47,8 +48,13 @@ CRACK_M: Final = 0.02
 NEAR_M: Final = 0.1
 
 
-def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> dict[str, float]:
-    """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made."""
+def weigh(
+    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, far_walls: BaseGeometry | None = None
+) -> dict[str, float]:
+    """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made.
+
+    ``far_walls`` are the ``walls_far_from_rooms``, if they are known already: those of several buildings are the same.
+    """
     rooms, inner = union_of(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
     left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
@@ -58,7 +64,7 @@ def weigh(level: Level, evidence: Evidence, layout: Layout, spaces: Spaces) -> d
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level.floor_with_rooms, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
-        "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, [rooms, *layout.rooms]),
+        "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
@@ -102,11 +108,18 @@ def _floors(
     }
 
 
-def _roomless_share(walls: BaseGeometry, rooms: list[BaseGeometry]) -> float:
-    """Return the share of the walls that stand beside no room (R5). A wall is at most ``THICKEST_M`` thick."""
+def walls_far_from_rooms(walls: BaseGeometry, rooms: Sequence[BaseGeometry]) -> BaseGeometry:
+    """Return the walls that stand beside none of the rooms (R5). A wall is at most ``THICKEST_M`` thick."""
+    return subtract(walls, buffer_mitred(union_of(rooms), THICKEST_M))
+
+
+def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, far_walls: BaseGeometry | None) -> float:
+    """Return the share of the walls that stand beside no room (R5)."""
     if walls.is_empty:
         return 0.0
-    return _share(subtract(walls, buffer_mitred(union_of(rooms), THICKEST_M)).area, walls.area)
+    if far_walls is None:
+        return _share(walls_far_from_rooms(walls, [rooms, *layout.rooms]).area, walls.area)
+    return _share(walls_far_from_rooms(far_walls, [rooms]).area, walls.area)
 
 
 def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:

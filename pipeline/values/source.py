@@ -60,9 +60,9 @@ class Level:
     ``walls`` holds everything that may be a wall: walls, columns and windows by the source's names, everything without
     a name, and all points of a point cloud. ``leaves`` holds doors (leaves, frames) and ``furniture`` furniture, by the
     source's names; neither is in ``walls``. ``only_walls`` is True if the source names its walls, so that ``walls``
-    holds no furniture. ``floor`` is the plan area of the floor's faces, or None if the source has none. ``rooms`` and
-    ``openings`` are those that the source names; ``named_openings`` is True if it names all of them (IFC), so that
-    there are no others.
+    holds no furniture, and ``prisms`` if all of them stand upright. ``floor`` is the plan area of the floor's faces, or
+    None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
+    if it names all of them (IFC), so that there are no others.
     ``no_rooms`` holds points; a person has said that the region around each of them is no room.
     ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
     ``sills`` is True if doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
@@ -83,6 +83,7 @@ class Level:
     sills: bool = False
     named_openings: bool = False
     only_walls: bool = False
+    prisms: bool = False
     guesses: tuple[str, ...] = ()
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None

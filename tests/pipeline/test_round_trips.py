@@ -1,17 +1,28 @@
-"""Plan -> format -> plan, for every format that the project both writes and reads as a plan."""
+"""Plan -> format -> plan, for every format that the project both writes and reads.
+
+Drawn formats have all of a plan. Meshes, worlds and maps have its shape alone: no labels, and entrances are closed.
+"""
 
 from pathlib import Path
 
 import pytest
 
 from houseexpo.dataset import open_dataset
-from houseexpo.exports import FORMATS
+from houseexpo.exports import FORMATS, export
 from pipeline.cli_build import from_python
-from tests.builders.batch import labels, likeness, through
+from tests.builders.batch import labels, likeness, plans_of, through
 
 FORMS = {"dxf": "", "geojson": "", "ifc": "", "mjcf": "", "rmf": ".building.yaml", "svg": "", "usd": ""}
 NEEDS = {"dxf": "ezdxf", "ifc": "ifcopenshell", "usd": "pxr"}
 """The formats, and how the name of the file ends that is read."""
+SHAPES = ("glb", "obj", "sdf")
+MAPS = {"ros": (".yaml", {}), "png": (".png", {"resolution": "0.02"})}
+"""How the name of the file ends that is read, and the options of the build."""
+FINE_M = 0.02
+"""The side of a cell; a cell of the export's usual 0.05 m is 1% of a room by itself."""
+SOUND = 0.5
+UNREAD = {"coco", "graphml", "irsim", "json", "npz", "pol", "stage"}
+"""Formats that no reader of the pipeline opens; ``json`` is a data set's."""
 QUICK, MANY = 3, 30
 
 
@@ -43,6 +54,52 @@ def check(plans, form, folder: Path):
         assert len(found.rooms) == len(plan.rooms), plan.id
         assert len(found.doors) == len(plan.doors), plan.id
         assert labels(found) == labels(plan), plan.id
+
+
+def check_shape(plan, found, least):
+    assert likeness(plan, found) >= least, plan.id
+    assert len(found.rooms) == len(plan.rooms), plan.id
+    inner = [door for door in plan.doors if door.kind != "entrance"]
+    assert len(found.doors) == len(inner), plan.id
+    widths, expected = (sorted(door.width for door in each) for each in (found.doors, inner))
+    assert widths == pytest.approx(expected, abs=2.5 * FINE_M), plan.id
+
+
+def sound(plans):
+    """The plans of which the pipeline is sure: it mends others on their way back."""
+    return [plan for plan in plans if plan.quality.score > SOUND]
+
+
+def check_shapes(plans, form, folder: Path):
+    for plan in sound(plans):
+        check_shape(plan, through(plan, form, folder / plan.id, f".{form}"), 0.99)
+
+
+def check_maps(plans, form, folder: Path):
+    suffix, options = MAPS[form]
+    for plan in sound(plans):
+        (file,) = [each for each in export(plan, form, folder / plan.id, resolution=FINE_M) if each.suffix == suffix]
+        check_shape(plan, max(plans_of(file, **options), key=lambda each: each.area), 0.985)
+
+
+def test_each_format_that_is_written_is_read_here_or_never():
+    assert sorted(FORMATS) == sorted({*FORMS, *SHAPES, *MAPS, *UNREAD})
+
+
+@pytest.mark.parametrize("form", SHAPES)
+def test_the_shape_of_a_plan_comes_back_from_meshes_and_worlds(homes, form, tmp_path):
+    check_shapes(homes, form, tmp_path)
+
+
+@pytest.mark.parametrize("form", sorted(MAPS))
+def test_the_shape_of_a_plan_comes_back_from_maps(homes, form, tmp_path):
+    check_maps(homes, form, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", SHAPES)
+def test_the_shapes_of_many_plans_come_back_from_meshes_and_worlds(many_homes, form, tmp_path):
+    check_shapes(many_homes, form, tmp_path)
 
 
 @pytest.mark.parametrize("form", sorted(FORMS))

@@ -98,7 +98,7 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOut())
     for level in levels_of(item, drawing, path, name):
-        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level))
+        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), prisms=True)
 
 
 def _storey(found: RobotMap, name: str) -> Storey:

@@ -246,7 +246,8 @@ def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
     depth = cv2.distanceTransform(np.pad(missing.view(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
     deepest = np.zeros(count)
-    np.maximum.at(deepest, pieces.ravel().astype(np.intp), depth.ravel())
+    cells = np.flatnonzero(missing)
+    np.maximum.at(deepest, pieces.ravel()[cells].astype(np.intp), depth.ravel()[cells])
     fill = (stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2) & (2 * deepest * cell_m < DEEPEST_M)
     fill &= 2 * deepest * cell_m > THIN_M
     fill[pieces[cv2.dilate(taken.view(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = False

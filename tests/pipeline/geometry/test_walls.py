@@ -6,7 +6,7 @@ import shapely
 import trimesh
 
 from pipeline.geometry.cutting import Cutter, winding_number
-from pipeline.geometry.walls import Section, close_cracks, section, thicken
+from pipeline.geometry.walls import Section, Sections, close_cracks, section, thicken
 from pipeline.values import Mesh
 from tests.builders.houses import sheet_wall, shell, wall, window
 from tests.builders.meshes import L_WALLS, box, joined, storey
@@ -149,3 +149,17 @@ def test_winding_numbers() -> None:
     assert winding_number(points, ring).tolist() == [1, 0, 0]
     assert winding_number(points, np.concatenate([ring, ring])).tolist() == [2, 0, 0]
     assert winding_number(points, ring[:, ::-1]).tolist() == [-1, 0, 0]
+
+
+def test_walls_that_stand_upright_are_cut_once_between_two_heights_of_vertices() -> None:
+    """The head of a window, at 2.1 m, and its sill, at 0.9 m, part three layers."""
+    cutter = Cutter(joined(shell((0.0, 0.0, 5.0, 4.0), front=[window(2.0, 3.0)])))
+    once, each = (Sections(cutter, 0.05, 0.7, prisms=prisms) for prisms in (True, False))
+    foot = once.foot(0.1)
+    heights = (0.2, 0.5, 1.2, 1.9, 2.3)
+    assert [once.at(h, foot).area for h in heights] == pytest.approx([each.at(h, foot).area for h in heights])
+    lowest, higher, between, _, top = (once.at(h, foot) for h in heights)
+    assert lowest.equals(higher)
+    assert between.area < lowest.area - 0.1
+    assert top.area == pytest.approx(lowest.area)
+    assert len(once._layers) == 3

@@ -12,7 +12,7 @@ from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.bridges import Bridge
 from pipeline.quality import GROUNDS
-from pipeline.stages.grounds import weigh
+from pipeline.stages.grounds import walls_far_from_rooms, weigh
 from pipeline.values import Closer, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
 
 ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4), box(0, 4.2, 8.2, 8.2))
@@ -139,3 +139,13 @@ def test_one_room_that_nothing_leads_into_unless_the_source_names_it() -> None:
     assert grounds(level, spaces=sealed)["sealed"] == 1.0
     assert "sealed" not in grounds(level, spaces=replace(sealed, passages=(passage("entrance", 0, OUTSIDE),)))
     assert "sealed" not in grounds(replace(level, rooms=LEVEL.rooms[:1]), spaces=sealed)
+
+
+def test_the_walls_of_several_buildings_are_measured_once() -> None:
+    """A wall that stands alone counts, whether it is looked for anew or known already."""
+    alone = box(20, 0, 30, 0.2)
+    evidence = replace(EVIDENCE, walls=shapely.union_all([WALLS, alone]))
+    far = walls_far_from_rooms(evidence.walls, LAYOUT.rooms)
+    anew, known = weigh(LEVEL, evidence, LAYOUT, SPACES), weigh(LEVEL, evidence, LAYOUT, SPACES, far)
+    assert anew["roomless_wall_share"] == alone.area / evidence.walls.area
+    assert known == anew
