@@ -22,7 +22,7 @@ from pipeline.stages.connectivity import connect
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather
-from pipeline.stages.furnish import furnish
+from pipeline.stages.furniture import subtract_furniture
 from pipeline.stages.grounds import walls_far_from_rooms, weigh
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
@@ -101,7 +101,7 @@ def _of_building(
     yield Snapshot("refine", spaces, level.id)
     obstacles: tuple[Obstacle, ...] = ()
     if config.evidence.furniture:
-        spaces, obstacles = furnish(level, whole.evidence, spaces)
+        spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield Snapshot("furnish", spaces, level.id)
     grounds = weigh(level, whole.evidence, whole.layout, spaces, whole.far_walls)
     planned = rate(Planned(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds))

@@ -1,4 +1,4 @@
-"""``houseexpo demo``: example houses, and plans to try everything on."""
+"""``houseexpo demo``: write example houses and example plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One house, stage by stage, for a person who wants to see what happened and why."""
+"""Inspect one house: run it stage by stage and report what each stage did and why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of each stage (the paper's Figure 2): what the stage saw, and what it did, in colour."""
+"""Draw each stage of a house in colour, like the paper's Figure 2: the input of the stage and its result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How sure a plan is: a logistic model over a handful of named grounds, each a share of what could speak against it.
+"""The quality of a plan: a logistic model over a few named grounds, each of which measures a possible fault.
 
 A ground is 0 where nothing speaks against the plan and 1 where everything does, so no weight is above 0::
 

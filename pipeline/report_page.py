@@ -1,4 +1,4 @@
-"""The page about a build, ``.build/report.html``: what a person should look at comes first.
+"""The HTML report of a build, ``.build/report.html``: the outcomes that need attention come first.
 
 Doubtful plans stand first, the least sure first, with what speaks against them; then rejections by stage and reason,
 duplicates, plans drawn at random, and where the time went.

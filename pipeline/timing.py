@@ -1,4 +1,4 @@
-"""How long each stage takes, for the report about a build."""
+"""Measure how long each stage takes, for the report of a build."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""A batch: what is done, where it is kept, what came of it."""
+"""Build a data set: track the inputs, store the results, report the outcomes."""

@@ -1,4 +1,4 @@
-"""What a build asks of the file system beyond whole files: paths as text, one lock a folder, faults that pass."""
+"""The file system of a build: paths as text, one lock per folder, and which faults are transient."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of one input, as a line of the journal."""
+"""An entry of the journal: what is known of one input."""
 
 from __future__ import annotations
 

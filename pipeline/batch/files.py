@@ -1,4 +1,4 @@
-"""The files that an input was made from: how they look, what they hold, whether they are still the same."""
+"""The files that an input was made from: their stamps and hashes, and whether they are unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A data set folder as a build finds it: what is in it, whether it may be built into, what has changed in it.
+"""A data set folder before a build: its contents, whether a build may write there, and changes since the last build.
 
 Rules:
 

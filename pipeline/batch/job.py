@@ -1,4 +1,4 @@
-"""What a worker does with one input: open it, plan its levels, keep the plans, and let nothing escape but outcomes."""
+"""The work on one input: open it, plan its levels, store the plans. Every error becomes an outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sources in an object store, for readers that open files: a folder that looks like the store, filled as it is read.
+"""A local folder that mirrors an object store for readers that need files; file contents are fetched on first use.
 
 1. The folder has every object's name, size and time; what a file holds is fetched when it is opened.
 2. Listing needs the beginnings of files: those of a folder are fetched together, the whole of a file only where its

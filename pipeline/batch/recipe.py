@@ -1,4 +1,4 @@
-"""What a result depends on besides the files that were read: parameters, the program, its libraries."""
+"""What a result depends on besides its input files: the parameters, the code, the versions of libraries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shards: parts of one build that run anywhere, at any time and more than once, and know nothing of each other.
+"""Shards: parts of one build that run independently, in any order, and may run more than once.
 
 Rules:
 

@@ -1,4 +1,4 @@
-"""Scripts that have a Slurm cluster do a build in shards: an array of tasks, one a shard, and a job that assembles.
+"""Slurm scripts for a build in shards: an array of tasks, one per shard, and a job that assembles the data set.
 
 Rules:
 

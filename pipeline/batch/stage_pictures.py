@@ -1,4 +1,4 @@
-"""Planning with pictures: what a worker does with a level where the build keeps its stages.
+"""Plan a level and keep a picture of each stage, if the build asks for pictures.
 
 The plans are those of ``by_algorithm``. How pictures are drawn shows in no plan, so ``job`` does not know this module:
 no plan is made again because pictures are drawn otherwise.

@@ -1,4 +1,4 @@
-"""Where a build keeps its results: by name, each written completely or not at all.
+"""The store of a build's results: values by name, each written completely or not at all.
 
 A store is a folder, which several machines may share, or a place in an object store (``s3://bucket/plans``, ``gs://``,
 whatever fsspec knows). What is put under a name is never changed: names hold a hash of what they stand for, or two

@@ -1,4 +1,4 @@
-"""What stands in a room: pieces of furniture with their sizes, and which of them a label asks for.
+"""The catalogue of furniture: the sizes of pieces, and which pieces a room of each label needs.
 
 Lengths are centimetres: plans stand on a grid of 1 cm, and so do the pieces.
 """

@@ -1,4 +1,4 @@
-"""Furnish a finished plan: rooms one by one, then the plan as a whole is cut and checked.
+"""Furnish a finished plan: place furniture room by room, then cut it out of the plan and check the result.
 
 1. Each room is furnished by its label (``room``), from one source of chance: a plan and a seed give the same furniture.
 2. Footprints are cut out of the outline, or become holes of it, and are cut out of the rooms (docs/format.md).

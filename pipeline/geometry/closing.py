@@ -1,4 +1,4 @@
-"""What may close the door plane: strips under lintels, gaps of full height, and a boundary for an open house."""
+"""What may close the door plane: strips under lintels, gaps of full height, the boundary of an open house."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a wall can be cut to connect two spaces, and where a cut is most likely to be a door."""
+"""Find where a wall can be cut to connect two spaces, and rank the cuts by how likely a door is there."""
 
 from __future__ import annotations
 

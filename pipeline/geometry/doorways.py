@@ -1,4 +1,4 @@
-"""A doorway from what stands in it: from jamb to jamb, between the two faces of the wall.
+"""Compute the polygon of a doorway, from jamb to jamb and face to face of the wall, from a leaf or an opening.
 
 A leaf, or an opening as a source draws it, tells where a door is, but not its exact depth and width: leaves are thinner
 than the wall, frames and play leave a few centimetres at the sides, openings stick out of the wall.

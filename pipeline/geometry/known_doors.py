@@ -1,4 +1,4 @@
-"""Doors known before any gap is looked at: named by the source, or shown by the leaf that stands in them."""
+"""Doors that are known before gaps are searched: named by the source, or shown by a leaf."""
 
 from __future__ import annotations
 

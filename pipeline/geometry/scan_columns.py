@@ -1,4 +1,4 @@
-"""Columns of a scan: what stands over each spot of a scanned surface or a point cloud, height by height."""
+"""Columns of a scan: the occupied heights above each cell of a scanned surface or a point cloud."""
 
 from __future__ import annotations
 

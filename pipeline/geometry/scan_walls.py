@@ -1,4 +1,4 @@
-"""Walls and free space of a scan, from its columns: masks on a raster, their holes closed, and areas from them."""
+"""Find walls and free space of a scan in its columns: raster masks, filled holes, and polygons."""
 
 from __future__ import annotations
 

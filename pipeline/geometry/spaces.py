@@ -1,4 +1,4 @@
-"""Spaces: rooms and the ways between them, voids, odd shapes, and where a robot can stand."""
+"""Find spaces between walls: rooms, the passages between them, voids, and where a robot can stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Faces that are straight in the model, straight again: edges of room outlines snapped to shared directions and lines.
+"""Straighten room outlines: snap nearly parallel or collinear edges to shared directions and lines.
 
 Slabs of one wall overlap, are skewed by a degree, or stand a centimetre apart, so the outline of their union has
 stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn again from the crossings of its

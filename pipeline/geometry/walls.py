@@ -1,4 +1,4 @@
-"""Walls from sections: the area of walls at a height, walls of two sheets, closets, and where walls end."""
+"""Compute wall areas from horizontal sections: solid walls, walls of two sheets, closets, and wall tops."""
 
 from __future__ import annotations
 

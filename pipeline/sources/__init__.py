@@ -1,4 +1,4 @@
-"""Where houses come from: each reader yields the levels of a house; ``find`` tells which reader opens a SOURCE."""
+"""Readers of houses: each yields the levels of a house; ``find`` returns the reader that opens a SOURCE."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads a LAS, LAZ or E57 file in a process of its own, where a library that breaks down takes nothing else with it.
+"""Read a LAS, LAZ or E57 file in a separate process, so that a crash of the library ends only that process.
 
 Started as ``python -P points_child.py FILE``; writes points to standard output, x y z, little-endian float64, and
 what went wrong to standard error.

@@ -1,4 +1,4 @@
-"""Point clouds as blocks of points: a file of any size is never in memory as a whole (an E57 file: scan by scan).
+"""Read point clouds in blocks, so that a file of any size is never in memory as a whole (E57: scan by scan).
 
 PLY without faces, PCD, XYZ text, LAS and LAZ (laspy), E57 (pye57); the content says which it is.
 

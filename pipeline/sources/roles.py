@@ -1,4 +1,4 @@
-"""What the names in a file say: which role a part has (wall, door, furniture, ...), and which room is meant.
+"""Interpret the names in a file: the role of a part (wall, door, furniture, ...), and the room that is meant.
 
 R1  The head noun decides: the last known word of a Germanic name (a floor lamp is a lamp), the first of a Romance one
     (a mesa de centro is a table). Words are compared whole: outdoor is no door.

@@ -1,4 +1,4 @@
-"""RoomPlan: what a telephone found of a room or a home, as exported JSON or as USDZ.
+"""RoomPlan: rooms and homes captured by a phone, as exported JSON or as USDZ.
 
 Frame: y is up and right-handed in the file, so that x = X and y = -Z show the home from above as it is; z = Y.
 

@@ -1,4 +1,4 @@
-"""Read a scan of RoomPlan, as JSON or as the USDZ file that holds the same.
+"""Parse a RoomPlan capture, from JSON or from the USDZ file that contains the same data.
 
 R1  A surface or an object is a box of its dimensions about its transform (16 numbers, column by column).
 R2  A structure holds its rooms, and each of these what was found in it; what the structure repeats is left out.

@@ -265,7 +265,7 @@ DRAWN_UNITS_M: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)  # units of a DXF file
 LINES_BESIDE: Final = 0.5  # share of the shorter of two lines along which they are the faces of one wall
 SHAFT_M: Final = 0.05  # the shaft of a lift is wider than its cabin by this on each side
 
-# Decisions about IFC files (``ifc``, ``ifc_spaces``).
+# Decisions about IFC files (``ifc``, ``rooms_and_openings``).
 
 AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
 SLAB_M2: Final = 20.0  # this much area of a slab votes as one door

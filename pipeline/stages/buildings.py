@@ -1,4 +1,4 @@
-"""Separate buildings in one file become plans of their own: nobody cuts a way through the open air between two houses.
+"""Separate the buildings of one file into plans of their own: no cut may connect two houses through the open air.
 
 R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building; but not those that each
     have an entrance of their own, and air between them that no wall is thick enough to fill.

@@ -1,4 +1,4 @@
-"""What stands in a house and what it is, before the two planes are put together from it.
+"""Collect the evidence of a level: decide which parts are walls, lintels, leaves, rails and furniture.
 
 The paper cuts at one height, which serves SUNCG: its furniture is known, and every door has a sill. Other houses have
 neither, so that each thing is judged by where it begins and where it ends.

@@ -1,4 +1,4 @@
-"""What speaks against a plan: named shares, each 0 where nothing does and 1 where all of it does.
+"""The grounds against a plan: named shares that each measure a possible fault, from 0 (none) to 1.
 
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
 R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where

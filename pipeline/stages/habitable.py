@@ -1,4 +1,4 @@
-"""Which of the spaces that walls enclose are rooms, and what of them is floor (rules R9 and R10 of the layout).
+"""Decide which spaces between walls are rooms, and which part of them is floor (rules R9 and R10 of the layout).
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
     (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a

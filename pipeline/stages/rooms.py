@@ -1,4 +1,4 @@
-"""Rooms get their names; spaces that only the source tells apart are divided as it divides them.
+"""Name the rooms, and divide spaces where only the source distinguishes rooms.
 
 R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds several of them is divided: each point
     goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either.

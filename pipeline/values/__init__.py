@@ -1,4 +1,4 @@
-"""What passes between sources and stages: frozen, typed values.
+"""The frozen, typed values that pass between sources and stages.
 
 ``source`` holds what a source hands over, ``stages`` what the stages hand to each other. Values that geometry works on
 (meshes, closers, doorways, spaces) are its own and are named here too.

@@ -1,1 +1,1 @@
-"""Houses made by the project that look like published ones: from a wish drawn from statistics to a level."""
+"""Generated homes that resemble published ones: draw requirements from statistics, lay them out, build a level."""

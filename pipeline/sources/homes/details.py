@@ -1,4 +1,4 @@
-"""What makes rectangles a home: cut corners, bay windows, slanted walls, pillars at walls. Doors stay free.
+"""Details of generated homes: cut corners, bay windows, slanted walls, pillars at walls. Doors stay free.
 
 R1  An outer corner may be cut off; a long outer wall may have a bay, or stand aslant.
 R2  Walls have pilasters, shafts stand at corners, and some walls end in a room.

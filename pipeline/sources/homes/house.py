@@ -1,4 +1,4 @@
-"""Make a home from its index and a seed, alone: the same home whatever others are made."""
+"""Generate a home from its index and a seed, independently of all other homes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw what a home is asked to have from the distributions of published plans (``published.json``).
+"""Draw the requirements of a home from the distributions of published plans (``published.json``).
 
 The file holds distributions, no plan; ``research/home_statistics.py`` writes it.
 """

@@ -1,4 +1,4 @@
-"""A home as the stages take it: walls with doors under lintels, a floor, rooms with their boxes.
+"""Convert a generated home to a level for the stages: walls with doors under lintels, a floor, rooms with boxes.
 
 Walls are prisms: what stands between spaces and around them, from the floor to the ceiling, except the doors; there a
 sill lies and a lintel hangs, as in SUNCG. Front doors lead through the outer wall and stay closed in the plan.

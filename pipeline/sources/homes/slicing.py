@@ -1,4 +1,4 @@
-"""Lay rectangles out in a box: cut in two again and again, then outer sides move inward until the house has its shape.
+"""Divide a box into rectangles by repeated cuts, then move outer sides inward until the house has its shape.
 
 Rectangles share their borders, which are the centre lines of walls. What is cut off at the box's corners and sides
 makes wings, recesses and steps, as where rooms of a floor planner are set beside each other.

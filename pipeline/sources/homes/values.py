@@ -1,4 +1,4 @@
-"""What a home consists of while it is made. Metres; x right, y up; the level frame of the plan.
+"""The parts of a home during its generation. Metres; x right, y up; the level frame of the plan.
 
 Rooms are inner rectangles, from wall face to wall face, joined by openings. Walls are what lies between and around.
 """

@@ -1,4 +1,4 @@
-"""The rooms of a map's cells, and the ways between them.
+"""Segment a map's cells into rooms, and find the passages between them.
 
 R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
     than SCRAP_M2 of others join are noise.

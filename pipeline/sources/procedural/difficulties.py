@@ -1,4 +1,4 @@
-"""Turn boxes into homes, and plant the difficulties that the paper names.
+"""Turn boxes into homes, and add the difficulties that the paper names.
 
 Rooms round a corner, bays, cut corners and slanted wings; closed cells, rooms without a door, detached garages, open
 fronts. Cells stay disjoint. Lengths are in centimetres.

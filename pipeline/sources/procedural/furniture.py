@@ -1,4 +1,4 @@
-"""Furniture and door leaves, as a scene lists them: enough that a level has objects, never so much that rooms close."""
+"""Furniture and door leaves of generated houses: enough for every level, and never so much that it blocks rooms."""
 
 from __future__ import annotations
 

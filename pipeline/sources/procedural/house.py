@@ -1,4 +1,4 @@
-"""Make a house from its index and a seed: the same house whatever others are made.
+"""Generate a house from its index and a seed, independently of all other houses.
 
 Every hundred houses hold each difficulty in the same share. Some houses have walls that spell characters.
 """

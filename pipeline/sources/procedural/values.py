@@ -1,4 +1,4 @@
-"""What a house consists of while it is being made. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
+"""The parts of a house during its generation. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
 
 Where the walls lie: the cells of a storey share their borders, and a border is the centre line of the wall on it. Each
 cell brings a pair of slabs for each of its edges, 0.05 m on either side of the line; where two rooms meet, the two

@@ -1,4 +1,4 @@
-"""Is there an inside? Facades, city blocks, cars and terrain are told from rooms before any plan is made.
+"""Decide whether a mesh has an interior: reject facades, city blocks, cars and terrain before planning.
 
 R1  Walls stand: along enough of the outline the same wall is met at chest and head height; nearer to the floor other
     things stand too. On terrain it is not. In a car it may be, but there the walls lean and the floor is a small part

@@ -1,4 +1,4 @@
-"""A drawing of a plan, as its file has it, and the levels that it gives.
+"""A drawn plan as its file represents it, and the levels that it gives.
 
 The frame: metres, x right and y up in the plan. A file whose y runs down is turned up by its reader.
 

@@ -1,4 +1,4 @@
-"""Drawings of lines, areas and texts by what each is called: DXF by layers, GeoJSON by properties, our SVG by groups.
+"""Interpret drawings by the names of their features: DXF layers, GeoJSON properties, groups of our SVG.
 
 R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
     two of them close to each other the faces of one (``drawn.solid_between``).

@@ -18,7 +18,7 @@ from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.walls import section as wall_section
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import ifc, mesh_file
-from pipeline.sources.ifc_model import Soundness, open_model
+from pipeline.sources.ifc.model import Soundness, open_model
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level
 from tests.builders.formats.ifc import TinyBuilding, tiny_house

@@ -11,7 +11,7 @@ pytest.importorskip("ifcopenshell")
 from pipeline.geometry.cutting import Cutter
 from pipeline.geometry.walls import section
 from pipeline.sources import ifc
-from pipeline.sources.ifc_spaces import floor_of
+from pipeline.sources.ifc.rooms_and_openings import floor_of
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
 from tests.builders.formats.ifc import TinyBuilding

@@ -1,4 +1,4 @@
-"""Furniture as obstacles, where it was asked for: what stands on the floor is taken out of the rooms.
+"""Furniture as obstacles, if the build asks for it: subtract from the rooms what stands on the floor.
 
 R1  An object is an obstacle if it begins below ``STEP_OVER_M``: a lamp that hangs is none.
 R2  Of a room that furniture divides, the parts that a way leads to stay: those in the piece of the floor that holds
@@ -27,7 +27,7 @@ CRACK_M = 0.04
 UNNAMED = "object"
 
 
-def furnish(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
+def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
     """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
     floor = union_of(spaces.rooms)

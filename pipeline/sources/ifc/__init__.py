@@ -8,7 +8,7 @@ L3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall 
     the floor to head height, thin.
 L4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
-L5  A hole in a wall that is no way through it is wall too (``ifc_spaces``).
+L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings``).
 L6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
 L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
     leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
@@ -34,8 +34,8 @@ from pipeline.geometry.cutting import merge_meshes
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
 from pipeline.sources.files import base_id, level_id, list_files
-from pipeline.sources.ifc_model import Building, Part, load_building
-from pipeline.sources.ifc_spaces import (
+from pipeline.sources.ifc.model import Building, Part, load_building
+from pipeline.sources.ifc.rooms_and_openings import (
     StandingWalls,
     closed_holes,
     footprint,
@@ -45,7 +45,7 @@ from pipeline.sources.ifc_spaces import (
     rooms_of,
     shadow,
 )
-from pipeline.sources.ifc_storeys import Standing, is_made, standing_storeys, with_storeys
+from pipeline.sources.ifc.storeys import Standing, is_made, standing_storeys, with_storeys
 from pipeline.sources.storeys.levels import Shift, near_shift
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (

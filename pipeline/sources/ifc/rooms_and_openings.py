@@ -38,7 +38,7 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.sources.ifc_model import Hole, Part
+from pipeline.sources.ifc.model import Hole, Part
 from pipeline.sources.roles import is_outside_the_count, labels_for
 from pipeline.sources.tolerances import (
     BODY_CRACK_M,

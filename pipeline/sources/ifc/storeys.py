@@ -37,8 +37,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.geometry.areas import buffer_mitred, fill_enclosed, union_of
-from pipeline.sources.ifc_model import Building, Part, Storey
-from pipeline.sources.ifc_spaces import footprint, is_room, merge_parts
+from pipeline.sources.ifc.model import Building, Part, Storey
+from pipeline.sources.ifc.rooms_and_openings import footprint, is_room, merge_parts
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AGREE_M,
