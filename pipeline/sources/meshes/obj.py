@@ -1,9 +1,9 @@
 """Wavefront files (.obj): ``load`` reads any of them with its names, ``parse`` strictly reads the plain ones of SUNCG.
 
 There are two readers because their contracts differ. ``load`` keeps the names of objects, groups and materials, accepts
-what programs write, and leaves out unused vertices. ``parse`` returns one mesh in file order, and refuses files that break
-off, have no faces, or have coordinates that are not finite, each with a reason of its own. It is also faster: 0.24 ms
-against 0.52 ms for a wall of 300 faces (processor time on a loaded machine).
+what programs write, and leaves out unused vertices. ``parse`` returns one mesh in file order, and refuses files that
+break off, have no faces, or have coordinates that are not finite, each with a reason of its own. It is also faster:
+0.24 ms against 0.52 ms for a wall of 300 faces (processor time on a loaded machine).
 
 R1  An object begins without a group: the last one belongs to the object before.
 R2  A group that follows faces of an object outside any group stands beside that object, not inside it.
@@ -109,8 +109,8 @@ def _corners(rows: list[bytes], before: list[int]) -> tuple[Indices, Indices]:
     return np.where(numbers < 0, numbers + so_far, numbers - 1), counts
 
 
-# The strict reader of SUNCG's files: vertices and faces, nothing else. The corners of plain triangles, as SUNCG's are, are
-# read all at once. A test compares it with trimesh's loader.
+# The strict reader of SUNCG's files: vertices and faces, nothing else. The corners of plain triangles, as SUNCG's are,
+# are read all at once. A test compares it with trimesh's loader.
 
 
 _ADVICE = "copy the file again from the data set"
