@@ -154,9 +154,17 @@ class FloorPlan(PlanData):
         return walls_around(self.floor, thickness)
 
     def grid_frame(self, pixels_per_metre: float = 25.0) -> GridFrame:
-        """Return the frame of this plan's grids: a margin of one cell all round, row 0 at the lowest y."""
-        from houseexpo.grids.frame import GridFrame
+        """Return the frame of this plan's grids: a margin of one cell all round, row 0 at the lowest y.
 
+        Raises
+        ------
+        ConfigError
+            The scale is no positive number, the grid would have too many cells, or the plan would be smaller than
+            4 cells.
+        """
+        from houseexpo.grids.frame import GridFrame, check_not_too_coarse
+
+        check_not_too_coarse(self._bounds, pixels_per_metre, self.id)
         return GridFrame.around(self._bounds, pixels_per_metre)
 
     def grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.uint8]:

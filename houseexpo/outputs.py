@@ -29,7 +29,7 @@ _Look = tuple[int, int]
 def check_apart(out: Path, sources: Iterable[str | Path | None]) -> None:
     """Raise ConfigError if ``out`` lies in one of the inputs (R1)."""
     for source in sources:
-        if source is not None and "://" not in str(source) and _lies_in(out, Path(source)):
+        if source is not None and "://" not in str(source) and lies_in(out, Path(source)):
             raise ConfigError(
                 f"--out: {out} lies in {source}, which is read and never written into; expected a place outside of it"
             )
@@ -145,8 +145,11 @@ def _look(file: Path) -> _Look:
     return found.st_size, found.st_mtime_ns
 
 
-def _lies_in(out: Path, source: Path) -> bool:
-    """Return whether ``out`` is a source or lies in its folder, with links and letter case resolved."""
+def lies_in(out: Path, source: Path) -> bool:
+    """Return whether ``out`` is a source or lies in its folder, with links and letter case resolved.
+
+    What lies in a folder ``.build`` does not, nor in a source that does not exist.
+    """
     if not source.exists():
         return False
     for place in (whole := out.resolve(), *whole.parents):

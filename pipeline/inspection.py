@@ -22,7 +22,7 @@ from pipeline.overrides import Override, concerns, corrected_input, corrected_le
 from pipeline.pictures import of_building, sheet_of, stage_pictures
 from pipeline.png import as_png, top_view
 from pipeline.rejection import Rejection
-from pipeline.sources import reader
+from pipeline.sources import is_path, reader
 from pipeline.values import Input, Level, RejectedLevel
 
 SHEET = "stages.png"
@@ -97,7 +97,8 @@ def inspect_house(
         Where the source is none, has no house of that id, or the house has no such level; where a file is there that is
         not to be written over.
     """
-    with Output(out, replace=replace, folder=True) as output:
+    sources = [source for source in config.build.sources if is_path(source)]
+    with Output(out, sources, replace=replace, folder=True) as output:
         return _inspect_input(config, overrides, number, name, output)
 
 

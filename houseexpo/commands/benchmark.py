@@ -181,6 +181,7 @@ def team(
     for name in policies:
         policy_named(name)
     with Output(out, [dataset], replace=replace) as output:
+        output.check(out.with_suffix(".json"))  # before hours of work
         houses = data_set(dataset)
         ids = choose(houses, split, plans)
         tables, results = [], []

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.commands.arguments import REPLACE_HELP
 from houseexpo.errors import ConfigError
 
 
@@ -21,6 +22,7 @@ def split(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
     ] = None,
+    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
     from houseexpo.commands.printing import console, new_table
@@ -28,6 +30,7 @@ def split(
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
     from houseexpo.dataset.store import files_at
+    from houseexpo.outputs import check_apart
     from houseexpo.words import count_noun
     from houseexpo.workers import cores
 
@@ -35,10 +38,12 @@ def split(
         raise ConfigError(f"{dataset}: splits cannot be written into an archive; name a folder with --out")
     if paper and any(share is not None for share in (train, val, test)):
         raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")
+    if out is not None and not (out.exists() and dataset.exists() and out.samefile(dataset)):
+        check_apart(out, [dataset])
     plans = open_dataset(dataset)
     shares = PAPER if paper else _shares({"train": train, "test": test, "val": val})
     found = run_split(plans, shares, seed, workers or cores())
-    files = write_split(found, dataset if out is None else out)
+    files = write_split(found, dataset if out is None else out, replace=replace)
     record = found.record()
     table = new_table()
     for heading in ("list", "ids", "share", "SHA-256"):

@@ -49,12 +49,10 @@ def train(
     trained by a search over whole explorations, without PyTorch; its folder contains weights.json.
     """
     from houseexpo.commands.printing import typed_command
-    from houseexpo.outputs import check_apart
 
     if data is not None and dataset is not None and data != dataset:
         raise ConfigError(f"expected one data set, found {data} and --dataset {dataset}")
     dataset = data or dataset
-    check_apart(out, [dataset])
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
     if task == "chooser" and motion not in {None, "discrete"}:
@@ -89,6 +87,7 @@ def _policy(
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
+    from houseexpo.outputs import check_apart
     from houseexpo.pseudoslam.learning import need_learn
     from houseexpo.pseudoslam.learning.config import TrainConfig
     from houseexpo.pseudoslam.learning.places import check_options, places_of
@@ -105,6 +104,7 @@ def _policy(
     except ConfigError as error:
         raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
+    check_apart(out, [where])
     opened = None if where is None and task == "avoidance" else data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))
 
@@ -126,11 +126,13 @@ def _chooser(
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
+    from houseexpo.outputs import check_apart
     from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
     from houseexpo.workers import cores
 
     given = read_config(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
+    check_apart(out, [dataset])
     opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
     threads = threads or cores()
     train_chooser(opened, opened.split("train").ids, given, out, resume=resume, threads=threads, say=say)

@@ -23,7 +23,7 @@ import numpy as np
 from houseexpo.analysis.similarity import THRESHOLD, find_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import as_json, sha256_of, write_whole
+from houseexpo.files import as_json, make_folder, sha256_of, write_whole
 from houseexpo.floorplan import FloorPlan
 
 PAPER: Final = {"train": 0.7, "test": 0.3}
@@ -115,27 +115,56 @@ def list_bytes(ids: Iterable[str]) -> bytes:
     return "".join(f"{name}\n" for name in ids).encode()
 
 
-def write_split(found: Split, folder: Path) -> list[Path]:
+def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Path]:
     """Write ``splits/<name>.txt`` and, last, ``splits/splits.json`` into a folder.
 
-    In a data set folder, also update the index's column ``split`` and the manifest's hashes.
+    In a data set folder, also update the index's column ``split`` and the manifest's hashes. The lists of a former
+    split are removed. Other lists stay; one of the same name is overwritten only with ``replace``.
+
+    Raises
+    ------
+    ConfigError
+        A list of the same name is there that no split wrote, or that was changed since.
     """
     home = folder / "splits"
-    home.mkdir(parents=True, exist_ok=True)
-    for old in home.glob("*.txt"):
-        if old.stem not in found.parts:
-            old.unlink()
-    written = []
-    for name, ids in found.parts.items():
-        written.append(home / f"{name}.txt")
-        write_whole(written[-1], list_bytes(ids))
-    written.append(home / "splits.json")
+    lists = {home / f"{name}.txt": list_bytes(ids) for name, ids in found.parts.items()}
+    former = _lists_of_former(home)
+    if not replace:
+        for file, data in lists.items():
+            if file.exists() and file not in former and file.read_bytes() != data:
+                raise ConfigError(
+                    f"{file}: a list is there already that no split wrote, or that was changed since; --replace "
+                    "writes over it, or choose another --out"
+                )
+    make_folder(home)
+    for old in former - lists.keys():
+        old.unlink()
+    for file, data in lists.items():
+        write_whole(file, data)
+    written = [*lists, home / "splits.json"]
     write_whole(written[-1], as_json(found.record()))
     if (folder / "index.parquet").exists():
         _into_index(found, folder / "index.parquet")
     if (folder / "manifest.json").exists():
         _into_manifest(folder, [*written, folder / "index.parquet"])
     return written
+
+
+def _lists_of_former(home: Path) -> set[Path]:
+    """Return the lists in a folder that are as a former split wrote them, which ``splits.json`` says."""
+    try:
+        said = msgspec.json.decode((home / "splits.json").read_bytes(), type=_Former).lists
+        return {file for file in home.glob("*.txt") if file.stem in said and sha256_of(file) == said[file.stem].sha256}
+    except (OSError, msgspec.DecodeError):
+        return set()
+
+
+class _FormerList(msgspec.Struct):
+    sha256: str
+
+
+class _Former(msgspec.Struct):
+    lists: dict[str, _FormerList]
 
 
 class _Sets:

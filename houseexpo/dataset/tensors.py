@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import door_mask, free_mask, room_mask
 
 
@@ -32,11 +32,12 @@ class RasterConfig:
     find_rooms: bool = True
 
     def __post_init__(self) -> None:
-        if len(self.size) != 2 or min(self.size) < 1:
+        if len(self.size) != 2 or not all(isinstance(side, int) and side > 0 for side in self.size):
             raise ConfigError(f"size: expected rows and columns, found {self.size!r}")
         if self.fit not in ("crop", "shrink", "refuse"):
             raise ConfigError(f"fit: expected crop, shrink or refuse, found {self.fit!r}")
-        if not (math.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
+        scale = self.pixels_per_metre
+        if not (isinstance(scale, (int, float)) and math.isfinite(scale) and scale > 0):
             raise ConfigError(f"pixels_per_metre: expected a positive number, found {self.pixels_per_metre!r}")
 
 
@@ -68,7 +69,14 @@ def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
 
 
 def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:
-    """Return the grid for a plan; the middle of the plan's bounds is that of the grid, to a whole cell."""
+    """Return the grid for a plan; the middle of the plan's bounds is that of the grid, to a whole cell.
+
+    Raises
+    ------
+    ConfigError
+        The plan does not fit the size (``fit="refuse"``), or is smaller than a few cells.
+    """
+    check_not_too_coarse(plan.bbox, config.pixels_per_metre, plan.id)
     x1, y1, x2, y2 = plan.bbox
     rows, cols = config.size
     scale = config.pixels_per_metre

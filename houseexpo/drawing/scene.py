@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from houseexpo.errors import ConfigError
+from houseexpo.grids.frame import check_not_too_coarse
 from houseexpo.plan import DOOR_KINDS, Box, DoorKind
 from houseexpo.plan.categories import colour
 from houseexpo.plan.model import PlanData
@@ -108,6 +109,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     if not (math.isfinite(scale) and scale > 0):
         asked = f"size {size!r}" if pixels_per_metre is None else f"pixels_per_metre {pixels_per_metre!r}"
         raise ConfigError(f"picture: expected a size of more than 0 pixels, found {asked}")
+    check_not_too_coarse((x1, y1, x2, y2), scale, plan.id)
     text = min(max(0.24 * scale, 9.0), 15.0)
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     closed = _inner_area(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")

@@ -42,12 +42,11 @@ def coco(
     a slit of 1 cm. For a plan without rooms (a published one), the instances are its label boxes, clipped to the free
     space, with ``source`` "box".
     """
-    scale = pixels_per_metre(resolution)
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for number, plan in enumerate(plans, start=1):
         turned = oriented(plan, orientation)
-        frame = GridFrame.around(_bounds(turned), scale, margin_px=MARGIN_PX, y_up=True)
+        frame = GridFrame.around(_bounds(turned), pixels_per_metre(plan, resolution), margin_px=MARGIN_PX, y_up=True)
         name = f"{plan.id}.png"
         (rows, cols), (x, y) = frame.shape, frame.origin_m
         images.append({"id": number, "file_name": name, "width": cols, "height": rows, "plan": plan.id})

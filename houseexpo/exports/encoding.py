@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, PlanError
+from houseexpo.grids.frame import FEWEST_CELLS, is_too_coarse
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+    from houseexpo.floorplan import FloorPlan
 
 Files: TypeAlias = dict[str, bytes]
 """The content of each file, by its name in the output folder."""
@@ -41,10 +45,25 @@ def numbers(*values: float) -> str:
     return " ".join(map(number, values))
 
 
-def pixels_per_metre(resolution: float) -> float:
-    """Return the scale of a picture, given its metres per pixel; raise ConfigError unless they are more than 0."""
-    if not resolution > 0:
+def pixels_per_metre(plan: FloorPlan, resolution: float) -> float:
+    """Return the scale of a plan's picture, given its metres per pixel.
+
+    Raises
+    ------
+    ConfigError
+        The resolution is not more than 0 m.
+    PlanError
+        The plan would be smaller than a few pixels.
+    """
+    if not (0 < resolution < math.inf and 1.0 / resolution < math.inf):
         raise ConfigError(f"export: expected a resolution of more than 0 m a pixel, found {resolution!r}")
+    if is_too_coarse(plan.bbox, 1.0 / resolution):
+        x1, y1, x2, y2 = plan.bbox
+        raise PlanError(
+            f"expected a resolution of at most {max(x2 - x1, y2 - y1) / FEWEST_CELLS:.3g} m a pixel for "
+            f"{x2 - x1:.2f} x {y2 - y1:.2f} m, found {resolution:g}, which shows nothing of it; choose a finer one",
+            plan=plan.id,
+        )
     return 1.0 / resolution
 
 

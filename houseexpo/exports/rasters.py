@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from houseexpo.errors import PlanError
 from houseexpo.exports.encoding import Files, image, number, pixels_per_metre
 from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
 from houseexpo.exports.solid import WALL_THICKNESS_M
@@ -20,6 +21,8 @@ from houseexpo.grids.raster import fill, free_mask
 PNG_RESOLUTION_M: Final = 0.02
 NPZ_RESOLUTION_M: Final = 0.04
 ROS_RESOLUTION_M: Final = 0.05
+MAX_NPZ_CELLS: Final = 1 << 27
+"""Largest number of cells of ``npz``, whose four grids and their makings take some 30 bytes per cell."""
 
 FREE, WALL, UNKNOWN = 254, 0, 205  # the values that map_server's own map_saver writes
 
@@ -30,7 +33,7 @@ def png(plan: FloorPlan, *, resolution: float = PNG_RESOLUTION_M, orientation: O
     The first row is at the highest y. The house is shown as seen from above (mirrored plans are mirrored back).
     ``resolution`` is in metres per pixel. For pictures with rooms and labels, use ``houseexpo.draw_plan``.
     """
-    mask, _ = free_mask(oriented(plan, orientation), pixels_per_metre(resolution), y_up=True)
+    mask, _ = free_mask(oriented(plan, orientation), pixels_per_metre(plan, resolution), y_up=True)
     return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG")}
 
 
@@ -42,7 +45,13 @@ def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: O
     - ``origin``: (2,) metres, the corner of cell (0, 0) with the lowest x and y; ``resolution``: metres per cell;
     - ``world_from_plan``: (2, 3); the plan keeps its own axes unless ``orientation`` is "world".
     """
-    turned, scale = oriented(plan, orientation), pixels_per_metre(resolution)
+    turned, scale = oriented(plan, orientation), pixels_per_metre(plan, resolution)
+    rows, cols = turned.grid_frame(scale).shape
+    if rows * cols > MAX_NPZ_CELLS:
+        raise PlanError(
+            f"npz: expected at most {MAX_NPZ_CELLS:,} cells, found {rows:,} x {cols:,}; choose a coarser resolution",
+            plan=plan.id,
+        )
     arrays: dict[str, npt.NDArray[Any]] = {
         "occupancy": turned.grid(scale),
         "distance": turned.distance_field(scale),
@@ -82,7 +91,7 @@ def ros(
     orientation
         See ``houseexpo.exports.orientation``.
     """
-    pixels, frame = occupancy(plan, resolution, max(wall_thickness, resolution), orientation)
+    pixels, frame = occupancy(plan, resolution, wall_thickness, orientation)
     return map_files(plan.id, pixels, resolution, frame.origin_m)
 
 
@@ -105,9 +114,9 @@ def occupancy(
     plan: FloorPlan, resolution: float, wall_thickness: float, orientation: Orientation
 ) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.uint8]], GridFrame]:
     """Return the picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its position."""
-    scale = pixels_per_metre(resolution)
+    scale = pixels_per_metre(plan, resolution)
     turned = oriented(plan, orientation)
-    walls = shapely.MultiPolygon(turned.walls(wall_thickness))
+    walls = shapely.MultiPolygon(turned.walls(max(wall_thickness, resolution)))
     frame = GridFrame.around(walls.bounds, scale, y_up=True)
     pixels = np.full(frame.shape, UNKNOWN, dtype=np.uint8)
     fill(pixels, walls, frame, WALL)

@@ -20,6 +20,8 @@ IntArray = npt.NDArray[np.int64]
 
 MAX_CELLS = 1 << 29
 """Largest number of cells of one grid: half a gigabyte of bytes, 900 x 900 m at 25 px/m."""
+FEWEST_CELLS = 4
+"""Smallest number of cells along the longer side of a plan; a smaller grid does not show its shape."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,7 @@ class GridFrame:
         _check_scale(self.pixels_per_metre)
         if math.prod(self.shape) > MAX_CELLS:
             rows, cols = self.shape
-            raise ConfigError(
-                f"grid: expected at most {MAX_CELLS:,} cells, found {rows:,} x {cols:,}; choose fewer pixels per metre"
-            )
+            raise _too_many(f"{rows:,} x {cols:,}")
 
     @classmethod
     def around(
@@ -69,6 +69,8 @@ class GridFrame:
         """
         _check_scale(pixels_per_metre)  # before the division
         x1, y1, x2, y2 = (number(value, "bounds") for value in bounds)
+        if (longest := max(x2 - x1, y2 - y1) * pixels_per_metre) > MAX_CELLS:  # may be infinite
+            raise _too_many(f"{longest:.3g} along one side")
         margin_m = margin_px / pixels_per_metre
         # tolerance of 1e-6 cells: 4 m at 25 px/m are 100 cells, not 101 because of rounding
         rows, cols = (math.ceil(size * pixels_per_metre - 1e-6) + 2 * margin_px for size in (y2 - y1, x2 - x1))
@@ -120,6 +122,30 @@ class GridFrame:
         """Return for each cell (..., 2), (row, col), whether it lies on the grid."""
         found = np.asarray(cells)
         return np.asarray(((found >= 0) & (found < np.asarray(self.shape))).all(axis=-1))
+
+
+def is_too_coarse(bounds: Sequence[float], pixels_per_metre: float) -> bool:
+    """Return whether (x_min, y_min, x_max, y_max) has fewer than ``FEWEST_CELLS`` cells along its longer side."""
+    x1, y1, x2, y2 = bounds
+    return max(x2 - x1, y2 - y1) * pixels_per_metre < FEWEST_CELLS - 1e-6
+
+
+def check_not_too_coarse(bounds: Sequence[float], pixels_per_metre: float, name: str) -> None:
+    """Raise ConfigError if a grid would not show the shape of a plan (``is_too_coarse``); ``name`` is the plan's."""
+    _check_scale(pixels_per_metre)
+    if is_too_coarse(bounds, pixels_per_metre):
+        x1, y1, x2, y2 = bounds
+        raise ConfigError(
+            f"pixels_per_metre: {pixels_per_metre:g} makes plan {name!r} ({x2 - x1:.2f} x {y2 - y1:.2f} m) smaller "
+            f"than {FEWEST_CELLS} cells; expected at least {FEWEST_CELLS / max(x2 - x1, y2 - y1, 1e-9):.2g}"
+        )
+
+
+def _too_many(found: str) -> ConfigError:
+    return ConfigError(
+        f"grid: expected at most {MAX_CELLS:,} cells, found {found}; choose fewer pixels per metre, which is a larger "
+        "side of a cell"
+    )
 
 
 def _check_scale(pixels_per_metre: float) -> None:

@@ -22,6 +22,7 @@ from houseexpo.drawing import draw_plan
 from houseexpo.exports.encoding import image
 from houseexpo.files import as_json, write_whole
 from houseexpo.floorplan import decode
+from houseexpo.outputs import check_apart
 from houseexpo.processes import in_processes
 from houseexpo.progress import show_progress
 from houseexpo.release import citation
@@ -67,11 +68,12 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     Raises
     ------
     ConfigError
-        ``out`` holds other files.
+        ``out`` lies in the data set, or holds other files.
     DatasetError
         The data set is unfinished, damaged or empty, its plans may not be redistributed, or its lists divide a house.
     """
     target = Path(out)
+    check_apart(target, [dataset])
     check_target(target)
     with check_releasable(files_at(dataset, "release")) as found, replace_when_done(target) as folder:
         parts = release_splits(found.plans, workers)

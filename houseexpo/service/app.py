@@ -8,12 +8,13 @@ from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import BaseRoute, Mount
+from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from houseexpo.errors import HouseExpoError
 from houseexpo.service import api, compare, drive, home, likeness, plan_page, refused, review, statistics
 from houseexpo.service.answers import error_answer
+from houseexpo.service.api.openapi import refusing_unknown
 from houseexpo.service.guard import Guard
 from houseexpo.service.service import PARTS, Service
 from houseexpo.service.work import few_threads
@@ -42,6 +43,9 @@ def make_app(service: Service) -> Starlette:
     routes: list[BaseRoute] = [Mount(path, _Files(packages=[(package, "static")])) for path, package in folders.items()]
     for area in AREAS:
         routes += area.routes(service)
+    for route in routes:
+        if isinstance(route, Route) and route.path.startswith("/api/"):
+            refusing_unknown(route)
     app = Starlette(
         routes=routes,
         exception_handlers={HTTPException: answer_error, HouseExpoError: answer_error, Exception: answer_error},

@@ -34,6 +34,7 @@ from houseexpo.plan import RADII_M
 from houseexpo.plan.categories import LABELS
 from houseexpo.service.recent import Recent
 from houseexpo.tolerances import ROBOT_M
+from houseexpo.words import nearest
 
 Numbers = npt.NDArray[np.float64]
 Bits = npt.NDArray[np.bool_]
@@ -59,9 +60,9 @@ PAGE: Final = ("view", "columns")
 """Parameters that say how a page shows the plans, not which plans."""
 
 _WORDS: Final = ("labels", "without", "tags", "text", "radius", "sort")
-_TOKEN: Final = "token"  # noqa: S105  # the name of a parameter, which a server without a token ignores
+TOKEN: Final = "token"  # noqa: S105  # the name of a parameter, which a server without a token ignores
 _NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]{1,3})?", re.IGNORECASE)
-_JOINED: Final = {"labels": ",", "without": ",", "tags": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
+JOINED: Final = {"labels": ",", "without": ",", "tags": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
 """The separators of parameters that may be given several times."""
 _ALL: Final = (-math.inf, math.inf)
 
@@ -133,11 +134,12 @@ def parse_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
     ConfigError
         A parameter is unknown, is given twice, or has a value that cannot be read; the message names it.
     """
-    found = {name: value for name, value in _each_once(given).items() if name not in (*others, *PAGE, _TOKEN) and value}
+    found = {name: value for name, value in _each_once(given).items() if name not in (*others, *PAGE, TOKEN) and value}
     unknown = sorted(set(found) - {*NAMES, *GROUPS, *_WORDS})
     if unknown:
         known = ", ".join([*NAMES, *GROUPS, *_WORDS, *others])
-        raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}")
+        near = nearest(unknown[0][:40], [*NAMES, *GROUPS, *_WORDS, *others])
+        raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}{near}")
     sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
     if sort.removeprefix("-") not in SORTS:
         raise ConfigError(f"query: sort: expected one of {', '.join(SORTS)}, or that with a '-', found {sort[:40]!r}")
@@ -167,10 +169,10 @@ def _each_once(given: Mapping[str, str]) -> dict[str, str]:
     if not isinstance(given, ImmutableMultiDict):
         return dict(given)
     found = {name: given.getlist(name) for name in given}
-    twice = [name for name, values in found.items() if len(values) > 1 and name not in _JOINED]
+    twice = [name for name, values in found.items() if len(values) > 1 and name not in JOINED]
     if twice:
         raise ConfigError(f"query: {twice[0][:40]}: expected once, found {len(found[twice[0]])} of it")
-    return {name: _JOINED.get(name, "").join(values) for name, values in found.items()}
+    return {name: JOINED.get(name, "").join(values) for name, values in found.items()}
 
 
 def _radius(word: str) -> str:

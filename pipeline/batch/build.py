@@ -86,10 +86,11 @@ def build(
     Raises
     ------
     ConfigError
-        Where a source is none, the folder holds something else, or another build is at work in it.
+        Where a source is none, the folder lies in a source or holds something else, or another build is at work in it.
     """
     listing, folder = Listing(config), Folder(out)
     listing.check()
+    listing.check_apart(out)
     folder.check(config.digest(), others)
     if overrides and config.build.limit is None and others is not Others.ADD:  # else not all of the ids are known
         check_ids(overrides, (item for _, item in listing))

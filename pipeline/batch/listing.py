@@ -6,12 +6,14 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 
 from houseexpo.errors import ConfigError
+from houseexpo.outputs import check_apart, lies_in
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
+from pipeline.batch.folder import PARTS
 from pipeline.batch.mirror import Mirror, mirror_of
 from pipeline.batch.store import is_url
 from pipeline.config_file import BuildConfig
@@ -70,6 +72,16 @@ class Listing:
     def passed_over(self) -> tuple[str, ...]:
         """The sources that hold no house, among others that do."""
         return tuple(self._passed_over)
+
+    def check_apart(self, out: Path) -> None:
+        """Raise ConfigError if a data set in ``out`` would lie in a source, or a source in its folders of plans."""
+        places = [Path(self._place(source)) for source in self.config.build.sources if is_path(source)]
+        check_apart(out, places)
+        for place, part in product(places, PARTS):
+            if lies_in(place, out / part):
+                raise ConfigError(
+                    f"{place}: a source that lies in {out / part}, where a build writes; choose another --out"
+                )
 
     def total(self) -> int:
         """Return how many inputs there are; one that two sources hold counts twice."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from pipeline.batch.assemble import DataSet
@@ -15,7 +16,7 @@ from pipeline.batch.listing import Listing, absolute
 from pipeline.batch.planning import Planning, Progress, unheard
 from pipeline.batch.plans import DamagedPlanError, Plans, places_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
-from pipeline.batch.store import FolderStore, Store, open_store
+from pipeline.batch.store import FolderStore, Store, is_url, open_store
 from pipeline.config_file import BuildConfig
 from pipeline.executors.local import Executor, Failure, Item, Limits, Result
 from pipeline.overrides import Override, check_ids
@@ -36,10 +37,13 @@ def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Ov
     Raises
     ------
     ConfigError
-        Where a source is none, or ``out`` holds something else, plans of other sources, or shards of another build.
+        Where a source is none, or ``out`` lies in one or holds something else, plans of other sources, or shards of
+        another build.
     """
     listing = Listing(config)
     listing.check()
+    if not is_url(out):
+        listing.check_apart(Path(out))
     if overrides and config.build.limit is None:
         check_ids(overrides, (item for _, item in listing))
     sources = tuple(map(absolute, config.build.sources))

@@ -24,6 +24,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap, bag_reader, yaw_of
 from houseexpo.pseudoslam.io.poses import Pose, compose, wrap_angle
 
@@ -34,6 +35,8 @@ FARTHEST_M: Final = 100.0
 """Beams count up to here, whatever their laser reaches."""
 _STEP: Final = 0.5
 """Distance of the samples along a beam, cells."""
+_AT_ONCE: Final = 1 << 22
+"""Number of samples that are in memory at once."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -214,6 +217,13 @@ def _draw_map(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> Rob
         raise MapError(f"{name}: no beam of any scan measured a distance", "check range_min and range_max", "empty")
     top, left = int(known_rows[-1]), int(known_cols[0])
     whole = np.ascontiguousarray(grid[known_rows[0] : top + 1, left : known_cols[-1] + 1][::-1])
+    if max(whole.shape) < FEWEST_CELLS:
+        rows, cols = whole.shape
+        raise MapError(
+            f"{name}: a map of {rows} x {cols} cells of {cell_m:g} m shows nothing",
+            "choose a smaller resolution",
+            "bad_units",
+        )
     origin = ((west + left) * cell_m, (south + int(known_rows[0])) * cell_m, 0.0)
     return RobotMap(whole, cell_m, origin, name=name)
 
@@ -234,9 +244,14 @@ def _cells(scan: _Scan, pose: Pose, cell_m: float, cols: int) -> Iterator[npt.ND
     ends_x, ends_y = pose[0] + lengths * cos, pose[1] + lengths * sin
     ends = np.floor(ends_y).astype(np.int64) * cols + np.floor(ends_x).astype(np.int64)
     steps = np.arange(0.0, float(lengths.max(initial=0.0)), _STEP)
-    inside = steps[None] < lengths[:, None]
-    x = np.floor(pose[0] + steps[None] * cos[:, None]).astype(np.int64)
-    y = np.floor(pose[1] + steps[None] * sin[:, None]).astype(np.int64)
     struck = np.unique(ends[hit])
+    passed = [struck]
+    at_once = max(_AT_ONCE // max(len(steps), 1), 1)
+    for first in range(0, len(lengths), at_once):
+        some = slice(first, first + at_once)
+        inside = steps[None] < lengths[some, None]
+        x = np.floor(pose[0] + steps[None] * cos[some, None]).astype(np.int64)
+        y = np.floor(pose[1] + steps[None] * sin[some, None]).astype(np.int64)
+        passed.append(np.unique((y * cols + x)[inside]))
     yield struck
-    yield np.union1d((y * cols + x)[inside], struck)
+    yield np.unique(np.concatenate(passed))

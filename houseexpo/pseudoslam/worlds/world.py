@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import GridFrame
+from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.collision import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.placement import count_before
@@ -105,7 +105,8 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
     Raises
     ------
     ConfigError
-        The grid would have more than ``MAX_CELLS`` cells, or the robot does not fit anywhere.
+        The grid would have more than ``MAX_CELLS`` cells, the plan would be smaller than a few of them, or the robot
+        does not fit anywhere.
     PlanError
         The plan has no free cell.
     """
@@ -116,6 +117,7 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
             f"pixels_per_metre: {pixels_per_metre:g} makes {cells:.2g} cells of plan {plan.id!r} "
             f"({x2 - x1:.0f} x {y2 - y1:.0f} m), at most {MAX_CELLS:.0e} are possible; use a coarser grid"
         )
+    check_not_too_coarse(plan.bbox, pixels_per_metre, plan.id)
     free, frame = free_mask(plan, pixels_per_metre, y_up=True)
     if not free.any():
         found = f"found no free cell at {pixels_per_metre:g} px/m"

@@ -28,6 +28,7 @@ from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Room
 from houseexpo.plan.categories import colour
@@ -224,7 +225,8 @@ def clearance_picture(plan: FloorPlan) -> dict[str, Any]:
     import cv2
 
     x1, y1, x2, y2 = plan.free_space.bounds
-    scale = min(_FIELD_PX / max(x2 - x1, y2 - y1, 0.1), 25.0)
+    side = max(x2 - x1, y2 - y1, 0.001)
+    scale = min(_FIELD_PX / side, max(25.0, FEWEST_CELLS / side))
     metres = plan.distance_field(scale)
     frame = plan.grid_frame(scale)
     most = float(metres.max())

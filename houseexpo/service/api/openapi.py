@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 import msgspec
+from starlette.datastructures import QueryParams
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
+from starlette.types import Receive, Scope, Send
 
 from houseexpo import __version__
+from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.service.answers import json_response
 from houseexpo.service.api.analysis import WIDEST_M
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
-from houseexpo.service.search import MEASURES, RADII, SORTS
+from houseexpo.service.search import JOINED, MEASURES, PAGE, RADII, SORTS, TOKEN
 from houseexpo.service.service import Service
+from houseexpo.words import nearest
 
 
 class Call(NamedTuple):
@@ -81,6 +85,34 @@ _ENUMS: Final[dict[str, list[str]]] = {
     "form": list(FORMATS),
 }
 _RANGES: Final = {measure.name for measure in MEASURES}
+
+
+_ALSO: Final = (TOKEN,)
+"""Parameters of every address: a server without a token ignores it."""
+_OF_PAGES: Final = ("sort", *PAGE)
+"""Parameters of a page's address, which its pages pass on with the filter."""
+
+
+def refusing_unknown(route: Route) -> None:
+    """Let a route below ``/api`` refuse parameters that its address does not take (``CALLS``), and those given twice.
+
+    The answer is that of a ConfigError, 400; it names the most similar parameter that there is.
+    """
+    found = dict.fromkeys(name for call in CALLS if call.path == route.path for name in call.query)
+    known = [*found, *(_OF_PAGES if found.keys() >= set(_FILTER) else ())]
+    answer = route.app
+
+    async def checked(scope: Scope, receive: Receive, send: Send) -> None:
+        given = QueryParams(scope["query_string"])
+        for name in given:
+            if name not in known and name not in _ALSO:
+                takes = f"expected {', '.join(known)}" if known else "expected no parameter"
+                raise ConfigError(f"query: {takes}; found {name[:40]!r}{nearest(name[:40], known)}")
+            if len(given.getlist(name)) > 1 and name not in JOINED:
+                raise ConfigError(f"query: {name}: expected once, found {len(given.getlist(name))} of it")
+        await answer(scope, receive, send)
+
+    route.app = checked
 
 
 def routes(service: Service) -> list[BaseRoute]:

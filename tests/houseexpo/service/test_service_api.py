@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.store.folders import refused_picture
-from houseexpo.service.api.openapi import CALLS, openapi_document
+from houseexpo.service.api.openapi import CALLS, Call, openapi_document
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
 from tests.builders.services import BASE, built, service_of, some_plans, two_rooms
@@ -63,6 +63,42 @@ def test_what_means_nothing_here_is_not_passed_over(client: TestClient, asked: s
     found = client.get(f"/api/homes/{asked}")
     assert found.status_code == 400
     assert words in found.json()["error"]
+
+
+@pytest.mark.parametrize("call", CALLS, ids=lambda call: f"{call.method} {call.path}")
+def test_every_address_refuses_parameters_that_it_does_not_take(client: TestClient, call: Call) -> None:
+    path = call.path.format(data="homes", plan="a1", form="svg", name="train")
+    for asked in ("resolutoin=1", "resolutoin=", "radius=0.20&RADIUS=0.3", "token=x&limit[]=1"):
+        if call.method == "get":
+            found = client.get(f"{path}?{asked}", headers={"accept": "text/html"})
+        else:
+            found = client.post(f"{path}?{asked}", content=b"{}")
+        assert found.status_code == 400
+        assert "query: expected" in found.json()["error"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ("export/svg?idd=a1", "found 'idd'; did you mean 'ids'?"),
+        ("plans/a1/reach?raduis=0.3", "query: expected radius; found 'raduis'; did you mean 'radius'?"),
+        ("plans/a1/similar?most=3", "query: expected no parameter; found 'most'"),
+        ("plans/a1/export/ros?resolution=0.1", "query: expected no parameter; found 'resolution'"),
+        ("plans?are=3..", "found 'are'; did you mean 'area'?"),
+        ("plans/a1/reach?radius=0.2&radius=0.3", "radius: expected once, found 2 of it"),
+        ("refused?ofset=3", "did you mean 'offset'?"),
+    ],
+)
+def test_the_nearest_parameter_is_named(client: TestClient, asked: str, words: str) -> None:
+    found = client.get(f"/api/homes/{asked}")
+    assert found.status_code == 400
+    assert words in found.json()["error"]
+
+
+def test_parameters_of_a_page_may_stand_in_its_filter(client: TestClient) -> None:
+    for name in ("plans", "facets", "ids.txt", "map", "statistics"):
+        assert client.get(f"/api/homes/{name}?view=table&columns=area&sort=-area&token=").status_code == 200, name
+    assert client.get("/api/openapi.json?x=1").status_code == 400
 
 
 def test_ids_and_splits_are_lists(client: TestClient) -> None:
