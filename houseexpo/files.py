@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
 import os
@@ -11,11 +12,13 @@ import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, TypeVar
 
 import msgspec
 
 from houseexpo.errors import ConfigError
+
+T = TypeVar("T")
 
 PARTIAL = ".partial-"
 """Prefix of the name of a file or folder that is being written; one that remains was interrupted."""
@@ -28,6 +31,55 @@ CACHE_VARIABLE = "HOUSEEXPO_CACHE"
 def is_device(path: Path) -> bool:
     """Return whether a path is neither a file nor a folder but a device or a pipe, whose reading might never end."""
     return path.exists() and not (path.is_file() or path.is_dir())
+
+
+def real_path(path: str | os.PathLike[str]) -> Path:
+    """Return a path in full, without links; a link that leads in a circle stays, and ``Path.resolve`` would raise."""
+    return Path(os.path.realpath(path))
+
+
+MAX_RECORD_BYTES: Final = 256 << 20
+"""Largest size of a file that describes a data set: its manifest, a list of ids, what was rejected."""
+
+
+def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
+    """Return the content of a file that may come from anybody.
+
+    Raises
+    ------
+    OSError
+        There is none, it is a folder, a device or a pipe, or it is larger than ``most_bytes``.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "expected a file, found a folder, a device or a pipe", str(path))
+    with path.open("rb") as stream:
+        data = stream.read(most_bytes + 1)
+    if len(data) > most_bytes:
+        raise OSError(errno.EFBIG, f"expected at most {most_bytes >> 20} MiB, found more", str(path))
+    return data
+
+
+def read_json(path: Path, kind: type[T]) -> T:
+    """Return the JSON in a file that may come from anybody.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read (``read_file``).
+    msgspec.DecodeError
+        It is no JSON, nested too deep, or not of this kind.
+    """
+    return decoded_json(read_file(path), kind)
+
+
+def decoded_json(data: bytes, kind: type[T]) -> T:
+    """Return JSON from anybody; raise msgspec.DecodeError if it is none, nested too deep, or not of this kind."""
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except UnicodeDecodeError as error:
+        raise msgspec.DecodeError(f"invalid UTF-8: {error}") from None
+    except RecursionError:
+        raise msgspec.DecodeError("values nested too deep") from None
 
 
 def as_json(values: Any) -> bytes:

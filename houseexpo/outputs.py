@@ -19,7 +19,7 @@ from typing import Final
 import msgspec
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import cache_folder, make_folder, write_whole
+from houseexpo.files import cache_folder, make_folder, real_path, write_whole
 
 _OF_A_BUILD: Final = ".build"
 
@@ -106,7 +106,7 @@ class Output:
         )
 
     def _of(self, file: Path) -> _Notes:
-        folder = file.parent.resolve()
+        folder = real_path(file.parent)
         if folder not in self._notes:
             self._notes[folder] = _Notes(folder)
         return self._notes[folder]
@@ -152,7 +152,7 @@ def lies_in(out: Path, source: Path) -> bool:
     """
     if not source.exists():
         return False
-    for place in (whole := out.resolve(), *whole.parents):
+    for place in (whole := real_path(out), *whole.parents):
         if place.name == _OF_A_BUILD:
             return False
         with suppress(OSError):

@@ -20,7 +20,7 @@ from typing import Final
 import msgspec
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.files import as_json, cache_folder, write_whole
+from houseexpo.files import as_json, cache_folder, read_json, write_whole
 
 FILE = ".build/command.json"
 """The path of the record in a data set."""
@@ -116,7 +116,7 @@ def encode_record(record: BuildRecord) -> bytes:
 def read_build_record(root: Path) -> BuildRecord | None:
     """Return the record of how a data set folder was built, None if it has none or an invalid one."""
     try:
-        found = msgspec.json.decode((root / FILE).read_bytes(), type=BuildRecord)
+        found = read_json(root / FILE, BuildRecord)
     except (OSError, msgspec.DecodeError):
         return None
     return None if any("\0" in text for text in _texts(found)) else found

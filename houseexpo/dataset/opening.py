@@ -225,13 +225,24 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def rejected(self) -> list[dict[str, str]]:
-        """The inputs that gave no plan when the data set was built: id, stage, reason, detail and advice of each."""
+        """The inputs that gave no plan when the data set was built: id, stage, reason, detail and advice of each.
+
+        Raises
+        ------
+        DatasetError
+            The list of them is damaged.
+        """
         file = self.path / "rejected.jsonl"
         if not file.is_file():
             return []
-        import json
+        import msgspec
 
-        return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines() if line]
+        from houseexpo.files import decoded_json, read_file
+
+        try:
+            return [decoded_json(line, dict[str, str]) for line in read_file(file).splitlines() if line.strip()]
+        except (OSError, msgspec.DecodeError) as error:
+            raise DatasetError(f"{file}: expected a rejected input a line, found {error}; build again") from None
 
     def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
         """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``measure_cached``).

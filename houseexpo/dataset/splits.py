@@ -23,7 +23,7 @@ import numpy as np
 from houseexpo.analysis.similarity import THRESHOLD, find_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import as_json, make_folder, sha256_of, write_whole
+from houseexpo.files import as_json, make_folder, read_json, sha256_of, write_whole
 from houseexpo.floorplan import FloorPlan
 
 PAPER: Final = {"train": 0.7, "test": 0.3}
@@ -153,7 +153,7 @@ def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Pa
 def _lists_of_former(home: Path) -> set[Path]:
     """Return the lists in a folder that are as a former split wrote them, which ``splits.json`` says."""
     try:
-        said = msgspec.json.decode((home / "splits.json").read_bytes(), type=_Former).lists
+        said = read_json(home / "splits.json", _Former).lists
         return {file for file in home.glob("*.txt") if file.stem in said and sha256_of(file) == said[file.stem].sha256}
     except (OSError, msgspec.DecodeError):
         return set()
@@ -219,9 +219,9 @@ def _into_index(found: Split, file: Path) -> None:
 def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
     file = folder / "manifest.json"
     try:
-        said = msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
+        said = read_json(file, dict[str, Any])
         known = {name: digest for name, digest in said["files"].items() if not name.startswith("splits/")}
-    except (msgspec.DecodeError, KeyError, AttributeError) as error:
+    except (OSError, msgspec.DecodeError, KeyError, AttributeError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
     known |= {path.relative_to(folder).as_posix(): sha256_of(path) for path in files if path.exists()}
     write_whole(file, as_json({**said, "files": dict(sorted(known.items()))}))

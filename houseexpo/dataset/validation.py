@@ -13,7 +13,7 @@ from functools import partial
 from itertools import chain, islice
 from math import dist
 from pathlib import Path, PurePosixPath
-from typing import Any, Final
+from typing import Final
 
 import msgspec
 import numpy as np
@@ -21,7 +21,7 @@ import numpy as np
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
-from houseexpo.files import sha256_of
+from houseexpo.files import read_json, sha256_of
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.categories import LABELS
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
@@ -355,14 +355,18 @@ def _not_simple(plans: list[tuple[Record, FloorPlan]]) -> Iterator[Finding]:
         yield Finding(record.place, plan.id, "simple", "verts", f"found {shapely.is_valid_reason(shapes[i])}")
 
 
+class _Manifest(msgspec.Struct):
+    files: dict[str, str] = {}
+
+
 def _against_manifest(path: Path) -> Iterator[Finding]:
     """Compare a folder's files with its manifest, if it has one."""
     file = path / "manifest.json"
     if not path.is_dir() or not file.exists():
         return
     try:
-        said = msgspec.json.decode(file.read_bytes(), type=dict[str, Any]).get("files", {})
-    except msgspec.DecodeError as error:
+        said = read_json(file, _Manifest).files
+    except (OSError, msgspec.DecodeError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
     for name, digest in sorted(said.items()):
         if ".." in PurePosixPath(name).parts or PurePosixPath(name).is_absolute():

@@ -36,7 +36,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
-from houseexpo.files import is_device, plain_yaml
+from houseexpo.files import is_device, plain_yaml, real_path
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -224,7 +224,7 @@ def without_pictures(files: Iterable[Path]) -> list[Path]:
     """Return map files without the pictures that belong to a ``map.yaml`` among them (R5)."""
     every = list(files)
     taken = {picture_of(file) for file in every if file.suffix.lower() in YAMLS}
-    return [file for file in every if file.resolve() not in taken]
+    return [file for file in every if real_path(file) not in taken]
 
 
 def is_bag(path: Path) -> bool:
@@ -331,11 +331,11 @@ def _picture(file: Path, document: Mapping[str, Any]) -> Path | None:
     named = document.get("image")
     if not isinstance(named, str) or not named or "\0" in named:
         return None
-    folder = file.parent.resolve()
+    folder = real_path(file.parent)
     beside = PureWindowsPath(PurePosixPath(named).name).name
     for candidate in (file.parent / named, file.parent / beside):
         try:
-            whole = candidate.resolve()
+            whole = real_path(candidate)
             if whole.is_relative_to(folder) and whole.is_file():
                 return whole
         except OSError:  # a name that is too long, a circle of links

@@ -25,7 +25,7 @@ import msgspec
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.records import records
 from houseexpo.errors import DatasetError
-from houseexpo.files import sha256_of
+from houseexpo.files import read_json, real_path, sha256_of
 from houseexpo.progress import show_progress
 from houseexpo.release.metadata import LINE, is_line
 
@@ -142,7 +142,7 @@ def check_releasable(path: Path) -> Iterator[Releasable]:
         plans = open_dataset(path)
         _check_whole(path, manifest, plans)
         _check_withdrawn(path, manifest, plans)
-        stats = msgspec.json.decode((path / "stats.json").read_bytes(), type=dict[str, Any])
+        stats = read_json(path / "stats.json", dict[str, Any])
         yield Releasable(plans, manifest, licence, stats)
 
 
@@ -184,7 +184,7 @@ def _lock_for_reading(path: Path) -> Iterator[None]:
 
 def _manifest(file: Path) -> Manifest:
     try:
-        return msgspec.json.decode(file.read_bytes(), type=Manifest)
+        return read_json(file, Manifest)
     except (msgspec.DecodeError, OSError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}; build again") from None
 
@@ -238,7 +238,7 @@ def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
 
 
 def _lies_below(path: Path, name: str) -> bool:
-    return path.resolve() in (path / name).resolve().parents
+    return real_path(path) in real_path(path / name).parents
 
 
 def _check_withdrawn(path: Path, manifest: Manifest, plans: Dataset) -> None:

@@ -73,8 +73,8 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
         The data set is unfinished, damaged or empty, its plans may not be redistributed, or its lists divide a house.
     """
     target = Path(out)
-    check_apart(target, [dataset])
     check_target(target)
+    check_apart(target, [Path(dataset)])
     with check_releasable(files_at(dataset, "release")) as found, replace_when_done(target) as folder:
         parts = release_splits(found.plans, workers)
         tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)

@@ -18,6 +18,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.files import decoded_json, read_file
 from houseexpo.plan.categories import LABELS, colour
 from houseexpo.plan.parts import SURE
 from houseexpo.release.check_releasable import MADE, OWN
@@ -138,10 +139,10 @@ def _read_description(path: Path) -> dict[str, str]:
 
 def _json(file: Path) -> dict[str, Any]:
     try:
-        if file.is_symlink() or file.stat().st_size > _BYTES:
+        if file.is_symlink():
             return {}
-        found = msgspec.json.decode(file.read_bytes())
-    except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        found = decoded_json(read_file(file, _BYTES), object)
+    except (OSError, msgspec.DecodeError):
         return {}
     return found if isinstance(found, dict) else {}
 

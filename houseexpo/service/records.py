@@ -6,15 +6,15 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import TypeVar
 
 import msgspec
 
 from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.errors import PlanError
+from houseexpo.files import decoded_json, read_file
 from houseexpo.plan import checks
 
-_MAX_BYTES: Final = 256 << 20
 _T = TypeVar("_T", bound=msgspec.Struct)
 
 
@@ -94,9 +94,7 @@ def _unlinked_file(file: Path) -> Path | None:
 
 def _lines(file: Path, kind: type[_T]) -> tuple[list[_T], tuple[str, ...]]:
     try:
-        if file.stat().st_size > _MAX_BYTES:
-            return [], (f"{file.name}: larger than {_MAX_BYTES >> 20} MiB; not shown",)
-        return [msgspec.json.decode(line, type=kind) for line in file.read_bytes().splitlines() if line.strip()], ()
+        return [decoded_json(line, kind) for line in read_file(file).splitlines() if line.strip()], ()
     except FileNotFoundError:
         return [], ()
     except (OSError, msgspec.DecodeError) as error:

@@ -24,7 +24,7 @@ from typing import TypeVar
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, write_whole
+from houseexpo.files import PARTIAL, read_json, write_whole
 from pipeline.batch import disk
 
 MANIFEST = "manifest.json"
@@ -232,6 +232,6 @@ def _short(name: str) -> str:
 def _read(file: Path, kind: type[T]) -> T | None:
     """Return a record, or None if it is not there or damaged."""
     try:
-        return msgspec.json.decode(file.read_bytes(), type=kind)
+        return read_json(file, kind)
     except (OSError, msgspec.DecodeError):
         return None

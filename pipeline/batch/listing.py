@@ -10,6 +10,7 @@ from itertools import islice, product
 from pathlib import Path
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import real_path
 from houseexpo.outputs import check_apart, lies_in
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
@@ -168,4 +169,4 @@ def full_name(source: str) -> str:
     made = made_of(source)
     if made is not None:
         return made.name
-    return printable(str(Path(source).resolve())) if is_path(source) else source
+    return printable(str(real_path(source))) if is_path(source) else source

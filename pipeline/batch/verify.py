@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import sha256_of
+from houseexpo.files import is_device, read_json, sha256_of
 from pipeline.batch.disk import printable
 from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest
 from pipeline.batch.journal import Journal
@@ -26,7 +26,7 @@ def verify(root: Path) -> Iterator[str]:
         Where there is no data set, or its build has not ended.
     """
     try:
-        files = msgspec.json.decode((root / MANIFEST).read_bytes(), type=Manifest).files
+        files = read_json(root / MANIFEST, Manifest).files
     except OSError:
         raise ConfigError(f"{root}: expected a data set, found no {MANIFEST}; build it first") from None
     except msgspec.DecodeError:
@@ -34,6 +34,8 @@ def verify(root: Path) -> Iterator[str]:
         return
     for name, sha256 in files.items():
         try:
+            if is_device(root / name):
+                raise FileNotFoundError(name)
             found = sha256_of(root / name)
         except OSError:
             yield f"{name}: missing"

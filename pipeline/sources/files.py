@@ -25,6 +25,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.tolerances import LONGEST_LENGTH_M
 from pipeline.values import Input
@@ -107,8 +108,8 @@ def file_inside(folder: Path, name: str, start: Path | None = None) -> Path | No
     ``name`` counts from ``start``, by default the folder itself; links are followed before the folder is compared.
     """
     try:
-        file = ((start or folder) / name).resolve()
-        return file if name and file.is_relative_to(folder.resolve()) and file.is_file() else None
+        file = real_path((start or folder) / name)
+        return file if name and file.is_relative_to(real_path(folder)) and file.is_file() else None
     except (OSError, ValueError):  # no name that a file can have
         return None
 

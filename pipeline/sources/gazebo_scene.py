@@ -35,6 +35,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import NOTHING, clean, merge_meshes, prism
 from pipeline.sources.files import Element, LeftOut, parse_xml
@@ -302,7 +303,7 @@ class Scene:
     def __init__(self, path: Path, places: Places) -> None:
         self.left_out = LeftOut()
         self._places, self._shapes = places, Shapes(places, self.left_out)
-        self._path = path.resolve()
+        self._path = real_path(path)
         self._trees: dict[Path, Element] = {}
         self._included: dict[tuple[str, Path], Path | None] = {}
         self._met, self._faces = 0, 0
@@ -437,7 +438,7 @@ def _model_file(found: Path | None) -> Path | None:
             listed = [(each.text or "").strip() for each in parse_xml(config.read_bytes(), config.name).findall("sdf")]
             names = [*reversed(listed), *names]
     files = [found / name for name in names if name and Path(name).name == name]
-    return next((file.resolve() for file in files if file.is_file() and not file.is_symlink()), None)
+    return next((real_path(file) for file in files if file.is_file() and not file.is_symlink()), None)
 
 
 def _move(mesh: Mesh, pose: Matrix) -> Mesh:
@@ -476,7 +477,7 @@ class Places:
     """Finds files by URI; ``model_path`` as ``search_path`` returns it."""
 
     def __init__(self, root: Path, model_path: str) -> None:
-        self._roots = [root.resolve(), *(Path(part).resolve() for part in model_path.split(os.pathsep) if part)]
+        self._roots = [real_path(root), *(real_path(part) for part in model_path.split(os.pathsep) if part)]
 
     def find(self, uri: str, beside: Path) -> Path | None:
         """Return the file or folder that a URI means, or None if it is not there or may not be opened."""

@@ -13,7 +13,7 @@ import pytest
 
 import houseexpo
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.files import as_zip, make_folder, sha256_of, whole_folder, write_whole
+from houseexpo.files import as_zip, make_folder, real_path, sha256_of, whole_folder, write_whole
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -102,3 +102,9 @@ def test_an_error_of_the_system_names_the_file(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match=r"No space left on device: '.*whole\.json'"):
         write_whole(tmp_path / "whole.json", b"{}")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_link_in_a_circle_is_a_path_like_any_other(tmp_path: Path) -> None:
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    assert real_path(tmp_path / "a" / "c").name == "c"

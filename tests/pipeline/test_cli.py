@@ -102,7 +102,8 @@ def test_a_manifest_says_it_all_and_the_command_line_wins(houses: Path, tmp_path
         (["build", "nowhere.glb", "--out", "OUT"], "'nowhere.glb' does not exist"),
         (["build", "--out", "OUT"], "no SOURCE"),
         (["build", "procedural:none", "--out", "OUT"], "procedural:COUNT"),
-        (["build", "HOUSES", "--out", "HOUSES"], "expected an empty folder or an earlier build"),
+        (["build", "HOUSES", "--out", "HOUSES"], "which is read and never written into"),
+        (["build", "HOUSES", "--out", "OTHERS"], "expected an empty folder or an earlier build"),
         (["build", "HOUSES", "--out", "OUT", "--config", "BAD"], "did you mean 'planes.door_m'?"),
         (["build", "HOUSES", "--out", "OUT", "--config", "dmo"], "did you mean --config demo?"),
         (["build", "HOUSES"], "--out"),
@@ -116,7 +117,7 @@ def test_a_usage_error_says_what_to_do_and_ends_with_2(
 ) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("[planes]\ndor_m = 0.2\n")
-    named = {"OUT": str(tmp_path / "out"), "HOUSES": str(houses), "BAD": str(bad)}
+    named = {"OUT": str(tmp_path / "out"), "OTHERS": str(tmp_path), "HOUSES": str(houses), "BAD": str(bad)}
     result = runner.invoke(make_app(), [named.get(word, word) for word in words])
     assert result.exit_code == 2
     assert said in " ".join(result.output.replace("│", " ").split())
@@ -385,11 +386,11 @@ def test_an_impossible_size_is_refused_for_every_source(tmp_path: Path, option: 
 
 
 def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
-    one_room(tmp_path / "house.ply")
-    command = ["build", str(tmp_path), "--workers", "1", "--out", str(tmp_path / "plans")]
-    for _ in range(2):
+    one_room(tmp_path / "in" / "house.ply")
+    for source, out in (("in/house.ply", "in/plans"), ("in", "out"), ("in", "out")):
+        command = ["build", str(tmp_path / source), "--workers", "1", "--out", str(tmp_path / out)]
         assert RUN.invoke(make_app(), command).exit_code == 0
-        assert not lines(tmp_path / "plans" / "rejected.jsonl")
+        assert not lines(tmp_path / out / "rejected.jsonl")
 
 
 # ``build`` and ``inspect`` as people type them.

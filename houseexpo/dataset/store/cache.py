@@ -19,7 +19,7 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.folders import file_stamp, plan_files, plan_folder, plan_stamp
 from houseexpo.dataset.store.records import damage_as_error
-from houseexpo.files import PARTIAL, cache_folder, whole_folder, write_whole
+from houseexpo.files import PARTIAL, cache_folder, real_path, whole_folder, write_whole
 
 VERSION: Final = "2"
 """Part of every key, so that files in another layout are not read."""
@@ -128,7 +128,7 @@ def _is_whole(source: Path, store: Path) -> bool:
 
 
 def _stamp(path: Path) -> str:
-    digest = hashlib.sha256(os.fsencode(path.resolve()))
+    digest = hashlib.sha256(os.fsencode(real_path(path)))
     if path.is_dir():
         digest.update(plan_stamp(plan_folder(path)).encode())
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import shutil
 from functools import cached_property
 from pathlib import Path
@@ -13,10 +14,12 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.cache import PLANS, BlockReader, cached_copy, read_index
 from houseexpo.dataset.store.folders import plan_files, plan_folder
-from houseexpo.dataset.store.records import lists, plans_in
+from houseexpo.dataset.store.records import lists, lists_elsewhere, plans_in
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import is_device
 from houseexpo.plan import checks
+
+_log = logging.getLogger(__name__)
 
 _LATER: Final = ("quality",)
 """Columns of numbers that a later version added to the index."""
@@ -70,8 +73,23 @@ class Catalogue:
 
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:
-        """The lists of ids that come with the data set, unchanged."""
-        return {name: read_ids(data, f"{self.path}: list {name!r}") for name, data in lists(self.path).items()}
+        """The lists of ids that come with the data set, unchanged.
+
+        A list that is a link to a file outside of the data set counts only if it names plans of the data set: else the
+        data set of a stranger would show any text of this machine to those who it is served to.
+        """
+        found, elsewhere = {}, lists_elsewhere(self.path)
+        for name, data in lists(self.path).items():
+            if name in elsewhere and not self._names_plans(data):
+                _log.warning("%s: list %r is a link to a file that names other things than plans", self.path, name)
+                continue
+            found[name] = read_ids(data, f"{self.path}: list {name!r}")
+        return found
+
+    def _names_plans(self, data: bytes) -> bool:
+        """Return whether half of the lines or more are ids of plans."""
+        lines = [line.strip().removesuffix(".json") for line in data.decode(errors="replace").splitlines()]
+        return 2 * sum(line in self.row_of for line in lines) >= len(lines)
 
     def numbers(self, name: str) -> np.ndarray[Any, np.dtype[Any]]:
         """Return a column of numbers, NaN for plans that lack the value."""
@@ -130,7 +148,8 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
     except (UnicodeDecodeError, PlanError) as error:
         raise DatasetError(f"{what}: expected one id a line in UTF-8, found {error}") from None
     if len(set(ids)) != len(ids):
-        twice = next(name for number, name in enumerate(ids) if name in ids[:number])
+        seen: set[str] = set()
+        twice = next(name for name in ids if name in seen or seen.add(name))  # type: ignore[func-returns-value]
         raise DatasetError(f"{what}: expected each id once, found {twice!r} twice")
     return ids
 

@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from houseexpo.errors import DatasetError
+from houseexpo.files import real_path
 from houseexpo.plan.overrides import LOG, NAME
 
 _LINES: Final = (".jsonl", ".jsonl.gz")
@@ -32,7 +33,7 @@ def overrides_file(dataset: Path) -> Path:
     archive, a file of JSON lines or the folder of a release; their file lies beside them and is named
     ``<name>.overrides.toml``. The contents of a data set cannot change this.
     """
-    path = dataset.resolve()
+    path = real_path(dataset)
     return path / NAME if path.is_dir() and not is_release(path) else path.with_name(f"{path.name}.{NAME}")
 
 

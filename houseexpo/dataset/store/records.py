@@ -18,6 +18,7 @@ from typing import IO, Final, NamedTuple
 
 from houseexpo.dataset.store.folders import ARCHIVE, instead_of_plans, is_plan, is_release, plan_files, plan_folder
 from houseexpo.errors import DatasetError
+from houseexpo.files import read_file, real_path
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
 """The largest plan that is read; the largest published one has 0.3 MB."""
@@ -80,12 +81,19 @@ def lists(path: Path) -> dict[str, bytes]:
                 inside = {m.name: _tar_member(path, tar, m) for m in tar if m.isfile() and list_name(m.name)}
         else:
             inside = {}
-    if not inside:
-        inside = {str(file): file.read_bytes() for file in _files_of_lists(path)}
+        if not inside:
+            inside = {str(file): read_file(file) for file in _files_of_lists(path)}
     found: dict[str, bytes] = {}
     for name in sorted(inside, key=lambda name: PurePosixPath(name).name.startswith("map_id_")):
         found.setdefault(list_name(name), inside[name])
     return found
+
+
+def lists_elsewhere(path: Path) -> frozenset[str]:
+    """Return the names of the lists that are links to files outside of a data set's folder."""
+    home = real_path(path if path.is_dir() else path.parent)
+    files = (file for file in _files_of_lists(path) if not real_path(file).is_relative_to(home))
+    return frozenset(list_name(str(file)) for file in files)
 
 
 def list_name(name: str) -> str:

@@ -16,6 +16,7 @@ import DracoPy
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.scene import Part, Piece, transform_triangles
 
@@ -256,8 +257,8 @@ def beside(path: Path, uri: str) -> Path:
     """
     from urllib.parse import unquote
 
-    folder = path.parent.resolve()
-    file = (folder / unquote(uri)).resolve()
+    folder = real_path(path.parent)
+    file = real_path(folder / unquote(uri))
     if "://" in uri or not file.is_relative_to(folder):
         raise ValueError(f"it names the buffer {uri[:80]!r}, which is not in its folder")
     return file

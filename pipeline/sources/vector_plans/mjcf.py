@@ -20,6 +20,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOut, file_inside, parse_xml
 from pipeline.sources.tolerances import TINY
@@ -49,7 +50,7 @@ def draw(path: Path) -> Drawing:
 
 class _Scene:
     def __init__(self, path: Path, left_out: LeftOut) -> None:
-        self.path, self.folder, self.left_out = path, path.parent.resolve(), left_out
+        self.path, self.folder, self.left_out = path, real_path(path.parent), left_out
         self._read: set[Path] = set()
         self._count = 0
         root = self._document(path)
@@ -67,7 +68,7 @@ class _Scene:
                 self._class(default, {})
 
     def _document(self, path: Path) -> Element:
-        self._read.add(path.resolve())
+        self._read.add(real_path(path))
         return parse_xml(path.read_bytes(), path.name)
 
     def _with_included(self, root: Element) -> Iterator[Element]:

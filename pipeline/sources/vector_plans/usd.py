@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, report
 from pipeline.sources.meshes.scene import triangulate_polygons
@@ -56,7 +57,7 @@ def draw(path: Path) -> Drawing:
     left_out = LeftOut()
     try:
         _check_layers(Sdf, path)
-        stage = Usd.Stage.Open(str(path.resolve()), Usd.Stage.LoadAll)
+        stage = Usd.Stage.Open(str(real_path(path)), Usd.Stage.LoadAll)
         stage.Reload()  # the library keeps what it has read under the same name
         bodies = list(_bodies(Usd, UsdGeom, stage, path, left_out))
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
@@ -71,8 +72,8 @@ def draw(path: Path) -> Drawing:
 
 def _check_layers(sdf: Any, path: Path) -> None:
     """R1."""
-    folder = path.resolve().parent
-    waiting, seen = [path.resolve()], set()
+    folder = real_path(path).parent
+    waiting, seen = [real_path(path)], set()
     while waiting:
         file = waiting.pop()
         if file in seen:
@@ -84,7 +85,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
         if layer is None:
             raise ValueError(file.name)
         for asset in sorted(filter(None, layer.GetCompositionAssetDependencies())):  # "" is the layer itself
-            inner = (file.parent / asset).resolve()
+            inner = real_path(file.parent / asset)
             report(inner)
             if ":" in asset or folder not in inner.parents or not inner.is_file():
                 told = f"refers to {Path(asset).name[:80]!r}, which is not beside it"

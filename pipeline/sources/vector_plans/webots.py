@@ -28,6 +28,7 @@ import shapely
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
 from pipeline.sources.roles import labels_for
@@ -226,7 +227,7 @@ class _Parser:
 
 class _World:
     def __init__(self, path: Path, text: str, nodes: list[_Node], left_out: LeftOut) -> None:
-        self.folder, self.nodes, self.left_out = path.parent.resolve(), nodes, left_out
+        self.folder, self.nodes, self.left_out = real_path(path.parent), nodes, left_out
         self.unread: Counter[str] = Counter()
         said = next((node.fields.get("coordinateSystem") for node in nodes if node.kind == "WorldInfo"), None)
         version = re.match(r"#VRML_SIM R(\d{4})([a-z]?)", text)
