@@ -18,6 +18,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_to
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.kernels.mapping import FREE
+from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
 from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, known_ways_of
 from houseexpo.pseudoslam.state import State
@@ -36,6 +37,10 @@ _AIM_STEPS: Final = 5
 """Steps after which a robot plans its way again, since its map changes."""
 _PATIENCE: Final = 60
 """Steps after which a robot gives up a place that it does not reach."""
+_LAST: Final = 1e6
+"""What is added to the actions to a place that should come after all others."""
+_TRIED: Final = 12
+"""The number of places that a robot leaves out since it tried them last."""
 
 
 class _Legs:
@@ -92,8 +97,8 @@ class Baseline(ABC):
         }  # fmt: skip
         return self._explorers[robot](None, info)
 
-    def ways_px(self, env: TeamEnv, robot: int) -> Floats:
-        """Return the lengths of the ways to all cells (rows * cols,), ``NO_WAY`` for those without a way."""
+    def ways(self, env: TeamEnv, robot: int) -> Floats:
+        """Return the lengths of the ways to all cells (rows * cols,), ``STRAIGHT`` a cell, ``NO_WAY`` without a way."""
         state = env.team.states[robot]
         if len(self._ways.ways) < state.known.size:
             self._ways = known_ways_of(state.known.size)
@@ -139,7 +144,7 @@ class Meeting(Baseline):
                 return action
         if (action := self.explore(env, robot)) is not None:  # R2
             return action
-        ways = self.ways_px(env, robot)  # R3
+        ways = self.ways(env, robot)  # R3
         rows, cols = np.nonzero(state.known == FREE)
         there = np.hypot(rows - rows.mean(), cols - cols.mean())
         reached = ways[rows * state.known.shape[1] + cols] < NO_WAY
@@ -193,7 +198,11 @@ class Patrolling(Baseline):
 
 
 class Covering(Baseline):
-    """Nearest uncovered cell: a robot goes to it, unless another robot is on its way to within a metre of it."""
+    """Nearest uncovered cell, a step away or more, to which no other robot is on its way within a metre.
+
+    Near is what takes few actions, to turn and to go there, so that robots go straight on where they can. A place at
+    which the robot could not cover what it wanted is left out for a while.
+    """
 
     def __init__(self, env: TeamEnv, seed: int = 0) -> None:
         super().__init__(env, seed)
@@ -202,19 +211,25 @@ class Covering(Baseline):
         self._episode = episode
         self._goals: list[tuple[float, float] | None] = [None] * len(env.possible_agents)
         self._ages = [0] * len(env.possible_agents)
+        self._tried: list[list[tuple[float, float]]] = [[] for _ in env.possible_agents]
 
     def act(self, env: TeamEnv, robot: int) -> int | None:
         """Return the action on the way to the nearest uncovered cell."""
-        goal = self._goals[robot]
         self._ages[robot] += 1
-        if goal is None or self._ages[robot] > _PATIENCE or not self._near(goal).any():
-            goal = self._choose(env, robot)
-        if goal is None:
-            return None
-        action = self._legs[robot].to(env.team.states[robot], *goal)
-        if action is None:
+        for _ in range(_TRIED):
+            goal = self._goals[robot]
+            if goal is not None and self._ages[robot] > _PATIENCE:
+                self._tried[robot] = [*self._tried[robot], goal][-_TRIED:]
+            if goal is None or self._ages[robot] > _PATIENCE or not self._near(goal).any():
+                goal = self._choose(env, robot)
+            if goal is None:
+                return None
+            action = self._legs[robot].to(env.team.states[robot], *goal)
+            if action is not None:
+                return action
+            self._tried[robot] = [*self._tried[robot], goal][-_TRIED:]
             self._goals[robot] = None
-        return action
+        return None
 
     def _near(self, goal: tuple[float, float]) -> Grid:
         """Return the uncovered cells of the square round a place that a tool there covers about half of."""
@@ -224,8 +239,11 @@ class Covering(Baseline):
     def _choose(self, env: TeamEnv, robot: int) -> tuple[float, float] | None:
         """Choose a robot's next goal, None if it reaches no uncovered cell."""
         self._goals[robot], self._ages[robot] = None, 0
-        ways = self.ways_px(env, robot)
-        others = [goal for goal in self._goals if goal is not None]
+        ways = self.ways(env, robot)
+        step = STRAIGHT * env.config.robot.step_m * env.team.ppm
+        x, y, heading = env.team.states[robot].believed_px.tolist()
+        taken_by = [(*goal, env.team.ppm) for goal in self._goals if goal is not None]
+        taken_by += [(*goal, self._episode.radius_px / 2) for goal in self._tried[robot]]
         for share in (0.6, 1.0):
             side = 2 * int(share * self._episode.radius_px) + 1
             disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
@@ -234,9 +252,11 @@ class Covering(Baseline):
                 continue
             rows, cols = np.divmod(cells, self._episode.todo.shape[1])
             taken = np.zeros(len(cells), bool)
-            for x, y in others:
-                taken |= np.hypot(cols + 0.5 - x, rows + 0.5 - y) < env.team.ppm
-            best = int(np.argmin(ways[cells] + NO_WAY * taken))
+            for goal_x, goal_y, reach in taken_by:
+                taken |= np.hypot(cols + 0.5 - goal_x, rows + 0.5 - goal_y) < reach
+            turn = np.abs(np.angle(np.exp(1j * (np.arctan2(y - rows - 0.5, cols + 0.5 - x) - heading))))
+            actions = ways[cells] / step + turn / math.radians(env.config.robot.turn_deg)
+            best = int(np.argmin(actions + _LAST * (2.0 * taken + (ways[cells] < 0.9 * step))))
             self._goals[robot] = float(cols[best]) + 0.5, float(rows[best]) + 0.5
             break
         return self._goals[robot]
@@ -275,7 +295,7 @@ class Chasing(Baseline):
             self._last[robot] = None
         if (action := self.explore(env, robot)) is not None:  # R3
             return action
-        cells = np.flatnonzero(self.ways_px(env, robot) < NO_WAY)
+        cells = np.flatnonzero(self.ways(env, robot) < NO_WAY)
         if not len(cells):
             return None
         row, col = divmod(int(cells[int(self._rng.integers(len(cells)))]), state.known.shape[1])

@@ -53,8 +53,8 @@ class Pursuit(TeamTask):
     seen; and 1 if the person is caught. People are seen in the range and field of view of the laser, with no wall in
     between. A house with less space has fewer people; the rows of the others are 0.
 
-    ``info["team"]`` has ``steps_to_detect`` and ``steps_to_capture``, the steps until the first person was seen and
-    until the last one was caught, None before; ``caught``, the share of people caught; and ``in_sight``, the share of
+    ``info["team"]`` has ``steps_to_detect`` and ``steps_to_capture``, the steps until the first person was seen or
+    caught and until the last one was caught, None before; ``caught``, the share of people caught; and ``in_sight``, the share of
     steps after which some robot saw someone who was not caught.
     """
 
@@ -118,7 +118,7 @@ class PursuitEpisode(TeamEpisode):
                 self.caught[person] = True
                 new += 1
         steps = team.measures.steps
-        if self._steps_to_detect is None and self.sees.any():
+        if self._steps_to_detect is None and (self.sees.any() or self.caught.any()):
             self._steps_to_detect = steps
         if self._steps_to_capture is None and self.caught.all():
             self._steps_to_capture = steps
