@@ -54,8 +54,8 @@ class Pursuit(TeamTask):
     between. A house with less space has fewer people; the rows of the others are 0.
 
     ``info["team"]`` has ``steps_to_detect`` and ``steps_to_capture``, the steps until the first person was seen or
-    caught and until the last one was caught, None before; ``caught``, the share of people caught; and ``in_sight``, the share of
-    steps after which some robot saw someone who was not caught.
+    caught and until the last one was caught, None before; ``caught``, the share of people caught; and ``in_sight``, the
+    share of steps after which some robot saw someone who was not caught.
     """
 
     capture_m: float = 1.0
