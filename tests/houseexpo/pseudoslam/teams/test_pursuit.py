@@ -87,7 +87,7 @@ def test_a_robot_is_told_of_people_whom_those_that_it_hears_see() -> None:
     starts = {"pose": [(1.0, 1.0, math.pi), (7.0, 1.0, math.pi)]}
     seen = {}
     for radio in ("none", "always"):
-        env = parallel_env("pursuit", robots=2, dataset=TWO_ROOMS, radio=radio, capture_m=0.3)  # nobody is caught
+        env = parallel_env("pursuit", robots=2, dataset=TWO_ROOMS, radio=radio, capture_m=0.001)  # nobody is caught
         env.reset(seed=4, options=starts)
         rows = []
         for _ in range(40):
