@@ -18,7 +18,7 @@ def count_noun(number: int, noun: str) -> str:
 
     Examples
     --------
-    >>> counted(1, "piece"), counted(0, "plan"), counted(33717, "plan")
+    >>> count_noun(1, "piece"), count_noun(0, "plan"), count_noun(33717, "plan")
     ('1 piece', '0 plans', '33,717 plans')
     """
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
