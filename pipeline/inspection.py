@@ -17,7 +17,7 @@ from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
-from pipeline.geometry.areas import quiet
+from pipeline.geometry.areas import ignore_division_warnings
 from pipeline.overrides import Override, concerns, corrected_input, corrected_level, level_of, word_on
 from pipeline.pictures import of_building, sheet_of, stage_pictures
 from pipeline.png import as_png, top_view
@@ -66,7 +66,7 @@ class Inspection:
         return None if self.plan is None else self.plan.quality
 
 
-@quiet()
+@ignore_division_warnings()
 def inspect_house(
     config: BuildConfig,
     overrides: Mapping[str, Override],
@@ -106,7 +106,7 @@ def _inspect_input(
     config: BuildConfig, overrides: Mapping[str, Override], number: int, name: str | None, output: Output
 ) -> Inspection:
     inputs = list(list_inputs(config))
-    place = _place(inputs, name)
+    place = _find_input(inputs, name)
     item = corrected_input(inputs[place], overrides)
     make_folder(output.out)
     try:
@@ -141,7 +141,7 @@ def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]
     return of_building(snapshots, level_id, largest)
 
 
-def _place(inputs: Sequence[Input], name: str | None) -> int:
+def _find_input(inputs: Sequence[Input], name: str | None) -> int:
     """Return which of the inputs has this id, or a level or building of this id."""
     if name is None:
         return 0

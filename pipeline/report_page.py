@@ -68,7 +68,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
         old.unlink()
     _keep_pictures(data_set)
     doubtful = doubtful_ids(data_set)[:MAX_SHOWN]
-    others = _some([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
+    others = _sample_names([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
     copies = _duplicates(data_set)
     wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MAX_SHOWN])])
     plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
@@ -114,7 +114,7 @@ def doubtful_ids(data_set: DataSet) -> list[str]:
     return [name for _, name in sorted(found)]
 
 
-def _some(names: Sequence[str], count: int) -> list[str]:
+def _sample_names(names: Sequence[str], count: int) -> list[str]:
     """Return at most ``count`` of the names, at random but the same each time, sorted."""
     return sorted(random.Random(0).sample(names, min(count, len(names))))  # noqa: S311 - a choice of pictures
 

@@ -105,7 +105,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     """
     folder = parts.folder
     state, before = parts.state(), folder.last_finished()
-    if before is not None and before.state == state and _stands(folder, before):
+    if before is not None and before.state == state and _is_unchanged(folder, before):
         return _as_it_was(parts, before)
     progress("assembling", 0, 1)
     plans, refused = _settle_ids(parts.entries)
@@ -136,7 +136,7 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     return DataSet(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
 
 
-def _stands(folder: Folder, finished: Finished) -> bool:
+def _is_unchanged(folder: Folder, finished: Finished) -> bool:
     """Tell whether every file looks as it was written, and no other plan lies beside them."""
     own = {name for name in finished.files if name.partition("/")[0] in PARTS}
     return folder.names() == own and all(folder.stands(name, written) for name, written in finished.files.items())

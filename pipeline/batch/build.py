@@ -33,7 +33,7 @@ from pipeline.batch.folder import Folder, Others
 from pipeline.batch.job import Plan
 from pipeline.batch.journal import Journal
 from pipeline.batch.listing import Listing
-from pipeline.batch.planning import Planning, Progress, unheard
+from pipeline.batch.planning import Planning, Progress, ignore_outcome
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
@@ -56,7 +56,7 @@ def build(
     plan: Plan | None = None,
     others: Others = Others.REFUSE,
     rehash: bool = False,
-    ended: Callable[[Entry], None] = unheard,
+    ended: Callable[[Entry], None] = ignore_outcome,
     execute: Executor | None = None,
     known: Iterable[Entry] = (),
 ) -> DataSet:
@@ -98,7 +98,7 @@ def build(
     with lock_folder(folder.build / "lock"):
         folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
         with contextlib.closing(Journal(folder.build / _JOURNAL)) as journal:
-            beside = _beside(journal, listing, folder, others)
+            beside = _unlisted_sources(journal, listing, folder, others)
             folder.start(config.digest())
             for entry in known:
                 if journal.get(entry.input) != entry:
@@ -193,7 +193,7 @@ def check_alone(listing: Listing, store: Store) -> None:
         raise _holds(store.name, beside, "shards have a place of their own; choose another --out")
 
 
-def _beside(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:
+def _unlisted_sources(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:
     """Return the sources whose plans stay although this build does not list them."""
     if not journal.sources() and others is not Others.REPLACE:
         _check_unknown(listing, folder)

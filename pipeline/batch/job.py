@@ -21,7 +21,7 @@ from pipeline.batch.entry import Entry, Kept, Outcome, Refused, label_of
 from pipeline.batch.files import folders_of, known_again, looked_at
 from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
-from pipeline.geometry.areas import quiet
+from pipeline.geometry.areas import ignore_division_warnings
 from pipeline.overrides import Override, corrected_level, without_level, word_on
 from pipeline.png import top_view
 from pipeline.quality import check_quality
@@ -106,7 +106,7 @@ def work(settings: Settings, job: Job) -> Entry:
         return job.refusal(not_yet(error.strerror or str(error)), transient=True)
     if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with record_files(*folders_of(job.item)) as names, collect_times() as seconds, quiet():
+    with record_files(*folders_of(job.item)) as names, collect_times() as seconds, ignore_division_warnings():
         try:
             outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house

@@ -56,14 +56,14 @@ class Mirror:
         _own_folder(self.root.parent)
         if not self.root.is_dir():  # whole or not at all: another process may wait for it
             scratch = Path(tempfile.mkdtemp(dir=self.root.parent, prefix=PARTIAL))
-            _lay(scratch, known)
+            _create_placeholders(scratch, known)
             with suppress(OSError):
                 scratch.rename(self.root)
             shutil.rmtree(scratch, ignore_errors=True)
         for file in [file for file in self.root.rglob("*") if file.is_file()]:
             if file.relative_to(self.root).as_posix() not in known:
                 file.unlink(missing_ok=True)
-        _lay(self.root, known)
+        _create_placeholders(self.root, known)
 
     def mount(self, *, whole: bool = True) -> None:
         """Fetch files when this process opens them: the ``whole`` file, or only the part that listing needs."""
@@ -72,7 +72,7 @@ class Mirror:
             if not self.root.is_dir():  # on this machine for the first time
                 self.lay()
             if not _mounted:
-                sys.addaudithook(_hear)
+                sys.addaudithook(_fetch_before_open)
         _mounted[key] = (self, whole)
 
     def fetch(self, file: Path) -> None:
@@ -134,7 +134,7 @@ def mirror_of(url: str) -> tuple[Mirror, Path]:
     return mirror, mirror.root / whole.rpartition("/")[2] if single else mirror.root
 
 
-def _hear(event: str, arguments: tuple[object, ...]) -> None:
+def _fetch_before_open(event: str, arguments: tuple[object, ...]) -> None:
     """See to it that what is about to be opened is here."""
     if event != "open" or not isinstance(arguments[0], str | bytes | os.PathLike):
         return
@@ -155,7 +155,7 @@ def _bring(mirror: Mirror, file: Path, *, whole: bool) -> None:
         mirror.fetch(file)
 
 
-def _lay(folder: Path, known: Mapping[str, Any]) -> None:
+def _create_placeholders(folder: Path, known: Mapping[str, Any]) -> None:
     """Give each object a file of its size and time that takes no room, unless one that looks so is there."""
     for name, info in known.items():
         file, size, time_ns = folder / name, int(info["size"]), _time_ns(info)

@@ -32,7 +32,7 @@ Progress = Callable[[str, int, int], None]
 WHOLE = Shard(0, 1)
 
 
-def unheard(entry: Entry) -> None:
+def ignore_outcome(entry: Entry) -> None:
     """Ignore the outcome of an input."""
 
 
@@ -70,7 +70,7 @@ class Planning:
     overrides: Mapping[str, Override]
     rehash: bool = False
     shard: Shard = WHOLE
-    ended: Callable[[Entry], None] = unheard
+    ended: Callable[[Entry], None] = ignore_outcome
     listed: set[str] = field(default_factory=set)
     unfinished: dict[str, Entry] = field(default_factory=dict)
 

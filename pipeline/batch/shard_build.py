@@ -13,7 +13,7 @@ from pipeline.batch.build import build, check_alone
 from pipeline.batch.entry import Entry
 from pipeline.batch.job import Plan
 from pipeline.batch.listing import Listing, absolute
-from pipeline.batch.planning import Planning, Progress, unheard
+from pipeline.batch.planning import Planning, Progress, ignore_outcome
 from pipeline.batch.plans import DamagedPlanError, Plans, places_of
 from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import FolderStore, Store, is_url, open_store
@@ -64,7 +64,7 @@ def build_shard(
     progress: Progress,
     plan: Plan | None = None,
     rehash: bool = False,
-    ended: Callable[[Entry], None] = unheard,
+    ended: Callable[[Entry], None] = ignore_outcome,
 ) -> ShardDone:
     """Do the unfinished inputs of one shard; only its plans and its journal in ``out`` are written.
 

@@ -318,13 +318,13 @@ class _Pool(Generic[Item, Result]):
     def collect(self) -> Iterator[tuple[Item, Result | Failure]]:
         """Wait for an event, and yield the items that have ended."""
         pipes: dict[Any, Worker[Item]] = {worker.pipe: worker for worker in self.workers}
-        heard = {id(pipes[pipe]) for pipe in wait(list(pipes), self._patience())}
+        heard = {id(pipes[pipe]) for pipe in wait(list(pipes), self._seconds_to_limit())}
         for worker in pipes.values():
             if id(worker) in heard:
                 yield from self._listen(worker)
             elif worker.given and time.monotonic() >= worker.since + self.limits.seconds:
                 task = worker.given.popleft()
-                self._lose(worker)
+                self._remove_worker(worker)
                 worker.kill()
                 yield task.item, Failure("timeout", f"took longer than {self.limits.seconds:g} s")
 
@@ -374,7 +374,7 @@ class _Pool(Generic[Item, Result]):
         elif kind == "ready":
             worker.ready, self.failed_starts = True, 0
         else:
-            self._lose(worker)
+            self._remove_worker(worker)
             worker.close()
             if kind == "unfit":
                 self._note_failed_start(content)
@@ -382,7 +382,7 @@ class _Pool(Generic[Item, Result]):
     def _handle_death(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
         """Handle a worker's death."""
         task = worker.given[0] if worker.given else None
-        self._lose(worker)
+        self._remove_worker(worker)
         end = worker.close()
         if not worker.ready:
             self._note_failed_start(f"it ended with {end}")  # R3
@@ -392,7 +392,7 @@ class _Pool(Generic[Item, Result]):
                 self.again.popleft()
                 yield task.item, _failure(end)
 
-    def _lose(self, worker: Worker[Item]) -> None:
+    def _remove_worker(self, worker: Worker[Item]) -> None:
         """Remove a worker; its items are done next, in their order (R1)."""
         self.workers.remove(worker)
         self.again.extendleft(reversed(worker.given))
@@ -406,7 +406,7 @@ class _Pool(Generic[Item, Result]):
                 f"since {why}; try fewer --workers, or a higher limits.memory_gb"
             )
 
-    def _patience(self) -> float:
+    def _seconds_to_limit(self) -> float:
         """Return the seconds until the next time limit."""
         ends = [worker.since + self.limits.seconds for worker in self.workers if worker.given]
         return max(min([*ends, time.monotonic() + _LONGEST_S]) - time.monotonic(), 0.0)

@@ -103,7 +103,7 @@ def _connect(address: str | None) -> Any:
         raise MissingDependencyError(f"--executor ray needs Ray: {installing('ray')}") from None
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is told to anybody
     try:
-        _knock(address or os.environ.get("RAY_ADDRESS", ""))
+        _check_listening(address or os.environ.get("RAY_ADDRESS", ""))
         shown = False if address is None else None
         ray.init(address=address, log_to_driver=False, logging_level=logging.WARNING, include_dashboard=shown)
     except (OSError, ValueError, RuntimeError) as error:
@@ -111,7 +111,7 @@ def _connect(address: str | None) -> Any:
     return ray
 
 
-def _knock(address: str) -> None:
+def _check_listening(address: str) -> None:
     """Raise OSError if nobody listens: Ray itself would try for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():

@@ -69,7 +69,7 @@ class Furnishing:
         ways = [shapely.buffer(floor, -radius, join_style="mitre") for radius in (ROBOT_CM, WAY_CM)]
         self._left = _Left(shape, *ways)
         self._places = len(_places(self._left.robot))
-        self._joined = self._together(self._left)
+        self._joined = self._entries_are_connected(self._left)
         self.standing: list[Standing] = []
         shapely.prepare(self._room)
         shapely.prepare(self._doors)
@@ -106,7 +106,9 @@ class Furnishing:
         taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)
         others = [each for each in self.standing if each.piece.label != piece.by]
         kept = np.array([_zone(each) for each in others], dtype=np.int64).reshape(-1, 4)
-        good = apart(enlarge_boxes(boxes, GAP_CM), taken) & apart(zones, taken) & apart(boxes, kept)
+        good = (
+            are_disjoint(enlarge_boxes(boxes, GAP_CM), taken) & are_disjoint(zones, taken) & are_disjoint(boxes, kept)
+        )
         covered = float(np.prod(taken[:, 2:] - taken[:, :2], axis=1).sum())
         good &= covered + np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) <= COVERED * self._room.area
         near = np.flatnonzero(good)
@@ -133,9 +135,9 @@ class Furnishing:
         """R4; and what is left of the room is one plain polygon."""
         if not 0 < len(_places(left.robot)) <= self._places:
             return False
-        return (not self._joined or self._together(left)) and is_plain(left.room)
+        return (not self._joined or self._entries_are_connected(left)) and is_plain(left.room)
 
-    def _together(self, left: _Left) -> bool:
+    def _entries_are_connected(self, left: _Left) -> bool:
         """Return whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
         return any(shapely.covers(part, self._entries).all() for part in _places(left.way))
 
@@ -249,7 +251,7 @@ def enlarge_boxes(boxes: Boxes, by: int) -> Boxes:
     return np.asarray(boxes + np.array([-by, -by, by, by]))
 
 
-def apart(boxes: Boxes, others: Boxes) -> npt.NDArray[np.bool_]:
+def are_disjoint(boxes: Boxes, others: Boxes) -> npt.NDArray[np.bool_]:
     """Return whether each box (n, 4) shares no area with any of the others (m, 4)."""
     if not len(others):
         return np.ones(len(boxes), dtype=bool)
@@ -298,9 +300,9 @@ def candidates(piece: Piece, width: int, around: Surroundings, rng: np.random.Ge
     elif piece.place == "beside":
         found = _beside(piece, width, anchors)
     elif piece.place == "before":
-        found = _before(piece, width, anchors)
+        found = _in_front(piece, width, anchors)
     else:
-        found = _around(piece, width, anchors, rng)
+        found = _at_sides(piece, width, anchors, rng)
     ordered = sorted(found, key=lambda each: each[2])
     boxes = np.array([box for box, _, _ in ordered], dtype=np.int64).reshape(-1, 4)
     return Candidates(boxes, np.array([facing for _, facing, _ in ordered], dtype=np.int64))
@@ -351,7 +353,7 @@ def _beside(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_
             yield box_from_back(anchor.facing, back, begin, width, piece.depth), anchor.facing, dislike
 
 
-def _before(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_Found]:
+def _in_front(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_Found]:
     """In front of an anchor's middle, facing it."""
     for anchor in anchors:
         back, start, end = back_and_span(anchor.box, anchor.facing)
@@ -362,7 +364,7 @@ def _before(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_
         yield box_from_back(anchor.facing, near, begin, width, piece.depth), (anchor.facing + 2) % 4, 0.0
 
 
-def _around(piece: Piece, width: int, anchors: Sequence[Standing], rng: np.random.Generator) -> Iterator[_Found]:
+def _at_sides(piece: Piece, width: int, anchors: Sequence[Standing], rng: np.random.Generator) -> Iterator[_Found]:
     """On the sides of a table, looking at it."""
     for anchor in anchors:
         for facing in range(4):

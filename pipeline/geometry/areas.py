@@ -51,14 +51,14 @@ def areas(shape: BaseGeometry) -> BaseGeometry:
     return MultiPolygon(polygons_of(shape))
 
 
-def quiet() -> np.errstate:
+def ignore_division_warnings() -> np.errstate:
     """Keep still NumPy's warnings that GEOS divides by the length of edges, which may be none."""
     return np.errstate(divide="ignore", invalid="ignore")
 
 
 def buffer_mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
     """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
-    with quiet():
+    with ignore_division_warnings():
         return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
 
 
@@ -82,12 +82,12 @@ def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
 
 def overlaps(a: Shapes, b: Shapes) -> Shapes:
     """Return what each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
-    return _each(shapely.intersection, a, b)
+    return _overlay_pairs(shapely.intersection, a, b)
 
 
 def differences(a: Shapes, b: Shapes) -> Shapes:
     """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
-    return _each(shapely.difference, a, b)
+    return _overlay_pairs(shapely.difference, a, b)
 
 
 def union_of(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
@@ -106,7 +106,7 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
         return operation(*(_mend(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
 
 
-def _each(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
+def _overlay_pairs(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
     """Overlay pair by pair; where one of them defeats that, each by itself."""
     try:
         return np.asarray(operation(a, b))

@@ -210,12 +210,12 @@ def bridges(
         (k, whole)
         for k, stretches in enumerate(_stretches(pieces, rooms, walls))
         for first, second in combinations(stretches, 2)
-        if (whole := _across(first, second)) is not None
+        if (whole := _strip_across(first, second)) is not None
     ]
     if not facing:
         return [[] for _ in pieces]
     of_piece = np.array([k for k, _ in facing])
-    near = _around(pieces, door_plane)
+    near = _pieces_near(pieces, door_plane)
     strips = strips_of([whole for _, whole in facing])
     filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
     standing = overlaps(strips, near[of_piece])
@@ -227,7 +227,7 @@ def bridges(
     return [join_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 
-def _around(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
+def _pieces_near(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
     """For each piece what stands near it."""
     found = np.empty(len(pieces), np.object_)
     for k, (x1, y1, x2, y2) in enumerate(shapely.bounds(pieces)):
@@ -262,7 +262,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     return found
 
 
-def _across(first: _Stretch, second: _Stretch) -> Bridge | None:
+def _strip_across(first: _Stretch, second: _Stretch) -> Bridge | None:
     """Return the strip from one stretch to the other, or None if they see one space or do not face each other."""
     if first.faces == second.faces:
         return None

@@ -327,7 +327,7 @@ def gaps(
         if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
-        facing = _between_ends(gap or _lane(end, reach_m), end, ends, reach_m)
+        facing = _between_ends(gap or _strip_before_end(end, reach_m), end, ends, reach_m)
         widest = DOUBLE_DOOR_M if k in hinges else DOOR_M
         if facing is not None:  # R1
             found.append(facing)
@@ -350,7 +350,7 @@ def _width(gap: Polygon, end: WallEnd) -> float:
     return float(np.ptp(dot(shapely.get_coordinates(gap), end.out)))
 
 
-def _lane(end: WallEnd, reach_m: float) -> Polygon:
+def _strip_before_end(end: WallEnd, reach_m: float) -> Polygon:
     """Return the strip before a wall's end where nothing stands in its line."""
     return Polygon([end.a, end.b, end.b + reach_m * end.out, end.a + reach_m * end.out])
 
@@ -436,7 +436,7 @@ class _Mouth:
         return bool(aside < ROW_M and abs(dot(self.along, other.along)) > OPPOSITE)
 
 
-def mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
+def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
     """Fillings of the mouths that part ``rooms`` into more rooms; ``walls`` is all that closes them.
 
     Mouths of one wall that part a room only together are in one list.
@@ -485,7 +485,7 @@ def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygo
         return None
     narrowest, between = 0.0, set()
     for mouth in row:
-        sides = [_behind(mouth, way, parts) for way in (1, -1)]
+        sides = [_room_behind_mouth(mouth, way, parts) for way in (1, -1)]
         if sides[0] is None or sides[1] is None or sides[0][0] == sides[1][0]:
             return None
         between.add(frozenset(k for k, _ in (sides[0], sides[1])))
@@ -495,7 +495,7 @@ def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygo
     return narrowest, [parts[k] for k in sorted(next(iter(between)))]
 
 
-def _behind(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
+def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
     """Return which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
     aside = np.array([-mouth.along[1], mouth.along[0]]) * way
     face = mouth.middle + aside * (mouth.depth / 2 + 1e-2)
@@ -588,7 +588,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
     ends = list(wall_ends(tall))
     straight = [gap_at(end, ground, FARTHEST_M) for end in ends]
-    slanted = [_between(a, b, ground) for a, b in combinations(ends, 2)]
+    slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
     candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
     so_far = enclosed_area(ground)
@@ -661,7 +661,7 @@ def enclosed_area(walls: BaseGeometry) -> float:
     return float(sum(r.area for r in enclosed_pieces(walls)[1]))
 
 
-def _between(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
+def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
     """Return the band between two wall ends, if nothing but the ends themselves stands between them."""
     a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
     length = float(np.hypot(*(b - a)))

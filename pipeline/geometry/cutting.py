@@ -75,11 +75,11 @@ class Cutter:
         edges = np.roll(corners := self.mesh.vertices[self.mesh.faces[stray]], -1, axis=1) - corners
         stray = stray[np.linalg.norm(edges, axis=2).max(axis=1) < SMALL_M]
         if len(stray):  # R2
-            around = self._around(stray)
+            around = self._normal_sums(stray)
             upright[stray] = np.abs(around[:, 2]) < STEEP * np.linalg.norm(around, axis=1)
         return upright
 
-    def _around(self, faces: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    def _normal_sums(self, faces: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         """Sums (n, 3) of the normals of all faces that share a vertex with each of these, by their area."""
         corners = self.mesh.faces
         a, b, c = (self.mesh.vertices[corners[:, k]] for k in range(3))

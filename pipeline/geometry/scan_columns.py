@@ -115,7 +115,7 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
     flat = np.abs(normal[:, 2]) > FLAT * area
     heights = np.arange(low_m, high_m, STEP_M)
     ends, plane = _cuts(corners[~flat], heights)
-    along = sharpest(ends.mean(axis=1), _main_direction(ends))
+    along = sharpest_direction(ends.mean(axis=1), _main_direction(ends))
     raster = raster_over(ends.reshape(-1, 2), along, cell_m)
     stands = np.zeros((len(heights), *raster.shape), bool)
     if len(ends):
@@ -174,7 +174,7 @@ def _main_direction(ends: Floats) -> Floats:
     return np.array([np.cos(mean), np.sin(mean)])
 
 
-def sharpest(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DEG) -> Floats:
+def sharpest_direction(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DEG) -> Floats:
     """The direction, turned from ``along``, in which points (n, 2), seen along the walls, fall on the fewest places."""
     points = plan[:: max(1, len(plan) // SAMPLE)]
     best, most = along, 0.0
@@ -308,8 +308,8 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
 def _raster(plan: Floats, cell_m: float) -> Raster:
     """R1; the points may lie on a grid of their own, which is the sharpest of all."""
     off = np.random.default_rng(0).uniform(-cell_m / 2, cell_m / 2, plan.shape)
-    along = sharpest(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
-    return raster_over(plan, sharpest(plan + off, along), cell_m)
+    along = sharpest_direction(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
+    return raster_over(plan, sharpest_direction(plan + off, along), cell_m)
 
 
 def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:

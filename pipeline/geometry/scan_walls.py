@@ -26,7 +26,7 @@ SHEET = 3
 """So many cells wide a sheet must be, if it is to last."""
 
 
-def square(cells: int) -> Pixels:
+def square_kernel(cells: int) -> Pixels:
     """A square as the kernel of a filter."""
     return np.ones((cells, cells), np.uint8)
 
@@ -42,7 +42,7 @@ def line(angle: float, cells: int) -> Pixels:
 
 def grow_mask(mask: Bools, cells: int) -> Bools:
     """A mask and all cells at most so far from it."""
-    return dilate_mask(mask, square(2 * cells + 1))
+    return dilate_mask(mask, square_kernel(2 * cells + 1))
 
 
 def dilate_mask(mask: Bools, kernel: Pixels) -> Bools:
@@ -52,7 +52,7 @@ def dilate_mask(mask: Bools, kernel: Pixels) -> Bools:
 
 def close_mask(mask: Bools, cells: int) -> Bools:
     """A mask with all that is narrower than so many cells filled."""
-    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, square(cells)).view(bool))
+    return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, square_kernel(cells)).view(bool))
 
 
 def open_mask(mask: Bools, kernel: Pixels) -> Bools:
@@ -60,7 +60,7 @@ def open_mask(mask: Bools, kernel: Pixels) -> Bools:
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel).view(bool))
 
 
-def mostly(mask: Bools, marked: Bools, share: float) -> Bools:
+def mostly_marked_parts(mask: Bools, marked: Bools, share: float) -> Bools:
     """Return the connected parts of a mask of which so much is marked."""
     count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
     kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
@@ -116,7 +116,7 @@ def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *
     """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
     untraced = has_ceiling
     for k in range(PASSES):  # R2
-        found = _pass(_between_jambs(reaching, body, raster), body, traces, raster)
+        found = _continue_runs(_between_jambs(reaching, body, raster), body, traces, raster)
         if k >= FILLING:
             found = reaching | _holes(found, reaching)
         if (found == reaching).all():
@@ -132,7 +132,7 @@ def _holes(found: Bools, reaching: Bools) -> Bools:
     return touching(found & ~reaching, ~grow_mask(reaching, ALONGSIDE))
 
 
-def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
+def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
     """R1: return straight runs continued to what stands before their ends, and to their corners with others."""
     below = grow_mask(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
@@ -143,9 +143,9 @@ def _pass(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
             beyond.append(runs[turn])
             continue
         ending = runs[turn] & ~_across(runs, turn)
-        lanes = _lanes(reaching, ending, angle, raster.size(HOLE_M))
-        found |= touching(mostly(lanes, traces, TRACED), grow_mask(ending, 1))
-        lanes = _lanes(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
+        lanes = _gaps_in_line(reaching, ending, angle, raster.size(HOLE_M))
+        found |= touching(mostly_marked_parts(lanes, traces, TRACED), grow_mask(ending, 1))
+        lanes = _gaps_in_line(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
         found |= touching(lanes, grow_mask(ending, 1))
         beyond.append(dilate_mask(ending, line(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
@@ -161,7 +161,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
         crossing = open_mask(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
         ending = run & ~grow_mask(crossing, 2)
         if ending.any():
-            found |= touching(_lanes(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
+            found |= touching(_gaps_in_line(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
     return _as_sheets(found, reaching)
 
 
@@ -178,7 +178,7 @@ def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
     return found
 
 
-def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
+def _gaps_in_line(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
     """Return what lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
     hole = line(angle, cells)
     gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
@@ -189,7 +189,7 @@ def _lanes(reaching: Bools, ending: Bools, angle: float, cells: int, within: Boo
 
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
     """Return what was found beyond what reaches the top, as wide as what was seen."""
-    thin = found & ~reaching & ~open_mask(found, square(SHEET))
+    thin = found & ~reaching & ~open_mask(found, square_kernel(SHEET))
     return found | grow_mask(thin, SPREAD)
 
 
@@ -225,7 +225,7 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
     jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
     in_line = open_mask(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
     thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
-    solid = open_mask(close_mask(np.ascontiguousarray(walls | standing), thick), square(thin))
+    solid = open_mask(close_mask(np.ascontiguousarray(walls | standing), thick), square_kernel(thin))
     for row in np.flatnonzero((standing & ~walls).any(axis=1)):
         at = np.flatnonzero(walls[row])
         for k in np.flatnonzero((np.diff(at) > least + jamb) & (np.diff(at) <= longest)):
@@ -359,7 +359,9 @@ def _unseen_cells(air: Bools, columns: Columns) -> Bools:
 
 def _shrink(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
-    core = open_mask(cv2.erode(solid.view(np.uint8), square(2 * SPREAD + 1)).view(bool), square(SHEET)).view(bool)
+    core = open_mask(
+        cv2.erode(solid.view(np.uint8), square_kernel(2 * SPREAD + 1)).view(bool), square_kernel(SHEET)
+    ).view(bool)
     return core | (solid & ~grow_mask(core, SPREAD + 1))
 
 

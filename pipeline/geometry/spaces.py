@@ -128,7 +128,7 @@ def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Br
         if not hit.is_empty:
             at = dot(shapely.get_coordinates(hit) - bridges[i].centre, bridges[i].across)
             limits[i][k] = float(at.max() if k == 0 else at.min())
-    return [_between(bridge, low, high) for bridge, (low, high) in zip(bridges, limits, strict=True)]
+    return [_bridge_between_faces(bridge, low, high) for bridge, (low, high) in zip(bridges, limits, strict=True)]
 
 
 def _ray(bridge: Bridge, k: int) -> list[Vector]:
@@ -138,7 +138,7 @@ def _ray(bridge: Bridge, k: int) -> list[Vector]:
     return [bridge.centre + at * bridge.across for at in ends]
 
 
-def _between(bridge: Bridge, low: float, high: float) -> Bridge:
+def _bridge_between_faces(bridge: Bridge, low: float, high: float) -> Bridge:
     """The bridge with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
     if high - low < 1e-3:
         return bridge
@@ -206,7 +206,7 @@ SHORTEST_M = 0.5
 Bools = npt.NDArray[np.bool_]
 
 
-def odd(rooms: list[Polygon]) -> Bools:
+def misshapen_rooms(rooms: list[Polygon]) -> Bools:
     """Return which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
     area, length = shapely.area(rooms), shapely.length(rooms)
     sized = (area >= SMALLEST_M2) & (area <= LARGEST_M2)

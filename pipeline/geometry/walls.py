@@ -170,14 +170,14 @@ def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
     if lines.is_empty:
         return EMPTY
     merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(lines)))
-    tips = _tips(merged)
+    tips = _turning_points(merged)
     if len(tips):
         apart = shapely.difference(merged, shapely.union_all(shapely.buffer(tips, TIP_M)))
         merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(apart)))
     return shapely.buffer(merged, thickness_m / 2, cap_style="flat", join_style="mitre", mitre_limit=2.0)
 
 
-def _tips(lines: BaseGeometry) -> npt.NDArray[np.object_]:
+def _turning_points(lines: BaseGeometry) -> npt.NDArray[np.object_]:
     """Points at which a line turns back on itself, as two sheets do that leave a slit between them."""
     found: list[Floats] = []
     for line in shapely.get_parts(lines):
@@ -262,7 +262,7 @@ def closed_rings(
     order = np.argsort(keys[:, 0], kind="stable")
     starts = keys[order, 0]
     good[body[order[1:][starts[1:] == starts[:-1]]]] = False
-    good[body[~_among(keys[:, 1], starts) | ~_among(keys[:, 0], np.sort(keys[:, 1]))]] = False
+    good[body[~_are_in_sorted(keys[:, 1], starts) | ~_are_in_sorted(keys[:, 0], np.sort(keys[:, 1]))]] = False
     order = order[good[body[order]]]
     if not len(order):
         return None, np.ones(len(ends), np.bool_)
@@ -281,7 +281,7 @@ def closed_rings(
     return Rings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
 
 
-def _among(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def _are_in_sorted(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Return which of the keys stand in a sorted array."""
     return np.asarray(ordered[np.minimum(np.searchsorted(ordered, keys), len(ordered) - 1)] == keys)
 

@@ -256,12 +256,12 @@ def _floor(room: Chamber) -> _Floor | None:
     meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
     if not meshes:
         return None
-    parts = polygons_of(shapely.union_all([_shadow(mesh) for mesh in meshes], grid_size=SAME_M))
+    parts = polygons_of(shapely.union_all([_plan_area(mesh) for mesh in meshes], grid_size=SAME_M))
     height = float(np.median(np.concatenate([mesh.vertices[:, 1] for mesh in meshes])))
     return _Floor(room, parts[0], height) if parts else None
 
 
-def _shadow(mesh: Mesh) -> shapely.Geometry:
+def _plan_area(mesh: Mesh) -> shapely.Geometry:
     """Return the plan area of a mesh."""
     triangles = shapely.polygons(_in_plan(mesh.vertices)[mesh.faces])
     return shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)

@@ -45,7 +45,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     Rejection
         MISSING_FILE where the path does not exist.
     """
-    _wish(options)
+    _requested_size(options)
     for file, name in list_files(path, SUFFIXES):
         yield Input(base_id(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items())))
 
@@ -67,13 +67,13 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
     up = convention(path)
-    wish = _wish(options)
+    wish = _requested_size(options)
     try:
         found = detect(structural(raw), up, wish, path.name, door_heights(raw))
     except Rejection as rejection:
         shell = None if wish.is_about_size else outside_of(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(top_view(raw.mesh, UPS[up.up])) from None
-    upright = _upright(raw.mesh, found)
+    upright = _turn_and_scale(raw.mesh, found)
     shift = near_shift(upright.vertices)
     named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
@@ -114,7 +114,7 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
-def _wish(options: Mapping[str, str]) -> Wish:
+def _requested_size(options: Mapping[str, str]) -> Wish:
     """Return what the user says; raise ConfigError if that is unknown."""
     unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes"})
     if unknown:
@@ -127,7 +127,7 @@ def _wish(options: Mapping[str, str]) -> Wish:
     return Wish(up, metres_of(units), scale, above_zero("storey_height", storey) if storey else None)
 
 
-def _upright(raw: Mesh, found: Frame3D) -> Mesh:
+def _turn_and_scale(raw: Mesh, found: Frame3D) -> Mesh:
     """Turn a mesh z-up and scale it to metres."""
     return _turn_upright(Mesh(raw.vertices * found.metres, raw.faces), found.up)
 

@@ -81,7 +81,7 @@ def pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
     return _divide_by_label(faces, label)
 
 
-def things(mesh: Mesh, found: list[Indices], apart_m: float) -> list[Indices]:
+def unite_near_pieces(mesh: Mesh, found: list[Indices], apart_m: float) -> list[Indices]:
     """Unite pieces whose boxes come closer than ``apart_m``: a leaf and its handle, a table and its legs."""
     if len(found) < 2:
         return found
@@ -331,7 +331,7 @@ class _Sorter:
             if named is None or named.role is not Role.DOOR:
                 continue
             doors = [piece for piece in pieces(self.mesh, faces) if is_door(self.mesh, piece, named.sure)]
-            for thing in things(self.mesh, doors, HANDLE_M):
+            for thing in unite_near_pieces(self.mesh, doors, HANDLE_M):
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
@@ -343,7 +343,7 @@ class _Sorter:
             found = pieces(self.mesh, faces)
             if any(self._fills(piece) for piece in found):
                 continue
-            for thing in things(self.mesh, found, TOUCH_M):
+            for thing in unite_near_pieces(self.mesh, found, TOUCH_M):
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 

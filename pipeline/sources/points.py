@@ -111,11 +111,11 @@ def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name
         raise Rejection("source", Reason.EMPTY, detail, "give a scan of a room")
     mask = (1 << _BITS) - 1
     index3 = np.column_stack([keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask]) - _HALF
-    near = _near(index3.astype(np.int32))
-    return _upright(near, origin, up, far + len(index3) - len(near))
+    near = _drop_strays(index3.astype(np.int32))
+    return _turn_upright(near, origin, up, far + len(index3) - len(near))
 
 
-def _near(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _drop_strays(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """V2: voxels no farther than STRAY_M from where, along each axis, all but STRAY of them lie."""
     low, high = np.quantile(index, (STRAY / 2, 1 - STRAY / 2), axis=0)
     beside = STRAY_M / VOXEL_M
@@ -123,7 +123,7 @@ def _near(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     return index[near]
 
 
-def _upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
+def _turn_upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
     """V3; a y-up cloud is turned by a quarter about x, so that y = -Z."""
     axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_IS_UP * _fullest(index[:, 2]) else "z"
     if axis == "z":

@@ -229,7 +229,7 @@ def _walls(house: House) -> list[Wall]:
     """R1."""
     found = []
     for wall in house.walls:
-        ends = _foot(wall)
+        ends = _wall_ends(wall)
         if not wall.empty and ends is not None:
             shape = shapely.buffer(shapely.LineString(ends), SHEET_M / 2, cap_style="square")
             heights = [corner.y for corner in wall.polygon]
@@ -237,7 +237,7 @@ def _walls(house: House) -> list[Wall]:
     return found
 
 
-def _foot(wall: Plane) -> tuple[tuple[float, float], tuple[float, float]] | None:
+def _wall_ends(wall: Plane) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Return the ends of a wall in plan, the corner first from which its holes are measured."""
     corners = [(corner.x, corner.z) for corner in wall.polygon]
     if len(corners) < 3:
@@ -252,7 +252,7 @@ def _holes(house: House, name: str) -> list[Hole]:
     found = []
     for slot, is_door in [(door, True) for door in house.doors] + [(window, False) for window in house.windows]:
         wall = walls.get(slot.wall0) or walls.get(slot.wall1)
-        ends = _foot(wall) if wall is not None else None
+        ends = _wall_ends(wall) if wall is not None else None
         if wall is None or ends is None or len(slot.hole) < 2:
             detail = f"{name}: {slot.id}: expected a hole in one of its walls, found no wall {slot.wall0!r}"
             raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)

@@ -37,7 +37,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, clip_to_box, overlap, union_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import GAPS
-from pipeline.geometry.spaces import odd, with_loose_ends
+from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
@@ -112,7 +112,7 @@ def passage_features(planned: Planned) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = list(spaces.rooms)
-    room_is_odd, jutting = odd(rooms), with_loose_ends(rooms)
+    room_is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.bridge.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
@@ -131,7 +131,9 @@ def passage_features(planned: Planned) -> list[Features]:
                 "loose_end": float(not bridge.ends_at_walls(layout.door)),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
                 "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
-                "floorless": max((_without(front, level.floor_with_rooms) for front in fronts), default=0.0),
+                "floorless": max(
+                    (_share_without_floor(front, level.floor_with_rooms) for front in fronts), default=0.0
+                ),
                 "odd_room": float(room_is_odd[inner].any()),
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
@@ -146,7 +148,7 @@ def room_features(planned: Planned) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
-    is_odd, jutting = odd(rooms), with_loose_ends(rooms)
+    is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
     given = union_of(c.polygon for c in layout.closers if c.kind in GIVEN)
     patches = union_of(c.polygon for c in layout.closers if c.bridge is None and c.kind not in GIVEN)
     mouths = union_of(c.polygon for c in layout.closers if c.kind == "mouth")
@@ -162,13 +164,13 @@ def room_features(planned: Planned) -> list[Features]:
                 "large": _ramp(room.area - LARGE_M2[0], LARGE_M2[1]),
                 "odd": float(is_odd[k]),
                 "jutting_wall": float(jutting[k]),
-                "given_edge": _along(edge, given),
-                "patched_edge": _along(edge, patches),
-                "mouth": _along(edge, mouths),
-                "wallless_edge": 1.0 - _along(edge, layout.ground),
-                "floorless": _without(room, level.floor_with_rooms),
+                "given_edge": _share_along(edge, given),
+                "patched_edge": _share_along(edge, patches),
+                "mouth": _share_along(edge, mouths),
+                "wallless_edge": 1.0 - _share_along(edge, layout.ground),
+                "floorless": _share_without_floor(room, level.floor_with_rooms),
                 "drawn": float(bool(drawn)),
-                "unlike_drawn": _unlike(room, drawn),
+                "unlike_drawn": _unlikeness(room, drawn),
                 "closed": float(not ways),
                 "only_cuts": float(bool(ways) and all(p.kind == "cut" for p in ways)),
                 "furnished": float(_share(room, evidence.furniture) > 0.02),
@@ -207,12 +209,12 @@ def _front(bridge: Bridge, side: int) -> Polygon:
     return ahead.strip()
 
 
-def _without(place: Polygon, floor: BaseGeometry | None) -> float:
+def _share_without_floor(place: Polygon, floor: BaseGeometry | None) -> float:
     """Return the share of a place without floor; 0 if the source has no floor at all."""
     return 0.0 if floor is None else 1.0 - _share(place, floor)
 
 
-def _unlike(room: Polygon, drawn: Sequence[Polygon]) -> float:
+def _unlikeness(room: Polygon, drawn: Sequence[Polygon]) -> float:
     """Return 1 minus the best intersection over union with a room that the source draws; 0 if it draws none (F4)."""
     if not drawn:
         return 0.0
@@ -220,7 +222,7 @@ def _unlike(room: Polygon, drawn: Sequence[Polygon]) -> float:
     return float(1.0 - (shared / (room.area + shapely.area(drawn) - shared)).max())
 
 
-def _along(edge: BaseGeometry, what: BaseGeometry) -> float:
+def _share_along(edge: BaseGeometry, what: BaseGeometry) -> float:
     """Return the share of an edge that runs along something."""
     return float(shapely.intersection(edge, what).length / edge.length) if not what.is_empty else 0.0
 

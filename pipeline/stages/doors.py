@@ -36,7 +36,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind in PASSABLE]
-    spans = _spans([bridge for _, bridge in strips], config.post_m)
+    spans = _row_widths([bridge for _, bridge in strips], config.post_m)
     for (closer, bridge), span in zip(strips, spans, strict=True):
         if bridge.sides[0] == bridge.sides[1]:  # what they parted was no room
             continue
@@ -53,7 +53,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _spans(bridges: list[Bridge], post_m: float) -> list[float]:
+def _row_widths(bridges: list[Bridge], post_m: float) -> list[float]:
     """Return for each bridge the width of the row in which it stands, including the posts between the bridges."""
     rows = nx.Graph()
     for i, j in combinations(range(len(bridges)), 2):

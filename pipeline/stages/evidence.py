@@ -123,12 +123,12 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         floor=level.floor,
         low=without_headroom(level.walls),
         lower=drop_thinner(subtract(full, above[-1]), SLIVER_M),
-        slight=_slight(above, heights, level.ceiling_m),
+        slight=_slight_hangings(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
 
 
-def _slight(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
+def _slight_hangings(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
     """Return what hangs from the ceiling by less than ``SLIGHT_M``. It occurs only in the highest section."""
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
         return EMPTY

@@ -32,7 +32,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.doorways import box_of
-from pipeline.geometry.spaces import odd, with_loose_ends
+from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2
@@ -68,7 +68,7 @@ def weigh(
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
-        "odd_room_share": float(odd(list(spaces.rooms)).mean()),
+        "odd_room_share": float(misshapen_rooms(list(spaces.rooms)).mean()),
         "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
         "left_out": _share(left_out, MAX_LEFT_OUT),
         "unlike_spaces": _unlike(level, spaces.rooms),

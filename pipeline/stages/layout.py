@@ -61,7 +61,7 @@ from pipeline.geometry.closing import (
     from_wall_ends,
     gaps,
     grow_by_lap,
-    mouths,
+    mouth_fillings,
     needed_to_separate,
     with_sides,
 )
@@ -104,7 +104,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         strips, ground, rooms = _keep_separating(standing, evidence.slight, strips, rest, config)
         if not level.sills and (slits := [slit for room in rooms for slit in _slits(room, config.area_m2)]):  # R15
             ground, rooms = enclosed_pieces(union_of([ground, *slits]))
-        for row in [] if level.sills or level.openings else mouths(rooms, ground):  # R13
+        for row in [] if level.sills or level.openings else mouth_fillings(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
             closers = [Closer(mouth, "mouth") for mouth in row]

@@ -46,7 +46,7 @@ def vectorise(
     rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
     doors = [
         _door(k, p, shape, beside, shift)
-        for k, (p, shape, beside) in enumerate(zip(tiles.passages, tiles.doors, _beside(tiles), strict=True))
+        for k, (p, shape, beside) in enumerate(zip(tiles.passages, tiles.doors, _rooms_beside(tiles), strict=True))
     ]
     return FloorPlan(
         id=level.id,
@@ -124,11 +124,11 @@ def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Poly
     face, shape = tree.query(inside, predicate="within")
     owner = np.full(len(faces), -1)
     owner[face[::-1]] = shape[::-1]  # a door before a room, the first room before the next
-    tiled = [_whole(faces[owner == k], shapes[k]) for k in range(len(shapes))]
+    tiled = [_union_of_faces(faces[owner == k], shapes[k]) for k in range(len(shapes))]
     return tiled[len(doors) :], tiled[: len(doors)]
 
 
-def _whole(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
+def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     """Return the faces of one shape in one piece; a shape that vanishes on the grid is returned rounded."""
     found = polygons_of(union_of(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
     return found[0] if found else shape
@@ -146,7 +146,7 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
     )
 
 
-def _beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
+def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     """Return the rooms at the two faces of each passage; the outside comes last, as None."""
     bridges = [passage.bridge for passage in tiles.passages]
     looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in bridges for sign in (-1.0, 1.0)]

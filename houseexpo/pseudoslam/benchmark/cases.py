@@ -98,7 +98,7 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: i
     if largest:
         area = dict(zip(here.ids, here.column("area"), strict=True))
         order.sort(key=lambda name: -area[name])
-    found = sorted(_chosen(plans, order, largest or number, workers), key=_hash)[:number]
+    found = sorted(_choose_plans(plans, order, largest or number, workers), key=_hash)[:number]
     if len(found) < number:
         raise ConfigError(
             f"--plans {number}: list {split!r} of {plans.path} has {count_noun(len(found), 'plan')} that a robot of "
@@ -117,7 +117,7 @@ def _hash(name: str) -> bytes:
     return hashlib.sha256(name.encode()).digest()
 
 
-def _chosen(plans: Dataset, here: Sequence[str], number: int, workers: int) -> list[str]:
+def _choose_plans(plans: Dataset, here: Sequence[str], number: int, workers: int) -> list[str]:
     """Return the first plans of a list, at most ``number``, that R2 and R3 allow."""
     others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
     every = plans.only([*others, *here])

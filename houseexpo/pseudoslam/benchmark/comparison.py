@@ -98,7 +98,7 @@ class Compared:
         for metric in self.track.metrics:
             if metric.table is not None:
                 found.setdefault(metric.table, []).append(metric)
-                if metric.paired and self._named(BASELINE) and len(self.entries) > 1:
+                if metric.paired and self._entry_named(BASELINE) and len(self.entries) > 1:
                     less = Metric(_LESS + metric.key, f"less {BASELINE}'s", metric.unit, metric.better)
                     found[metric.table] += [less, Metric(_P + metric.key, "p, Holm", "p", "low")]
         tables = [tuple(metrics) for metrics in found.values()]
@@ -109,7 +109,7 @@ class Compared:
     def value(self, entry: Entry, metric: Metric) -> Estimate:
         """Return the estimate of a metric for a row."""
         if metric.key.startswith(_LESS):
-            return self._less(entry, metric.key.removeprefix(_LESS))
+            return self._difference(entry, metric.key.removeprefix(_LESS))
         if metric.key.startswith(_P):
             return self._p(entry, metric.key.removeprefix(_P))
         if metric.key.startswith(_SHARE):
@@ -122,7 +122,7 @@ class Compared:
 
     def _shares(self) -> tuple[Metric, ...]:
         """Return the metrics relative to the oracle's path, if there is a result of the oracle."""
-        if self._named(ORACLE) is None:
+        if self._entry_named(ORACLE) is None:
             return ()
         keys = [metric.key for metric in self.track.metrics if metric.key.startswith("metres_to_")]
         return tuple(
@@ -135,7 +135,7 @@ class Compared:
 
         Plans in which the oracle did not get there are left out.
         """
-        oracle = self._named(ORACLE)
+        oracle = self._entry_named(ORACLE)
         best = [] if oracle is None else oracle.results[0].column(key)
         return estimate_seeds(
             [
@@ -147,7 +147,7 @@ class Compared:
             ]
         )
 
-    def _less(self, entry: Entry, key: str) -> Estimate:
+    def _difference(self, entry: Entry, key: str) -> Estimate:
         """Return a value minus the baseline's, over plans in which both have one (R2); none for the baseline itself."""
         return estimate_seeds(found) if (found := self._differences(entry, key)) else Estimate(None, None, None, 0)
 
@@ -177,7 +177,7 @@ class Compared:
 
     def _differences(self, entry: Entry, key: str) -> list[Column]:
         """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""
-        baseline = self._named(BASELINE)
+        baseline = self._entry_named(BASELINE)
         if baseline is None or entry is baseline:
             return []
         base = baseline.results[0].column(key)
@@ -186,7 +186,7 @@ class Compared:
             for column in entry.columns(key)
         ]
 
-    def _named(self, name: str) -> Entry | None:
+    def _entry_named(self, name: str) -> Entry | None:
         return next((entry for entry in self.entries if entry.results[0].policy.name == name), None)
 
 
@@ -204,11 +204,11 @@ def read_results(files: Sequence[Path]) -> list[Compared]:
     by_track: dict[str, list[tuple[Path, Result]]] = {}
     for file in named:
         result = read_result(file)
-        by_track.setdefault(_known(result, file), []).append((file, result))
-    return [_compared(track, by_track[track.id]) for track in (*TRACKS, *MAP_TRACKS) if track.id in by_track]
+        by_track.setdefault(_known_track(result, file), []).append((file, result))
+    return [_compare_track(track, by_track[track.id]) for track in (*TRACKS, *MAP_TRACKS) if track.id in by_track]
 
 
-def _known(result: Result, file: Path) -> str:
+def _known_track(result: Result, file: Path) -> str:
     try:
         return track_of(result.track_id).id
     except ConfigError:
@@ -216,7 +216,7 @@ def _known(result: Result, file: Path) -> str:
         raise ConfigError(f"{file}: a result of track {result.track_id!r}; this version knows {known}") from None
 
 
-def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
+def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
     first_file, first = named[0]
     for file, result in named[1:]:
         for what, one, other in (
@@ -228,7 +228,7 @@ def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
                     f"{file}: expected the {what} of {first_file}, found others; {track.id} is compared on the same "
                     "plans: run both with the same --split and --plans, on the same data set"
                 )
-    unordered = Compared(track, tuple(Entry(group) for group in _grouped([result for _, result in named])))
+    unordered = Compared(track, tuple(Entry(group) for group in _group_by_family([result for _, result in named])))
     metric = track.metrics[0]
     sign = -1.0 if metric.better == "high" else 1.0
 
@@ -240,7 +240,7 @@ def _compared(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
     return Compared(track, tuple(sorted(unordered.entries, key=rank)))
 
 
-def _grouped(results: Sequence[Result]) -> list[tuple[Result, ...]]:
+def _group_by_family(results: Sequence[Result]) -> list[tuple[Result, ...]]:
     """Return results grouped by family (R1), with one for each training seed; others are alone."""
     groups: dict[tuple[Any, ...], list[Result]] = {}
     for number, result in enumerate(results):

@@ -101,7 +101,7 @@ class Runner:
         trace = self.trace(case, note, took, scoring)
         values = {**self.track.measure(trace), "steps": trace.steps[-1], "metres": trace.metres[-1]}
         if scoring is not None:
-            values |= self._asked(case, int(trace.steps[-1]), scoring.values)
+            values |= self._ask(case, int(trace.steps[-1]), scoring.values)
         if self.track.task == "exploration":
             values["coverage"] = trace.coverage[-1]
         curves = {over: trace.coverage_at(over, places(most)).tolist() for over, most in self.track.curves}
@@ -116,7 +116,7 @@ class Runner:
         note(0)
         robot = robot_of(env, self.policy.interface)
         seed = case.seed ^ self.policy_seed
-        policy = self._asked(case, 0, lambda: self.policy.factory(robot, seed))
+        policy = self._ask(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
             raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
         if scoring is not None:
@@ -128,7 +128,7 @@ class Runner:
             note(step)
             knowledge = knowledge_of(env.simulator, env.state)
             start = time.perf_counter()
-            action = self._asked(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
+            action = self._ask(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
             ms = 1000 * (time.perf_counter() - start)
             if getattr(policy, "decided", True):
                 took.append(min(ms, getattr(policy, "took_ms", ms)))
@@ -138,7 +138,7 @@ class Runner:
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)
             if scoring is not None:
-                self._asked(case, step, lambda: scoring.add(trace.metres[-1], knowledge_of(env.simulator, env.state)))
+                self._ask(case, step, lambda: scoring.add(trace.metres[-1], knowledge_of(env.simulator, env.state)))
             if terminated or truncated:
                 break
         return trace
@@ -171,7 +171,7 @@ class Runner:
         except ValueError as error:
             raise PolicyError(f"{self._where(case, int(state.counts.steps))}: {error}") from None
 
-    def _asked(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
+    def _ask(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
         except PlayerError as error:

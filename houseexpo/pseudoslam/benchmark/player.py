@@ -94,7 +94,7 @@ class Player:
         self._compiling_s = COMPILING_S
         try:
             self._pipe.send((name, sys.path))
-            self.policy = self._described()
+            self.policy = self._read_policy()
         except BaseException:
             self.close()
             raise
@@ -119,7 +119,7 @@ class Player:
     def ask(self, *question: Any) -> dict[str, Any]:
         """Send a question, and return the answer; raise PlayerError if the policy failed."""
         with suppress(OSError):  # it has died, which is noticed when its answer is read
-            self._pipe.send(_shared(question, self._shared))
+            self._pipe.send(_share_arrays(question, self._shared))
         said = self._answer()
         if "failed" in said:
             raise PlayerError(str(said["failed"]))
@@ -133,12 +133,12 @@ class Player:
         rows, cols = info["map"].shape
         return np.frombuffer(self._shared, np.uint8, rows * cols).reshape(rows, cols).copy()
 
-    def _described(self) -> NamedPolicy:
+    def _read_policy(self) -> NamedPolicy:
         said = self._answer()
         if "refused" in said:
             raise ConfigError(str(said["refused"]))
         try:
-            return _named(said, self)
+            return _policy_of(said, self)
         except (LookupError, TypeError, ValueError):  # a policy's module may send what it likes
             raise PlayerError(_UNREADABLE) from None
 
@@ -207,7 +207,7 @@ class _Policy:
         return self._player.predicted_map(info)
 
 
-def _named(said: dict[str, Any], player: Player) -> NamedPolicy:
+def _policy_of(said: dict[str, Any], player: Player) -> NamedPolicy:
     """Return the policy that a process describes."""
     shown, made = said["interface"], said["training"]
     view = None if shown["view"] is None else ObservationConfig(**shown["view"])
@@ -242,16 +242,16 @@ def _new_shared() -> tuple[mmap.mmap, int]:
     return mmap.mmap(descriptor, SHARED_BYTES), descriptor
 
 
-def _shared(value: Any, memory: mmap.mmap) -> Any:
+def _share_arrays(value: Any, memory: mmap.mmap) -> Any:
     """Return a question with its large arrays in shared memory, as many as fit."""
     end = 0
 
-    def moved(part: Any) -> Any:
+    def share(part: Any) -> Any:
         nonlocal end
         if isinstance(part, dict):
-            return {key: moved(each) for key, each in part.items()}
+            return {key: share(each) for key, each in part.items()}
         if type(part) is tuple:
-            return tuple(map(moved, part))
+            return tuple(map(share, part))
         if not isinstance(part, np.ndarray) or part.dtype.hasobject:
             return part
         if part.nbytes < SMALL_BYTES or end + part.nbytes > SHARED_BYTES:
@@ -261,16 +261,16 @@ def _shared(value: Any, memory: mmap.mmap) -> Any:
         end += -end % 64
         return _Place(part.dtype.str, part.shape, start)
 
-    return moved(value)
+    return share(value)
 
 
-def _received(value: Any, memory: mmap.mmap) -> Any:
+def _copy_shared(value: Any, memory: mmap.mmap) -> Any:
     if isinstance(value, _Place):
         found = np.frombuffer(memory, value.dtype, math.prod(value.shape), value.start)
         return found.reshape(value.shape).copy()
     if isinstance(value, dict):
-        return {key: _received(each, memory) for key, each in value.items()}
-    return tuple(_received(each, memory) for each in value) if type(value) is tuple else value
+        return {key: _copy_shared(each, memory) for key, each in value.items()}
+    return tuple(_copy_shared(each, memory) for each in value) if type(value) is tuple else value
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -292,10 +292,10 @@ def serve(descriptor: int, memory: int) -> None:
         except ConfigError as error:
             _say(pipe, refused=str(error))
             return
-        _say(pipe, **_described(named))
+        _say(pipe, **_describe(named))
         policy: Any = None
         while True:
-            kind, *question = _received(pipe.recv(), shared)
+            kind, *question = _copy_shared(pipe.recv(), shared)
             start = time.perf_counter()
             try:
                 if kind == "new":
@@ -329,7 +329,7 @@ def _prediction(policy: Any, info: Knowledge, memory: mmap.mmap) -> dict[str, An
     return {"shape": shape}
 
 
-def _described(named: NamedPolicy) -> dict[str, Any]:
+def _describe(named: NamedPolicy) -> dict[str, Any]:
     shown, made = named.interface, named.training
     view = None if shown.view is None else vars(shown.view)
     return {

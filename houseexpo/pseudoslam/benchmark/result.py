@@ -140,14 +140,14 @@ def episodes_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return columns
 
 
-def encoded(result: Result) -> bytes:
+def encode(result: Result) -> bytes:
     """Return a result as JSON, with each key and each list on one line."""
     return ("\n".join(_lines(msgspec.to_builtins(result))) + "\n").encode()
 
 
 def write_result(result: Result, file: Path) -> None:
     """Write a result atomically."""
-    write_whole(file, encoded(result))
+    write_whole(file, encode(result))
 
 
 def read_result(file: Path) -> Result:

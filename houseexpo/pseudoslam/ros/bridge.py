@@ -226,7 +226,7 @@ class Bridge:
         operation = found.get("op") if isinstance(found, dict) else None
         if operation == "publish" and found.get("topic") in self._heard:
             subscription = self._heard[found["topic"]]
-            with self._told(str(found["topic"])):
+            with self._warn_on_error(str(found["topic"])):
                 subscription.add(_fields(subscription.kind, found.get("msg"), "msg"))
         elif operation == "call_service" and found.get("service") in self._services:
             self._call(found)
@@ -246,12 +246,12 @@ class Bridge:
             }
             self._send(_json(told if number is None else {**told, "id": number}), name)
 
-        with self._told(name):
+        with self._warn_on_error(name):
             args = found.get("args") or {}
             service.add(Call(_fields(f"{kind}_Request", args, "args"), answer))
 
     @contextlib.contextmanager
-    def _told(self, name: str) -> Iterator[None]:
+    def _warn_on_error(self, name: str) -> Iterator[None]:
         try:
             yield
         except ValueError as error:

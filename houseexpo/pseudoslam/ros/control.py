@@ -223,10 +223,10 @@ class Control:
         elif not 1 <= steps <= _STEPS_MOST:
             call.answer(_result(_FAILED, f"steps: expected a number from 1 to {_STEPS_MOST:,}, found {steps:,}"))
         else:
-            self._node.step(steps, lambda came: call.answer(_stepped(came)))
+            self._node.step(steps, lambda came: call.answer(_step_result(came)))
 
 
-def _stepped(came: bool) -> Fields:
+def _step_result(came: bool) -> Fields:
     return _result(_OK) if came else _result(_FAILED, "the simulation was reset or played before the steps were done")
 
 

@@ -20,13 +20,13 @@ _NUMBERS: Final = ("int8", "uint8", "uint16", "int32", "uint32", "int64", "uint6
 _PLAIN: Final = {"bool": bool, "string": str}
 
 
-def encoded(message: Message) -> bytes:
+def encode(message: Message) -> bytes:
     """Return a message in CDR, version 1, with its header of 4 bytes."""
     found: bytes = struct_of(message.type, message.fields).serialize(use_version_2=False)
     return found
 
 
-def decoded(kind: str, data: bytes) -> Fields:
+def decode(kind: str, data: bytes) -> Fields:
     """Return the fields of a message in CDR.
 
     Raises

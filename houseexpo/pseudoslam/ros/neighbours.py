@@ -23,7 +23,7 @@ class Neighbours:
 
     def publishers(self, topic: str) -> int:
         """Return how many others publish on a topic, whatever the type."""
-        return sum(name == topic for name, _ in self._found(self._publishers))
+        return sum(name == topic for name, _ in self._read_names(self._publishers))
 
     def news(self, offered: Mapping[str, str], heard: Mapping[str, Collection[str]]) -> list[str]:
         """Return sentences about what has come and does not fit.
@@ -36,20 +36,20 @@ class Neighbours:
             The ROS types of each topic to which it listens.
         """
         found = []
-        for name, kind in self._found(self._publishers):
+        for name, kind in self._read_names(self._publishers):
             expected = heard.get(name, ())
             if expected and kind not in expected:
                 found.append(f"{name}: expected messages of {' or '.join(sorted(expected))}, but others publish {kind}")
             elif name in offered and name.rsplit("/", 1)[-1] not in _SHARED:
                 found.append(f"{name}: another program publishes on it too; end it, or use another --domain")
-        for name, kind in self._found(self._subscribers):
+        for name, kind in self._read_names(self._subscribers):
             if name in offered and kind != offered[name]:
                 found.append(f"{name}: a subscriber expects {kind}, but its messages are {offered[name]}")
         new = [text for text in dict.fromkeys(found) if text not in self._told]
         self._told.update(new)
         return new
 
-    def _found(self, reader: Any) -> list[tuple[str, str]]:
+    def _read_names(self, reader: Any) -> list[tuple[str, str]]:
         """Return the ROS names of topics and types of others."""
         return [
             (sample.topic_name.removeprefix("rt"), sample.type_name.replace("::dds_::", "/").replace("::", "/")[:-1])

@@ -100,7 +100,7 @@ class Received:
     part: Submessage
 
 
-def received(message: bytes, own: bytes) -> Iterator[Received]:
+def submessages_for(message: bytes, own: bytes) -> Iterator[Received]:
     """Yield the submessages of a message that are meant for the participant ``own``; others' are left out.
 
     Raises
@@ -191,7 +191,7 @@ def parameters(body: bytes, order: str, at: int) -> tuple[dict[int, bytes], int]
     raise ValueError("a list of parameters without an end")
 
 
-def described(payload: bytes) -> tuple[dict[int, bytes], str]:
+def parse_parameters(payload: bytes) -> tuple[dict[int, bytes], str]:
     """Return the parameters of a payload of discovery, and the order of its bytes, ``<`` or ``>``.
 
     Raises
@@ -242,7 +242,7 @@ def data(
     is_key: bool = False,
 ) -> bytes:  # fmt: skip
     """Return a submessage with a sample, or with ``is_key`` with the key of what it tells of."""
-    head = struct.pack("<HH", 0, 16) + reader + writer + _counted(number)
+    head = struct.pack("<HH", 0, 16) + reader + writer + _sequence_number(number)
     qos = parameter_list(inline) if inline else b""
     return _submessage(_DATA, (_KEY if is_key else _PAYLOAD) | (_INLINE if inline else 0), head + qos + payload)
 
@@ -254,7 +254,7 @@ def fragments(
     qos = parameter_list(inline) if inline else b""
     found = []
     for k, at in enumerate(range(0, len(payload), size)):
-        head = struct.pack("<HH", 0, 28) + reader + writer + _counted(number)
+        head = struct.pack("<HH", 0, 28) + reader + writer + _sequence_number(number)
         body = head + struct.pack("<IHHI", k + 1, 1, size, len(payload)) + qos + payload[at : at + size]
         found.append(_submessage(_FRAGMENT, _INLINE if qos else 0, body))
     return found
@@ -262,7 +262,7 @@ def fragments(
 
 def heartbeat(reader: bytes, writer: bytes, first: int, last: int, count: int) -> bytes:
     """Return a submessage that asks a reader what it misses."""
-    body = reader + writer + _counted(first) + _counted(last) + struct.pack("<I", count)
+    body = reader + writer + _sequence_number(first) + _sequence_number(last) + struct.pack("<I", count)
     return _submessage(_HEARTBEAT, 0, body)
 
 
@@ -274,7 +274,7 @@ def acknack(reader: bytes, writer: bytes, base: int, missing: Sequence[int], cou
 
 def gap(reader: bytes, writer: bytes, start: int, base: int) -> bytes:
     """Return a submessage by which samples from ``start`` until before ``base`` are of no concern."""
-    return _submessage(_GAP, 0, reader + writer + _counted(start) + _numbers(base, ()))
+    return _submessage(_GAP, 0, reader + writer + _sequence_number(start) + _numbers(base, ()))
 
 
 def parameter_list(values: Sequence[tuple[int, bytes]]) -> bytes:
@@ -301,10 +301,10 @@ def cdr_text(value: str) -> bytes:
 
 def identity(guid: bytes, number: int) -> bytes:
     """Return the identity of a sample (24 bytes): its writer's guid and its number."""
-    return guid + _counted(number)
+    return guid + _sequence_number(number)
 
 
-def _counted(number: int) -> bytes:
+def _sequence_number(number: int) -> bytes:
     return struct.pack("<iI", number >> 32, number & 0xFFFFFFFF)
 
 
@@ -314,7 +314,7 @@ def _numbers(base: int, members: Sequence[int]) -> bytes:
     words = [0] * ((count + 31) // 32)
     for k in offsets:
         words[k // 32] |= 1 << (31 - k % 32)
-    return _counted(base) + struct.pack(f"<I{len(words)}I", count, *words)
+    return _sequence_number(base) + struct.pack(f"<I{len(words)}I", count, *words)
 
 
 def _submessage(kind: int, flags: int, body: bytes) -> bytes:

@@ -30,7 +30,7 @@ from typing import Final, NamedTuple
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros import rtps
-from houseexpo.pseudoslam.ros.idl import decoded, encoded
+from houseexpo.pseudoslam.ros.idl import decode, encode
 
 _CYCLONE: Final = b"\x01\x10"
 """Vendor of Eclipse CycloneDDS."""
@@ -209,18 +209,18 @@ class Services:
     def _read(self, packet: bytes) -> None:
         """Take a packet; what is not understood is left out, as RTPS asks (8.3.4.1)."""
         with contextlib.suppress(ValueError):
-            for each in rtps.received(packet, self._prefix):
+            for each in rtps.submessages_for(packet, self._prefix):
                 if each.prefix == self._prefix:
                     continue
                 if isinstance(each.part, rtps.Data):
                     self._take(each, each.part)
                 elif isinstance(each.part, rtps.AckNack):
                     for writer in self._writers(each.part.writer):
-                        self._send(writer.acknowledged(each.prefix + each.part.reader, each.part))
+                        self._send(writer.take_acknack(each.prefix + each.part.reader, each.part))
                 else:
                     guid = each.prefix + each.part.writer
                     for reader in self._readers(guid, each.part.reader):
-                        self._send(reader.told(guid, each.part))
+                        self._send(reader.take_part(guid, each.part))
 
     def _writers(self, entity: bytes) -> Iterator[_Writer]:
         return (w for w in (*self._told, *(one.answers for one in self._offered)) if w.entity == entity)
@@ -259,7 +259,7 @@ class Services:
             return
         if each.prefix in self._peers:
             return
-        found, order = rtps.described(sample.payload)
+        found, order = rtps.parse_parameters(sample.payload)
         meta = rtps.addresses(found.get(rtps.META_LOCATOR, b""), order)
         if not meta:
             return
@@ -283,7 +283,7 @@ class Services:
         """R2: another participant has a reader or writer, or no longer."""
         if sample.payload is None:
             return
-        found, order = rtps.described(sample.payload)
+        found, order = rtps.parse_parameters(sample.payload)
         guid, peer = found.get(rtps.ENDPOINT_GUID, sample.parameters.get(rtps.KEY_HASH, b"")), self._peers[prefix]
         if _is_gone(sample):
             for one in self._offered:
@@ -326,13 +326,13 @@ class Services:
                 guid = reader = related[:16]
             beside = rtps.identity(guid, sample.number)
         try:
-            fields = decoded(f"{offered.kind}_Request", payload)
+            fields = decode(f"{offered.kind}_Request", payload)
         except ValueError as error:
             self._warn_once(f"{offered.name}: a request cannot be read: {error}")
             return
 
         def answer(fields: Fields) -> None:
-            made = encoded(Message(f"{offered.kind}_Response", fields))
+            made = encode(Message(f"{offered.kind}_Response", fields))
             with self._lock:
                 answered = _Answer(each.prefix, reader, made[:4] + before + made[4:], beside)
                 self._waiting.append((time.monotonic() + _WAIT_S, offered, answered))
@@ -454,7 +454,7 @@ class _Writer:
             found += self._mails(guid, link, [self._last])
         return found
 
-    def acknowledged(self, guid: bytes, told: rtps.AckNack) -> list[_Mail]:
+    def take_acknack(self, guid: bytes, told: rtps.AckNack) -> list[_Mail]:
         """Take what a reader has and misses."""
         link = self.readers.get(guid)
         if link is None:
@@ -546,7 +546,7 @@ class _Reader:
         heard.add([number])
         return True
 
-    def told(self, guid: bytes, part: rtps.Heartbeat | rtps.Gap | rtps.AckNack) -> list[_Mail]:
+    def take_part(self, guid: bytes, part: rtps.Heartbeat | rtps.Gap | rtps.AckNack) -> list[_Mail]:
         """Take what a writer has or leaves out, and say what is missing."""
         heard = self.writers[guid]
         if isinstance(part, rtps.Gap):

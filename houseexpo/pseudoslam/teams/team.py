@@ -291,7 +291,11 @@ class Team:
             self._meet()
         counts = self.pool.counts[:, 0]
         had = counts["known"].tolist()
-        news = [(i, j) for i, j in np.argwhere(self.heard).tolist() if self._may(i, j) and self._sent[i, j] != had[j]]
+        news = [
+            (i, j)
+            for i, j in np.argwhere(self.heard).tolist()
+            if self._may_use_pose(i, j) and self._sent[i, j] != had[j]
+        ]
         maps = {j: self.states[j].known.copy() for _, j in news}
         most = self.radio.cells_per_step or _ALL
         for i, j in news:
@@ -303,7 +307,7 @@ class Team:
             if new < most:
                 self._sent[i, j] = had[j]
 
-    def _may(self, i: int, j: int) -> bool:
+    def _may_use_pose(self, i: int, j: int) -> bool:
         return self.radio.relative_poses == "known" or (i, j) in self._from
 
     def _meet(self) -> None:
@@ -313,13 +317,13 @@ class Team:
             for j in range(i):
                 near = math.hypot(*(places[i] - places[j]).tolist()) <= reach
                 if near and way_in_walls(self.walls, *places[i].tolist(), *places[j].tolist()) == 0.0:
-                    self._from[i, j], self._from[j, i] = self._between(i, j), self._between(j, i)
+                    self._from[i, j], self._from[j, i] = self._map_between(i, j), self._map_between(j, i)
 
-    def _between(self, i: int, j: int) -> Floats:
+    def _map_between(self, i: int, j: int) -> Floats:
         """Return the affine map (2, 3) from pixels of robot j's map to those of robot i's."""
         own, other = self.states[i], self.states[j]
-        to_truth = _turned(other.pose_px[2] - other.believed_px[2])
-        to_own = _turned(own.believed_px[2] - own.pose_px[2])
+        to_truth = _rotation(other.pose_px[2] - other.believed_px[2])
+        to_own = _rotation(own.believed_px[2] - own.pose_px[2])
         shift = to_own @ (other.pose_px[:2] - own.pose_px[:2]) + own.believed_px[:2]
         linear = to_own @ to_truth
         return np.column_stack([linear, shift - linear @ other.believed_px[:2]])
@@ -375,7 +379,7 @@ class Team:
         return report
 
 
-def _turned(angle: float) -> Floats:
+def _rotation(angle: float) -> Floats:
     """Return the rotation by an angle, counter-clockwise, for pixels with y down."""
     cos, sin = math.cos(angle), math.sin(angle)
     return np.array([[cos, sin], [-sin, cos]])

@@ -186,7 +186,7 @@ def _pilaster(
         width, deep = around.wall_m, _draw_length(_NIB_M, rng)
     else:
         width, deep = _draw_length(_CORNER_WIDE_M if in_corner else _WIDE_M, rng), float(rng.uniform(*_DEEP_M))
-    at = _place(steps, side, width, in_corner, rng)
+    at = _draw_position(steps, side, width, in_corner, rng)
     if at is None:
         return spaces, 0
     start = ring[side] + along * at - across * 0.01
@@ -207,7 +207,7 @@ def _pilaster(
     return spaces, 0
 
 
-def _place(
+def _draw_position(
     steps: npt.NDArray[np.float64], side: int, width_m: float, in_corner: bool, rng: np.random.Generator
 ) -> float | None:
     """Draw where along a side something as wide stands, or None if it has no room, or at the end of a wall."""

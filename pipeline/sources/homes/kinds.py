@@ -226,8 +226,8 @@ def draw_wish(rng: np.random.Generator) -> Wish:
     nameless = min(house.nameless, spaces) if house.labels else spaces
     nameless = max(nameless, spaces - len(house.labels))
     long = float(np.sqrt(drawn["area_m2"] / (drawn["aspect"] * drawn["extent"])))
-    short = _side("short_side_m", long * drawn["aspect"], rng)
-    long = max(_side("long_side_m", long, rng), short)
+    short = _draw_side("short_side_m", long * drawn["aspect"], rng)
+    long = max(_draw_side("long_side_m", long, rng), short)
     area = long * short * drawn["extent"]
     names = _deal_labels(list(house.labels), spaces, nameless, rng)
     return Wish(
@@ -250,7 +250,7 @@ def hub_of(label: str | None) -> float:
     return float(table()["hubs"].get(label or NAMELESS, 0.0))
 
 
-def _side(name: str, near_m: float, rng: np.random.Generator) -> float:
+def _draw_side(name: str, near_m: float, rng: np.random.Generator) -> float:
     """Draw a side that houses have, near a length: rooms of floor planners begin as 5 m by 5 m, and walls snap."""
     known, counts = np.array(table()["sides_cm"][name]).T
     shares = counts * np.exp(-0.5 * ((known / 100 - near_m) / _NEAR_M) ** 2)

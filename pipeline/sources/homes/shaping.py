@@ -64,7 +64,7 @@ def doors(
     ways: dict[tuple[int, int], _Way] = {}
     for pair, at in borders(rects).items():
         one, other = sorted((space_of[pair[0]], space_of[pair[1]]))
-        if one != other and _clear(at, asked.wall_m) >= BORDER_M:
+        if one != other and _widest_door(at, asked.wall_m) >= BORDER_M:
             known = ways.get((one, other))
             if known is None or at[2] - at[1] > known[1][2] - known[1][1]:  # into the longest border of two spaces
                 ways[one, other] = pair, at
@@ -82,7 +82,7 @@ def doors(
             return None
         costs = [
             _cost(labels[a], labels[b], rng)
-            + _NARROW * _lacking(_clear(ways[a, b][1], asked.wall_m), asked.widths)
+            + _NARROW * _lacking(_widest_door(ways[a, b][1], asked.wall_m), asked.widths)
             - pull[a]
             - pull[b]
             - RICHER * (degree[a] + degree[b])
@@ -100,7 +100,7 @@ def _lacking(clear_m: float, widths: tuple[float, ...]) -> float:
     return float(clear_m < widths[0]) + 0.5 * float(clear_m < widths[-1])
 
 
-def _clear(at: tuple[float, float, float, bool], wall_m: float) -> float:
+def _widest_door(at: tuple[float, float, float, bool], wall_m: float) -> float:
     """Return how wide a door may be in a border."""
     return at[2] - at[1] - wall_m - 2 * CORNER_M
 
@@ -110,9 +110,9 @@ def _place_joints(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.
     widths: dict[int, float] = {}
     for width in asked.widths[::-1]:
         left = [k for k in range(len(ways)) if k not in widths]
-        fit = [k for k in left if _clear(ways[k][1], asked.wall_m) >= width]
-        k = fit[int(rng.integers(len(fit)))] if fit else max(left, key=lambda k: _clear(ways[k][1], asked.wall_m))
-        widths[k] = width if fit else _instead(_clear(ways[k][1], asked.wall_m), asked.widths)
+        fit = [k for k in left if _widest_door(ways[k][1], asked.wall_m) >= width]
+        k = fit[int(rng.integers(len(fit)))] if fit else max(left, key=lambda k: _widest_door(ways[k][1], asked.wall_m))
+        widths[k] = width if fit else _instead(_widest_door(ways[k][1], asked.wall_m), asked.widths)
     found, fewer = [], asked.fewer
     for k in range(len(ways)):
         pair, (line, start, end, upright) = ways[k]
@@ -123,9 +123,9 @@ def _place_joints(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.
             fewer -= _OF_FLUSH_ON_BOTH if _are_aligned(rects, pair, upright, first) else _OF_FLUSH
         else:
             low, high = low + CORNER_M, high - CORNER_M
-            at = low + (high - low - widths[k]) * _place(rng)
+            at = low + (high - low - widths[k]) * _draw_position(rng)
         at = round(at, 2)
-        found.append(Joint(pair, across(line, at, at + widths[k], asked.wall_m, upright=upright)))
+        found.append(Joint(pair, gap_in_wall(line, at, at + widths[k], asked.wall_m, upright=upright)))
     return found
 
 
@@ -140,7 +140,7 @@ def _are_aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first:
     return abs(rects[pair[0]][side] - rects[pair[1]][side]) < NEAR_M
 
 
-def _place(rng: np.random.Generator) -> float:
+def _draw_position(rng: np.random.Generator) -> float:
     """Draw where along a wall a door is, 0 to 1: near a corner, in the middle, anywhere."""
     draw = rng.random()
     if draw < _AT_CORNER:
@@ -154,7 +154,7 @@ def _cost(one: str | None, other: str | None, rng: np.random.Generator) -> float
     return 2.0 * ENDS.get(one or "", 0.0) * ENDS.get(other or "", 0.0) - float(rng.gumbel())
 
 
-def across(line: float, low: float, high: float, wall_m: float, *, upright: bool) -> Rect:
+def gap_in_wall(line: float, low: float, high: float, wall_m: float, *, upright: bool) -> Rect:
     """Return the gap in a wall on a line, from one room's face to the other's and a little into both."""
     half = wall_m / 2 + 1e-3
     return (line - half, low, line + half, high) if upright else (low, line - half, high, line + half)
@@ -191,7 +191,7 @@ def bend_rooms(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Ge
         if rng.random() < _SHARE_OF_L:
             left -= _CORNERS_OF_L * _bend(found, wall_m, rng)
         elif left >= _CORNERS_OF_STUB:
-            left -= _CORNERS_OF_STUB * _stub(found, wall_m, rng)
+            left -= _CORNERS_OF_STUB * _divide_by_stub(found, wall_m, rng)
         left -= 0.2
     return found
 
@@ -205,7 +205,7 @@ def one_space(rects: list[Rect], wall_m: float) -> Shaped:
         one, other = group[pair[0]], group[pair[1]]
         if one != other:
             group = [one if g == other else g for g in group]
-            gap = across(line, low + wall_m / 2, high - wall_m / 2, wall_m, upright=upright)
+            gap = gap_in_wall(line, low + wall_m / 2, high - wall_m / 2, wall_m, upright=upright)
             gaps.append(Joint(pair, gap))
     return Shaped(rects, [0] * len(rects), gaps)
 
@@ -216,7 +216,7 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
     pairs = [
         pair if _area(found.rects[pair[0]]) < _area(found.rects[pair[1]]) else pair[::-1]
         for pair, (_, low, high, upright) in borders(found.rects).items()
-        if alone >= {*pair} and all(_spans(found.rects[k], low, high, upright) for k in pair)
+        if alone >= {*pair} and all(_covers_side(found.rects[k], low, high, upright) for k in pair)
     ]
     for pick in rng.permutation(len(pairs)).tolist():
         small, large = pairs[pick]
@@ -234,13 +234,13 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
         found.rects.append(_rect(x2 if left else x1, y1, cut_x, y2))
         found.space_of.append(found.space_of[large])
         _, start, end, _ = borders([found.rects[large], found.rects[-1]])[0, 1]
-        gap = across(cut_x, start + wall_m / 2, end - wall_m / 2, wall_m, upright=True)
+        gap = gap_in_wall(cut_x, start + wall_m / 2, end - wall_m / 2, wall_m, upright=True)
         found.gaps.append(Joint((large, len(found.rects) - 1), gap))
         return True
     return False
 
 
-def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
+def _divide_by_stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
     """Divide a large room by a wall that leaves a wide gap at its end, or False if none is large enough."""
     alone = [k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1]  # no wall ends in a gap
     fit = [k for k in alone if min(_size(found.rects[k])) > WIDE_M + 0.6 + wall_m]
@@ -261,11 +261,11 @@ def _stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
     stub = round(float(rng.uniform(0.3, high - low - wall_m - WIDE_M)), 2)
     low, high = low + wall_m / 2, high - wall_m / 2
     low, high = (low + stub, high) if rng.random() < 0.5 else (low, high - stub)
-    found.gaps.append(Joint((k, len(found.rects) - 1), across(line, low, high, wall_m, upright=upright)))
+    found.gaps.append(Joint((k, len(found.rects) - 1), gap_in_wall(line, low, high, wall_m, upright=upright)))
     return True
 
 
-def _spans(rect: Rect, low: float, high: float, upright: bool) -> bool:
+def _covers_side(rect: Rect, low: float, high: float, upright: bool) -> bool:
     """Return whether a border takes up a whole side of a rectangle."""
     side = (rect[1], rect[3]) if upright else (rect[0], rect[2])
     return abs(side[0] - low) < NEAR_M and abs(side[1] - high) < NEAR_M

@@ -50,7 +50,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
         if best is not None and cost >= best[0]:
             continue  # without a look at its doors
         doors = _doorways(rects, door_m)
-        if not is_connected(len(rects), doors) or _encloses(rects):
+        if not is_connected(len(rects), doors) or _has_courtyard(rects):
             continue
         cost += _HUB * _without_hub(len(rects), doors)
         if best is None or cost < best[0]:
@@ -152,7 +152,7 @@ def _pull(rects: list[Rect], pulls: np.ndarray, asked: Asked, rng: np.random.Gen
             rects[k] = (moved[0], moved[1], moved[2], moved[3])
 
 
-def _encloses(rects: list[Rect]) -> bool:
+def _has_courtyard(rects: list[Rect]) -> bool:
     """Return whether there is a courtyard, from which no way leads out: outlines as published cannot show one."""
     whole = shapely.union_all(shapely.box(*np.array(rects).T), grid_size=1e-6)
     return bool(shapely.get_num_interior_rings(shapely.get_parts(whole)).any())

@@ -102,7 +102,7 @@ def _walls_of_spaces(building: Building) -> Iterator[Part]:
     for key in dict.fromkeys(space.storey for space in rooms):
         here = [space for space in rooms if space.storey == key]
         floors = [footprint(space.mesh) for space in here]
-        if _touch(floors):
+        if _spaces_touch(floors):
             continue
         bottom, top = min(space.bottom for space in here), max(space.top for space in here)
         for wall in walls_around(floors, top - bottom):
@@ -110,7 +110,7 @@ def _walls_of_spaces(building: Building) -> Iterator[Part]:
             yield Part(mesh=mesh, storey=key, kind="IfcWall")
 
 
-def _touch(floors: Sequence[Polygon]) -> bool:
+def _spaces_touch(floors: Sequence[Polygon]) -> bool:
     """L7: whether most of the spaces' edges lie against other spaces."""
     lengths = shapely.length(floors)
     whole = shapely.union_all(buffer_mitred(np.array(floors, dtype=np.object_), SPACE_CRACK_M / 2))

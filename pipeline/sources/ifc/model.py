@@ -242,7 +242,7 @@ def _of_type(model: Any, name: str) -> list[Any]:
         return []
 
 
-def _wholes(element: Any) -> Iterator[Any]:
+def _containers(element: Any) -> Iterator[Any]:
     """Yield what an element is a part of, from near to far; a file may go round in circles."""
     seen = {element.id()}
     while element is not None:
@@ -276,26 +276,26 @@ def _walls(model: Any) -> list[Any]:
 def _is_in_roof(element: Any) -> bool:
     """Return whether a window lies in a roof or a slab."""
     openings = [each.RelatingOpeningElement for each in getattr(element, "FillsVoids", None) or ()]
-    wholes = [*_wholes(element), *(host for opening in openings for host in hosts_of(opening))]
+    wholes = [*_containers(element), *(host for opening in openings for host in hosts_of(opening))]
     return element.is_a("IfcWindow") and any(whole.is_a(name) for whole in wholes for name in COVERS)
 
 
 def _may_be_wall(element: Any) -> bool:
     """E3; the parts of slabs and roofs are none, whatever their shape."""
-    if any(whole.is_a(name) for whole in _wholes(element) for name in COVERS):
+    if any(whole.is_a(name) for whole in _containers(element) for name in COVERS):
         return False
     return not any(NO_BUILDING.search(word) for word in words_of(element))
 
 
 def _is_host(element: Any) -> bool:
     """E4."""
-    return any(each.is_a(name) for each in (element, *_wholes(element)) for name in HOSTS) or (
+    return any(each.is_a(name) for each in (element, *_containers(element)) for name in HOSTS) or (
         any(element.is_a(name) for name in LOOSE)
     )
 
 
 def _is_roof(slab: Any) -> bool:
-    return slab.PredefinedType == "ROOF" or any(whole.is_a("IfcRoof") for whole in _wholes(slab))
+    return slab.PredefinedType == "ROOF" or any(whole.is_a("IfcRoof") for whole in _containers(slab))
 
 
 def _rooms(spaces: list[Any]) -> list[Any]:
@@ -309,7 +309,7 @@ def _is_room(space: Any, bodied: set[int]) -> bool:
     if kinds & AREAS:
         return False
     if space.CompositionType == "PARTIAL":
-        return not any(whole.id() in bodied for whole in _wholes(space))
+        return not any(whole.id() in bodied for whole in _containers(space))
     if space.CompositionType == "COMPLEX":
         return not any(part.id() in bodied for part in _members(space))
     return True

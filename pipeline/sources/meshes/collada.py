@@ -86,7 +86,7 @@ def _geometry(element: Xml.Element | None, by_id: Ids) -> Xml.Element | None:
     """Return the geometry itself, or the one that a controller bends."""
     if element is None or kind(element) == "geometry":
         return element
-    skin = first(element, "skin", "morph")
+    skin = first_child(element, "skin", "morph")
     return None if skin is None else by_id.target_of(skin, "geometry", key="source")
 
 
@@ -156,7 +156,7 @@ def children(element: Xml.Element, *kinds: str) -> list[Xml.Element]:
     return [each for each in element if kind(each) in kinds]
 
 
-def first(element: Xml.Element, *kinds: str) -> Xml.Element | None:
+def first_child(element: Xml.Element, *kinds: str) -> Xml.Element | None:
     """Return the first direct child of these kinds, or None."""
     return next(iter(children(element, *kinds)), None)
 
@@ -198,7 +198,7 @@ def read_mesh(geometry: Xml.Element, by_id: Ids) -> Iterator[DaeMesh]:
     ValueError, LookupError
         Where indices or sources are broken.
     """
-    mesh = first(geometry, "mesh")
+    mesh = first_child(geometry, "mesh")
     if mesh is None:
         return
     positions: dict[str, Floats] = {}
@@ -230,7 +230,7 @@ def _polygons(primitive: Xml.Element) -> tuple[Indices, Indices] | None:
     if name == "triangles":
         return rows, np.full(len(rows) // 3, 3)
     if name == "polylist":
-        vcount = first(primitive, "vcount")
+        vcount = first_child(primitive, "vcount")
         counts = np.array(list(map(int, ((vcount.text if vcount is not None else "") or "").split())), np.int64)
         if counts.sum() != len(rows):
             raise ValueError(f"<vcount> asks for {counts.sum():,} corners; <p> holds {len(rows):,}")
@@ -282,7 +282,7 @@ def _position(primitive: Xml.Element, mesh: Xml.Element, by_id: Ids) -> tuple[in
 
 def _source(source: Xml.Element) -> Floats:
     """Positions (n, 3) of a source, by its accessor's stride and offset."""
-    array = first(source, "float_array")
+    array = first_child(source, "float_array")
     if array is None:
         raise ValueError(f"the source {source.get('id')!r} holds no numbers")
     values = floats(array)

@@ -96,7 +96,7 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         raise _too_large(path, declared, max_faces)
     _check_size(path)
     try:
-        with _quiet():
+        with _silence_readers():
             scene = Scene.of(_reader(path)(path, max_faces))
     except (MemoryError, Rejection):
         raise
@@ -144,7 +144,7 @@ def _too_large(path: Path, found: int, limit: int) -> Rejection:
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def _silence_readers() -> Iterator[None]:
     """Keep the readers' warnings and log lines to themselves: what matters comes back as a Rejection."""
     log = logging.getLogger("trimesh")  # its modules' loggers hand on to it
     handlers, hands_on = log.handlers, log.propagate

@@ -244,10 +244,10 @@ class Arrays:
         """Return a buffer's bytes: from the text itself, or from a file in the glTF file's own folder."""
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2])
-        return beside(self._path, uri).read_bytes()
+        return resolve_file(self._path, uri).read_bytes()
 
 
-def beside(path: Path, uri: str) -> Path:
+def resolve_file(path: Path, uri: str) -> Path:
     """Return the file that a relative address names, which must lie in the folder of ``path`` or below it.
 
     Raises

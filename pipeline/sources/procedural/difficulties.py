@@ -89,7 +89,7 @@ def chamfer(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return cells
 
 
-def bay(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
+def add_bay(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     """Give a room a bay window with slanted sides."""
     for index in rng.permutation(len(cells)).tolist():
         cell = cells[index]
@@ -111,7 +111,7 @@ def bay(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return cells
 
 
-def slant(cells: list[Cell], wing_from: float, rng: np.random.Generator) -> list[Cell]:
+def add_slant(cells: list[Cell], wing_from: float, rng: np.random.Generator) -> list[Cell]:
     """Let everything above ``wing_from`` lean to one side by 8 to 25 degrees."""
     lean = float(np.tan(np.radians(rng.uniform(8, 25)))) * (1 if rng.random() < 0.5 else -1)
     shear = [1, lean, 0, 1, -lean * wing_from, 0]

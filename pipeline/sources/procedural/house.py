@@ -130,16 +130,16 @@ def make_house(index: int, seed: int) -> House:
     rng = np.random.default_rng([seed, index])
     if role in DUPLICATES:
         source = original_of(index, seed)
-        return _repeat(make_house(source, seed), role, scene_id(index, seed), rng)
+        return _copy_house(make_house(source, seed), role, scene_id(index, seed), rng)
     if role == "objects_only":
         items = tuple(loose_items(rng))
         bare = Storey(items=items, difficulties=(role,), expected="rejected:no_layout")
-        return _somewhere(House(scene_id(index, seed), (bare,)), rng)
+        return _move_to_scene(House(scene_id(index, seed), (bare,)), rng)
     if role == "characters":
-        return _somewhere(House(scene_id(index, seed), (sign(rng),)), rng)
+        return _move_to_scene(House(scene_id(index, seed), (sign(rng),)), rng)
     ground = make_storey(None if role == SOUND else role, rng)
     upper = [make_storey(None, rng) for _ in range(1, int(rng.choice(_STOREYS, p=_STOREY_SHARES)))]
-    return _somewhere(House(scene_id(index, seed), (ground, *upper)), rng)
+    return _move_to_scene(House(scene_id(index, seed), (ground, *upper)), rng)
 
 
 def level_id(house: str, level: int) -> str:
@@ -147,7 +147,7 @@ def level_id(house: str, level: int) -> str:
     return house if level == 0 else f"{house}_L{level}"
 
 
-def _repeat(source: House, role: str, house_id: str, rng: np.random.Generator) -> House:
+def _copy_house(source: House, role: str, house_id: str, rng: np.random.Generator) -> House:
     """Return a copy under another id: the same, elsewhere, mirrored, or with each wall moved by up to 8 mm."""
     storeys = []
     matrix = {
@@ -165,7 +165,7 @@ def _repeat(source: House, role: str, house_id: str, rng: np.random.Generator) -
     return replace(source, id=house_id, storeys=tuple(storeys))
 
 
-def _somewhere(house: House, rng: np.random.Generator) -> House:
+def _move_to_scene(house: House, rng: np.random.Generator) -> House:
     """Move a house to where scenes lie: anywhere in the first hundred metres."""
     x, z = rng.uniform(20, 60, 2).round(3).tolist()
     return replace(house, storeys=tuple(_transform(storey, [1, 0, 0, 1, x, z]) for storey in house.storeys))

@@ -94,9 +94,9 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
         draw = rng.random()
         before = cells
         if wing_from is not None and draw < 0.35:
-            cells = difficulties.slant(cells, wing_from, rng)
+            cells = difficulties.add_slant(cells, wing_from, rng)
         elif draw < 0.5:
-            cells = difficulties.bay(cells, rng)
+            cells = difficulties.add_bay(cells, rng)
         elif draw < 0.6:
             turned = True
         else:

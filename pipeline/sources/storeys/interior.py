@@ -138,17 +138,17 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
         _two_faced(points, normals, outer, np.where(looks_out[:, None], normals, -normals)),
         _share(looks_out[outer]),
         float(np.count_nonzero(stands & ~outer & ~grid.at(far, points))) * SAMPLE_M,
-        _blocks(grid, wall),
+        _large_parts(grid, wall),
         floor_m2 is not None and _is_cabin(surfaces, high - low, floor_m2 / max(float(np.prod(high - low)), TINY)),
     )
 
 
 def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
     """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
-    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright(surfaces) < UPRIGHT)
+    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < UPRIGHT)
 
 
-def _upright(surfaces: Surfaces) -> float:
+def _upright_share(surfaces: Surfaces) -> float:
     """Share of the steep area in patches that stand upright on the whole."""
     steep = np.abs(surfaces.normal[:, 2]) < STEEP
     normal, area = surfaces.normal[steep], surfaces.area[steep]
@@ -218,7 +218,7 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
     return _share(np.asarray(found))
 
 
-def _blocks(grid: PlanGrid, wall: Cells) -> int:
+def _large_parts(grid: PlanGrid, wall: Cells) -> int:
     """Parts that stand apart and are larger than a shed."""
     parts = _hull(wall)
     count, _, stats, _ = cv2.connectedComponentsWithStats(parts)

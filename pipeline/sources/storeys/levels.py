@@ -308,7 +308,7 @@ def find_levels(
     surfaces = Surfaces.of(mesh)
     walls = surfaces.walls()
     profile = WallProfile.of(surfaces, walls) if walls.any() else None
-    foot = _foot(surfaces, walls, profile) if profile else None
+    foot = _storey_foot(surfaces, walls, profile) if profile else None
     if profile is None or foot is None:
         detail = f"no wall of {CLEAR_M} m stands among the {len(mesh.faces):,} faces"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
@@ -334,7 +334,7 @@ def find_levels(
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
         near = walls & grid.at(grid.grow(region, WALL_REACH_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
-        through = partial(_through, surfaces, near)
+        through = partial(_share_running_through, surfaces, near)
         above = _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
@@ -387,7 +387,7 @@ def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarra
     return bounds[0], bounds[1]
 
 
-def _foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
+def _storey_foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
     """Return the exact height at which half of the usual wall length begins, or None if no storey of walls stands."""
     usual = profile.usual
     if usual < SHORTEST_WALLS_M:
@@ -450,7 +450,7 @@ def _ceiling(
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
 
 
-def _through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
+def _share_running_through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
     """R3: return which share of the walls that reach a layer runs on through it, face by face."""
     below = layer.bottom - MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)

@@ -124,7 +124,7 @@ def detect(
     if not shapes:  # no wall on any axis: the search for levels says so
         metres = (wish.metres or convention.metres or 1.0) * wish.scale
         return Frame3D(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
-    axis = max(shapes, key=lambda key: _upright(shapes[key], key, convention))
+    axis = max(shapes, key=lambda key: _upright_evidence(shapes[key], key, convention))
     shape, named = shapes[axis], (doors or {}).get(axis)
     too_high = shape.storey * (convention.metres or 1.0) > HIGHEST_STOREY_M
     door = named.height if named is not None and (named.is_sure or too_high) else None
@@ -175,7 +175,7 @@ def _given_metres(shape: Shape, convention: Convention, wish: Wish) -> float:
     return (wish.metres or convention.metres or 1.0) * wish.scale
 
 
-def _upright(shape: Shape, axis: str, convention: Convention) -> float:
+def _upright_evidence(shape: Shape, axis: str, convention: Convention) -> float:
     """R1, as a sum of evidence; an axis on which no unit makes a house comes last."""
     weight = CUSTOM_WEIGHT
     if convention.binding:
@@ -300,7 +300,9 @@ def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
-    storey, heads, lower = _storey(surfaces, walls, _over(surfaces, flats, spans, axis), axis, float(np.prod(tall)))
+    storey, heads, lower = _storey(
+        surfaces, walls, _area_over_plan(surfaces, flats, spans, axis), axis, float(np.prod(tall))
+    )
     bare = flat_area < BARE_SHARE * all_area and square > SQUARE
     return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
 
@@ -311,7 +313,7 @@ def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -
     return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
 
 
-def _over(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, float]], axis: int) -> Floats:
+def _area_over_plan(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, float]], axis: int) -> Floats:
     """Area (m,) of each level face, no more of it than may lie where the walls span the plan: terrain goes on."""
     sides = [
         np.minimum(surfaces.high[:, i], high) - np.maximum(surfaces.low[:, i], low)

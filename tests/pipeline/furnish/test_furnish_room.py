@@ -15,7 +15,7 @@ from pipeline.furnish.room import (
     COVERED,
     GAP_CM,
     Furnishing,
-    apart,
+    are_disjoint,
     back_and_span,
     box_from_back,
     fronts,
@@ -145,5 +145,5 @@ def test_boxes_stand_with_their_backs_at_the_wall_and_face_the_room() -> None:
 
 def test_boxes_that_touch_are_apart() -> None:
     boxes = np.array([(0, 0, 10, 10), (5, 5, 15, 15), (20, 0, 30, 10)])
-    assert apart(boxes, np.array([(10, 0, 20, 10)])).tolist() == [True, False, True]
-    assert apart(boxes, np.zeros((0, 4), dtype=np.int64)).all()
+    assert are_disjoint(boxes, np.array([(10, 0, 20, 10)])).tolist() == [True, False, True]
+    assert are_disjoint(boxes, np.zeros((0, 4), dtype=np.int64)).all()

@@ -4,7 +4,7 @@ import pytest
 import shapely
 from shapely import Polygon, box
 
-from pipeline.geometry.spaces import odd, with_loose_ends
+from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
 
 ROOM = box(0, 0, 5, 4)
 
@@ -20,12 +20,12 @@ ROOM = box(0, 0, 5, 4)
     ],
 )
 def test_rooms_of_odd_shape_or_size(room: Polygon, is_odd: bool) -> None:
-    assert odd([ROOM, room]).tolist() == [False, is_odd]
+    assert misshapen_rooms([ROOM, room]).tolist() == [False, is_odd]
 
 
 def test_a_room_with_many_teeth_is_ragged() -> None:
     teeth = [box(x, 0, x + 0.9, 2.8) for x in range(10)]
-    assert odd([Polygon(shapely.union_all([box(0, 2.8, 10, 4), *teeth]))]).all()
+    assert misshapen_rooms([Polygon(shapely.union_all([box(0, 2.8, 10, 4), *teeth]))]).all()
 
 
 @pytest.mark.parametrize(

@@ -18,8 +18,15 @@ import pytest
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.benchmark import player as benchmark_player
 from houseexpo.pseudoslam.benchmark.episodes import Runner
-from houseexpo.pseudoslam.benchmark.player import SHARED_BYTES, Player, PlayerError, _new_shared, _received, _shared
-from houseexpo.pseudoslam.benchmark.result import encoded, read_result
+from houseexpo.pseudoslam.benchmark.player import (
+    SHARED_BYTES,
+    Player,
+    PlayerError,
+    _copy_shared,
+    _new_shared,
+    _share_arrays,
+)
+from houseexpo.pseudoslam.benchmark.result import encode, read_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.benchmark.tracks import track_of
@@ -185,17 +192,17 @@ def test_arrays_come_through_shared_memory_as_they_were() -> None:
     large = rng.random((300, 200))
     arrays = {"map": large[::2, ::3], "flags": large > 0.5, "pose": large[0, :3]}
     question = ("act", arrays, (large.astype(np.float32),))
-    sent = _shared(question, memory)
+    sent = _share_arrays(question, memory)
     assert not isinstance(sent[1]["map"], np.ndarray)
     assert isinstance(sent[1]["pose"], np.ndarray)
-    kind, fields, (single,) = _received(sent, memory)
+    kind, fields, (single,) = _copy_shared(sent, memory)
     assert kind == "act"
     for key, array in arrays.items():
         assert np.array_equal(fields[key], array)
         assert fields[key].dtype == array.dtype
     assert np.array_equal(single, question[2][0])
     huge = np.zeros(SHARED_BYTES + 1, np.uint8)
-    assert _shared(huge, memory) is huge
+    assert _share_arrays(huge, memory) is huge
 
 
 def test_an_environment_that_something_changed_ends_the_episode() -> None:
@@ -214,7 +221,7 @@ def test_an_environment_that_something_changed_ends_the_episode() -> None:
 
 @pytest.fixture(scope="module")
 def result() -> bytes:
-    return encoded(run(track_of("avoidance"), "forward", None, Settings(number=1)))
+    return encode(run(track_of("avoidance"), "forward", None, Settings(number=1)))
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.benchmark.result import Result, encoded, read_result, write_result
+from houseexpo.pseudoslam.benchmark.result import Result, encode, read_result, write_result
 from houseexpo.pseudoslam.benchmark.run import Settings, run
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
 from tests.builders.simulations import hut
@@ -29,7 +29,7 @@ def plans(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 def without_times(result: Result) -> bytes:
-    said = json.loads(encoded(result))
+    said = json.loads(encode(result))
     del said["times"]
     return json.dumps(said).encode()
 
@@ -93,7 +93,7 @@ def test_what_cannot_be_is_refused(plans: Dataset) -> None:
 
 
 def test_a_result_that_was_cut_off_is_refused(tmp_path: Path) -> None:
-    whole = encoded(run(AVOIDANCE, "forward", None, Settings(number=1)))
+    whole = encode(run(AVOIDANCE, "forward", None, Settings(number=1)))
     file = tmp_path / "result.json"
     file.write_bytes(whole[:-100])
     with pytest.raises(ConfigError, match=r"result.json: expected a result of `houseexpo benchmark run`, found"):

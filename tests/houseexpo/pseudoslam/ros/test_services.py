@@ -31,7 +31,7 @@ READER, WRITER = b"\0\0\1\4", b"\0\0\1\3"
 
 
 def parts(packet: bytes) -> list[rtps.Submessage]:
-    return [each.part for each in rtps.received(packet, OTHER)]
+    return [each.part for each in rtps.submessages_for(packet, OTHER)]
 
 
 def test_a_heartbeat_and_an_acknack_have_the_bytes_of_the_standard() -> None:
@@ -64,7 +64,7 @@ def test_what_is_written_is_read_again() -> None:
         rtps.AckNack(READER, WRITER, 3, [4, 258], is_final=True),
         rtps.Heartbeat(READER, WRITER, 1, 0, is_final=False),
     ]
-    assert list(rtps.received(packet, bytes(range(50, 62)))) == []  # it is for another participant
+    assert list(rtps.submessages_for(packet, bytes(range(50, 62)))) == []  # it is for another participant
 
 
 def test_both_orders_of_bytes_are_read() -> None:
@@ -97,15 +97,15 @@ def test_on_a_network_that_loses_messages_all_samples_come_once(seed: int) -> No
         for mail in mails:
             if rng.random() < 0.4:
                 continue
-            for each in rtps.received(rtps.message(sender, mail.prefix, mail.parts), mail.prefix):
+            for each in rtps.submessages_for(rtps.message(sender, mail.prefix, mail.parts), mail.prefix):
                 part = each.part
                 if isinstance(part, rtps.Data):
                     if reader.is_new(OWN + WRITER, part.number):
                         came.append(part.payload or b"")
                 elif isinstance(part, rtps.AckNack):
-                    carry(writer.acknowledged(OTHER + READER, part), OWN)
+                    carry(writer.take_acknack(OTHER + READER, part), OWN)
                 else:
-                    carry(reader.told(OWN + WRITER, part), OTHER)
+                    carry(reader.take_part(OWN + WRITER, part), OTHER)
 
     writer.add(b"before")  # a reader that comes later does not get it
     asked = reader.match(OWN + WRITER, [("127.0.0.1", 2)])
@@ -142,11 +142,11 @@ def test_a_reader_that_does_not_answer_is_left_alone() -> None:
 def test_cdr_comes_back(kind: str) -> None:
     need(modules=["cyclonedds"], how="make ros")
     fields = empty(kind)
-    data = idl.encoded(Message(kind, fields))
+    data = idl.encode(Message(kind, fields))
     assert data[:4] == b"\0\1\0\0"
-    assert idl.encoded(Message(kind, idl.decoded(kind, data))) == data
+    assert idl.encode(Message(kind, idl.decode(kind, data))) == data
     with pytest.raises(ValueError, match=kind):
-        idl.decoded(kind, b"\0\1\0\0")
+        idl.decode(kind, b"\0\1\0\0")
 
 
 @pytest.fixture
@@ -201,7 +201,7 @@ def asked_by_cyclonedds(domain: int, name: str, kind: str, request: Fields, serv
         found = reader.take(10)
         time.sleep(0.005)
     network.close()
-    assert [idl.encoded(Message(f"{kind}_Request", call.fields)) for call in calls] == [
+    assert [idl.encode(Message(f"{kind}_Request", call.fields)) for call in calls] == [
         inner.serialize(use_version_2=False)
     ]
     assert (found[0].guid, found[0].number) == (77, 5)
