@@ -7,7 +7,7 @@ R1  A room's outline is that of its cells, without the doorways, with straight w
 R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map shows none: there the way is an opening.
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
-R5  What lies outside of the house (``rooms``, R6) is no room. A way to it is an entrance, through the outer wall.
+R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
 R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
 """
 

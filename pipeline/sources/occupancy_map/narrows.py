@@ -71,6 +71,11 @@ class Narrows:
         """Return some of them."""
         return Narrows(*(getattr(self, name)[kept] for name in self.__dataclass_fields__))
 
+    def and_those_of(self, others: Narrows) -> Narrows:
+        """Return these and others, in this order."""
+        names = self.__dataclass_fields__
+        return Narrows(*(np.concatenate([getattr(self, name), getattr(others, name)]) for name in names))
+
 
 def find_basins(free: Bools, cell_m: float) -> Basins:
     """Return the basins of the free cells (rows, cols), joined by R1, and their narrow places."""
@@ -189,6 +194,12 @@ def _jambs(free: Bools, cells: Ints, reach: Floats) -> Floats:
         else:
             found[k] = [(row + down[one], col + right[one]), (row + down[other], col + right[other])]
     return found
+
+
+def measure_gaps(free: Bools, sides: Ints, jambs: Floats, cell_m: float) -> Narrows:
+    """Return what R2 says of gaps (n) between jambs (n, 2, 2), (row, col)."""
+    half = np.hypot(*(jambs[:, 1] - jambs[:, 0]).T) * (cell_m / 2)
+    return _measure_narrows(free, sides, half, jambs, cell_m)
 
 
 def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> Narrows:

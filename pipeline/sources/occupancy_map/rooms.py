@@ -10,7 +10,9 @@ R4  Where two rooms meet, the widest of the narrow places within APART_M of each
 R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
     the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
     or as thin as a wall.
-R6  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
+R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
+    cells are divided again, with the gap closed.
+R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do.
 """
 
@@ -22,7 +24,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.occupancy_map.narrows import Basins, Bools, Floats, Labels, Narrows, find_basins
+from pipeline.sources.occupancy_map.gaps import find_gaps
+from pipeline.sources.occupancy_map.narrows import Basins, Bools, Floats, Labels, Narrows, find_basins, measure_gaps
 from pipeline.sources.occupancy_map.odds import log_odds
 
 ALONE_M = 3.0
@@ -32,12 +35,15 @@ SMALLEST_M2 = 1.0
 APART_M = 0.75
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
+PARTED_M2 = 4.0
+BESIDE_M = 0.3
+"""R6: how far from the middle of a gap its rooms are looked for."""
 THIN_M = 0.2
 LONGEST_M = 3.0
 MOST_CELLS = 4_000_000
 """Larger maps are divided into blocks of cells first."""
 MARGIN = 0.5
-"""R6: such a share of the border is free."""
+"""R7: such a share of the border is free."""
 EDGE_SHARE = 0.1
 """Where a room's side is: this share of its rows or columns reach at least as far."""
 
@@ -85,16 +91,76 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
     if scale > 1:
         free, cell_m = _blocks(free, scale), cell_m * scale
     clear = without_clutter(free, cell_m)
-    basins = find_basins(clear, cell_m)
-    numbers = _number_rooms(_merge_basins(basins), basins)
-    label = numbers[basins.label].astype(np.int32)
-    ways = _ways(numbers[basins.narrows.sides], basins.narrows)
+    label, ways = _divide_cells(clear, np.zeros((0, 2, 2)), cell_m)
     outside = _outside(label, clear)
+    gaps = find_gaps(clear, cell_m, direction_of(clear))
+    gaps = gaps[_parts_a_room(gaps, np.where(np.isin(label, list(outside)), 0, label), cell_m)]
+    if len(gaps):
+        label, ways = _divide_cells(clear, gaps, cell_m)
+        outside = _outside(label, clear)
     return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
 
 
+def _divide_cells(clear: Bools, gaps: Floats, cell_m: float) -> tuple[Labels, tuple[Way, ...]]:
+    """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` (n, 2, 2) are closed."""
+    closed = _cells_of_gaps(gaps, clear.shape) & clear
+    basins = find_basins(clear & ~closed, cell_m)
+    numbers = _number_rooms(_merge_basins(basins), basins)
+    label = numbers[basins.label].astype(np.int32)
+    narrows, rooms = basins.narrows, numbers[basins.narrows.sides]
+    if len(gaps):
+        beside = cv2.dilate(label.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.int32)
+        label = np.where(closed & (label == 0), beside, label)
+        through = _beside(gaps, label, cell_m)
+        narrows = narrows.and_those_of(measure_gaps(clear, through, gaps[:, :, ::-1], cell_m))
+        rooms = np.concatenate([rooms, through])
+    return label, _ways(rooms, narrows)
+
+
+def _cells_of_gaps(gaps: Floats, shape: tuple[int, ...]) -> Bools:
+    """Return the cells (rows, cols) on the lines of gaps."""
+    drawn = np.zeros(shape, np.uint8)
+    for one, other in np.rint(gaps).astype(int).tolist():
+        cv2.line(drawn, one, other, 1, 1)
+    return drawn.view(bool)
+
+
+def _beside(gaps: Floats, label: Labels, cell_m: float) -> npt.NDArray[np.int64]:
+    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none."""
+    cells = _cells_beside(gaps, label.shape, cell_m)
+    return label[cells[..., 1], cells[..., 0]].astype(np.int64)
+
+
+def _cells_beside(gaps: Floats, shape: tuple[int, ...], cell_m: float) -> npt.NDArray[np.int64]:
+    """Return the (across, down) of the cells (n, 2, 2) on both sides of gaps."""
+    along = gaps[:, 1] - gaps[:, 0]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    step = across * (BESIDE_M / cell_m)
+    middle = gaps.mean(axis=1)
+    cells = np.rint(np.stack([middle - step, middle + step], axis=1)).astype(np.int64)
+    return np.asarray(cells.clip(0, (shape[1] - 1, shape[0] - 1)))
+
+
+def _parts_a_room(gaps: Floats, label: Labels, cell_m: float) -> Bools:
+    """Return which gaps (n) lie within one room, and leave enough of it on both sides; R6."""
+    sides = _beside(gaps, label, cell_m)
+    found: Bools = (sides[:, 0] == sides[:, 1]) & (sides[:, 0] > 0)
+    open_ = ~_cells_of_gaps(gaps[found], label.shape)
+    boxes = dict(boxes_of(label)) if found.any() else {}
+    for number in np.unique(sides[found, 0]).tolist():
+        rows, cols = boxes[number]
+        inside = ((label[rows, cols] == number) & open_[rows, cols]).view(np.uint8)
+        _, pieces, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
+        large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= PARTED_M2
+        large[0] = False
+        here = np.flatnonzero(found & (sides[:, 0] == number))
+        cells = _cells_beside(gaps[here], label.shape, cell_m) - (cols.start, rows.start)
+        found[here] = large[pieces[cells[..., 1], cells[..., 0]]].all(axis=1)
+    return found
+
+
 def _outside(label: Labels, clear: Bools) -> frozenset[int]:
-    """Return the labels of what lies outside of the house; R6."""
+    """Return the labels of what lies outside of the house; R7."""
     sides = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
     if np.concatenate([clear[side] for side in sides]).mean() < MARGIN:
         return frozenset()

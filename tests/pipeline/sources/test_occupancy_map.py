@@ -152,6 +152,37 @@ def test_a_map_of_open_ground_is_one_space(tmp_path: Path) -> None:
     assert areas(plan) == pytest.approx([24.0], rel=0.03)
 
 
+def corridor_with_rooms(opening: int) -> np.ndarray:
+    """A corridor of 12 m x 2 m, two rooms of 5.9 m x 5 m below it, and ``opening`` cells of wall open to each."""
+    shades = np.full((156, 252), WALL, np.uint8)
+    shades[6:46, 6:246] = FREE
+    for left in (6, 128):
+        shades[50:150, left : left + 118] = FREE
+        shades[46:50, left + 40 : left + 40 + opening] = FREE
+    return shades
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0])
+def test_an_opening_as_wide_as_the_corridor_parts_it_from_the_room(tmp_path: Path, turn_deg: float) -> None:
+    picture = Image.fromarray(corridor_with_rooms(44)).rotate(turn_deg, expand=True, fillcolor=WALL)
+    (plan,) = plans_of(saved(tmp_path, np.asarray(picture)))
+    assert areas(plan) == pytest.approx([24.0, 29.5, 29.5], rel=0.04)
+    assert [door.kind for door in plan.doors] == ["opening", "opening"]
+    assert [door.width for door in plan.doors] == pytest.approx([2.2, 2.2], abs=0.2)
+
+
+def test_walls_in_line_across_a_corridor_do_not_cut_it(tmp_path: Path) -> None:
+    """Rooms above and below a corridor of 2 m, all with their walls in line; the doors are narrow."""
+    shades = np.full((260, 252), WALL, np.uint8)
+    shades[110:150, 6:246] = FREE
+    for top, door in ((6, 106), (154, 150)):
+        for left in (6, 128):
+            shades[top : top + 100, left : left + 118] = FREE
+            shades[door : door + 4, left + 40 : left + 58] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([24.0, 29.5, 29.5, 29.5, 29.5], rel=0.03)
+
+
 def test_unknown_space_of_a_retouched_map_is_no_room(tmp_path: Path) -> None:
     """Nav2's threshold of 0.25 makes map_saver's 205 free by the letter; five cells were painted white."""
     shades = two_rooms()
