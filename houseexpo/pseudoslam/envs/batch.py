@@ -29,15 +29,25 @@ class Batch:
 
     Rasters and distances to goals are flat, with room for the largest house so far; untouched memory is not allocated.
     Threads share the pools and have their own working memory; the result does not depend on the number of threads.
+    ``moves`` is an argument of ``kernel_for``.
     """
 
-    def __init__(self, number: int, config: SimulatorConfig, params: StepParams, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        number: int,
+        config: SimulatorConfig,
+        params: StepParams,
+        threads: int | None = None,
+        *,
+        moves: bool | None = None,
+    ) -> None:
         off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
         self.threads = 1 if off else min(threads or cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
         self.arrays: Episode
         """The pool; ``shown`` is the array that the views were drawn into last."""
         self._number, self._config, self._params, self._is_closed = number, config, params, False
+        self._moves = moves
         self._leaves: list[Array] = []
         self._shown: Array | None = None
         self._rest: dict[int, tuple[Any, ...]] = {}
@@ -50,7 +60,7 @@ class Batch:
     def __reduce__(self) -> tuple[Callable[..., Batch], tuple[Any, ...]]:
         """Pickle and copy the episodes; the copy has its own pools and threads."""
         states = {i: self.state(i) for i in self._rest}
-        return _batch_of, (self._number, self._config, self._params, self.threads, states)
+        return _batch_of, (self._number, self._config, self._params, self.threads, self._moves, states)
 
     def put(self, i: int, state: State) -> None:
         """Copy an episode to place ``i``; the state that was there is no longer valid.
@@ -85,7 +95,7 @@ class Batch:
             self.arrays = self.arrays._replace(shown=self._shown)
         motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
         self._step = entry_point(
-            kernel_for(first.episode, self._params),
+            kernel_for(first.episode, self._params, moves=self._moves),
             self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
         )  # fmt: skip
         self._leaves = leaves  # last, since compiling the kernel may be interrupted
@@ -141,11 +151,11 @@ def _run(work: Callable[[Scratch, int, int], None], scratch: Scratch, blocks: It
         work(scratch, first, end)
 
 
-def _batch_of(
-    number: int, config: SimulatorConfig, params: StepParams, threads: int, states: dict[int, State]
+def _batch_of(  # noqa: PLR0917  # what a batch is made of
+    number: int, config: SimulatorConfig, params: StepParams, threads: int, moves: bool | None, states: dict[int, State]
 ) -> Batch:
     """Return a batch with these episodes in their places, and the last view of each."""
-    batch = Batch(number, config, params, threads)
+    batch = Batch(number, config, params, threads, moves=moves)
     for i, state in states.items():
         batch.put(i, state)
     for i, state in states.items():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from typing import Any, Unpack
 
 import numpy as np
@@ -13,22 +12,11 @@ from pettingzoo import ParallelEnv
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import whole
-from houseexpo.pseudoslam.envs.reset_options import Pose, pose_of
-from houseexpo.pseudoslam.envs.spec import (
-    MAPS,
-    Actions,
-    EnvOptions,
-    EnvSpec,
-    Kind,
-    Observation,
-    check_options,
-    make_env_spec,
-)
+from houseexpo.pseudoslam.envs.spec import MAPS, Actions, EnvOptions, Kind, Observation
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
-from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.spec import make_team_spec, observation_space_of, starts_of
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -105,7 +93,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         options that they do not know.
         """
         given = dict(options or {})
-        starts = _starts(given.get("pose"), len(self.possible_agents))
+        starts = starts_of(given.get("pose"), len(self.possible_agents))
         if seed is not None or self._rng is None:
             self._rng, _ = seeding.np_random(seed)
         if seed is not None:
@@ -179,55 +167,3 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             }
             for k, agent in enumerate(self.possible_agents)
         }
-
-
-def make_team_spec(  # noqa: PLR0917  # the arguments of an environment
-    task: TeamTask,
-    dataset: Plans,
-    config: SimulatorConfig | str | None,
-    robots: int,
-    radio: Radio,
-    actions: Actions | None,
-    observation: Kind,
-    more: EnvOptions,
-    kind: type,
-) -> EnvSpec:
-    """Return the specification of one robot's environment; raise ConfigError if an argument is invalid for a team.
-
-    ``kind`` is the class that takes the arguments.
-    """
-    whole(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
-    if not isinstance(radio, Radio):
-        raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
-    if actions not in {None, "discrete", "continuous"}:
-        raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
-    if observation == "graph":
-        raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")
-    check_options(kind, more, task.options())
-    spec = make_env_spec(task.single, dataset, config, actions, observation, **more)
-    if robots > 1 and spec.config.trajectories:
-        raise ConfigError("trajectories: a team meets robots, people and obstacles; leave trajectories out")
-    if robots > 1 and spec.config.known_map and not task.knows_map:
-        raise ConfigError(f"known_map: a team cannot know the map in the task {task.name!r}; leave it out")
-    return spec
-
-
-def observation_space_of(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
-    """Return the space of a robot's observations: those of one robot, and the task's parts."""
-    found, more = spec.observation_space(), task.spaces(spec, robots)
-    if not more:
-        return found
-    parts = dict(found.spaces) if isinstance(found, spaces.Dict) else {"map": found}
-    return spaces.Dict(parts | more)
-
-
-def _starts(poses: object, robots: int) -> Sequence[Pose | None]:
-    """Return the starts of the first robots; raise ConfigError if they are not a list of poses."""
-    if poses is None:
-        return []
-    given = list(poses) if isinstance(poses, Iterable) else [poses]
-    if len(given) == 3 and all(isinstance(part, (int, float, np.number)) for part in given):
-        given = [given]
-    if len(given) > robots:
-        raise ConfigError(f"options['pose']: expected at most one for each of {robots} robots, found {len(given)}")
-    return [pose_of(pose) for pose in given]

@@ -12,6 +12,7 @@ from houseexpo.pseudoslam.worlds.maps import Plans
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.teams.env import TeamEnv
     from houseexpo.pseudoslam.teams.tasks.task import TeamTask
+    from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
 
 
 def parallel_env(
@@ -61,3 +62,44 @@ def parallel_env(
 
     chosen = Radio(radio) if isinstance(radio, str) else radio  # type: ignore[arg-type]  # Radio checks it
     return TeamEnv(chosen_task, dataset, robots=robots, radio=chosen, **rest)
+
+
+def parallel_vector_env(
+    task: str | TeamTask = "exploration",
+    *,
+    num_envs: int = 1,
+    robots: int = 2,
+    dataset: Plans,
+    radio: Radio | str = "none",
+    threads: int | None = None,
+    **options: Any,
+) -> TeamVectorEnv:
+    """Return N teams of R robots, each team in its own house, as a gymnasium ``VectorEnv`` with an axis for robots.
+
+    Robots follow teams in all arrays: actions are (N, R) or (N, R, 2), observations (N, R, ...), rewards (N, R).
+    Episodes end for a whole team, so terminated and truncated are (N,). The bits are those of N ``parallel_env``.
+
+    After the end of an episode, the team's next step ignores its actions, starts the next episode, and has rewards of 0
+    (gymnasium's NEXT_STEP). ``info`` has the entries of the robots (N, R, ...), "hears" (N, R, R), "plan_id" (N,) and
+    "team", a dictionary of measures (N,), NaN for what has not happened.
+
+    Parameters
+    ----------
+    task, robots, dataset, radio, options
+        Arguments of ``parallel_env``. PettingZoo is not needed.
+    num_envs
+        Number of teams, N.
+    threads
+        Number of threads; None for one per core. It does not change the results.
+
+    Raises
+    ------
+    ConfigError
+        An argument is invalid, or as in ``parallel_env``.
+    """
+    from houseexpo.pseudoslam.teams.tasks import make_task
+    from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
+
+    chosen_task, rest = make_task(task, options)
+    chosen = Radio(radio) if isinstance(radio, str) else radio  # type: ignore[arg-type]  # Radio checks it
+    return TeamVectorEnv(chosen_task, dataset, num_envs=num_envs, robots=robots, radio=chosen, threads=threads, **rest)

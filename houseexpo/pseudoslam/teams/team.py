@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import cv2
@@ -15,15 +15,15 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
-from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
-from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
-from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.odometry import grip
+from houseexpo.pseudoslam.kernels.collision import PERSON, STATIC
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.team_step import MOST_CELLS, TOGETHER, Others, gather, prepare, prepare_drives
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
+from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import arguments_of, entry_point, kernel_for
-from houseexpo.pseudoslam.teams.discs import stamp, way_past
+from houseexpo.pseudoslam.teams.discs import stamp
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.moving import new_bodies
 from houseexpo.pseudoslam.worlds.world import World
@@ -31,39 +31,129 @@ from houseexpo.pseudoslam.worlds.world import World
 Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
-_TOUCH_PX: Final = 1e-6
-_THINNER_PX: Final = 2.0
-"""By how much others' discs are drawn smaller than they are, so that rounding to cells does not hold a robot fast."""
-_ALL: Final = np.iinfo(np.int64).max
 _SHARED: Final = ("shown", "overview", "ranges", "pose", "counts", "readings")
 """The arrays of all robots that are rows of one array."""
-LEVELS: Final = (0.9, 0.99)
-"""The shares of the house for which steps and metres are measured."""
+LEVELS: Final = {0.9: "90", 0.99: "99"}
+"""The shares of the house for which steps and metres are measured, and their names in percent."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class TeamMeasures:
-    """What a team has done so far.
+    """What a team has done so far; ``row`` is its row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
+
+    row: Rows
+
+    @property
+    def steps(self) -> int:
+        """The number of steps."""
+        return int(self.row["steps"][0])
+
+    @property
+    def meetings(self) -> int:
+        """How often one robot was blocked by another."""
+        return int(self.row["meetings"][0])
+
+
+def new_measures(teams: int) -> Rows:
+    """Return the measures of teams that have not begun (teams,), ``kernels.team_step.TOGETHER``."""
+    found = np.zeros(teams, TOGETHER)
+    for level in LEVELS.values():
+        found[f"steps_{level}"] = found[f"metres_{level}"] = np.nan
+    return found
+
+
+def take_note(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, observable: Floats) -> None:
+    """Take note of a step of teams, after its robots have exchanged maps.
 
     Parameters
     ----------
-    steps_to, metres_to
-        The steps, and the metres travelled by all robots together, until the maps of all robots together showed each
-        of ``LEVELS`` of what can be seen; None if they do not yet.
-    found
-        Number of cells that were unknown to the robot that saw them, over all robots.
+    measures
+        (N,), changed in place.
     joined
-        Number of steps after which each robot could reach each other one by radio, also through others.
-    meetings
-        Number of times that one robot was blocked by another.
+        (N,), whether each robot reaches each other one by radio.
+    metres
+        (N,), the metres that all robots of each team have travelled.
+    observable
+        (N,), the number of cells that coverage counts.
     """
+    measures["joined"] += joined
+    share = measures["covered"] / observable
+    for level, name in LEVELS.items():
+        new = np.isnan(measures[f"steps_{name}"]) & (share >= level)
+        measures[f"steps_{name}"] = np.where(new, measures["steps"], measures[f"steps_{name}"])
+        measures[f"metres_{name}"] = np.where(new, metres, measures[f"metres_{name}"])
 
-    steps: int = 0
-    steps_to: list[int | None] = field(default_factory=lambda: [None] * len(LEVELS))
-    metres_to: list[float | None] = field(default_factory=lambda: [None] * len(LEVELS))
-    found: int = 0
-    joined: int = 0
-    meetings: int = 0
+
+def report_of(
+    measures: Rows, ways_m: Floats, collisions: npt.NDArray[np.int64], observable: Floats, pixels_per_metre: float
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the measures of N teams by name, each (N,), NaN for what has not happened; see ``Team.report``."""
+    steps = np.maximum(measures["steps"], 1)
+    return {
+        "team_coverage": measures["covered"] / observable,
+        "team_explored_m2": measures["explored"] / pixels_per_metre**2,
+        "makespan": measures["steps"].copy(),
+        "metres": ways_m.sum(axis=1),
+        "longest_m": ways_m.max(axis=1),
+        "overlap": np.maximum(1.0 - measures["explored"] / np.maximum(measures["found"], 1), 0.0),
+        "connected": measures["joined"] / steps,
+        "collisions": collisions.sum(axis=1),
+        "meetings": measures["meetings"].copy(),
+        "steps_to_90": measures["steps_90"].copy(),
+        "metres_to_90": measures["metres_90"].copy(),
+        "steps_to_99": measures["steps_99"].copy(),
+        "metres_to_99": measures["metres_99"].copy(),
+    }
+
+
+class Around:
+    """The compiled parts of a step round the single robot's, for the robots with the same number of N teams."""
+
+    def __init__(self, params: StepParams, full_step_px: float, *, drives: bool) -> None:
+        self._params, self._drives = params, drives
+        errors, reach = params.errors, params.sensor.range_px + full_step_px + 2.0
+        self._reach_px = math.inf if errors.any else reach
+        self._calls: dict[str, Callable[..., None]] = {}
+
+    def prepare(
+        self, pool: Episode, sizes: npt.NDArray[np.int64], motions: Floats, others: Others, part: tuple[int, int, int]
+    ) -> None:
+        """Call ``kernels.team_step.prepare`` for a robot's number and teams from one number to another."""
+        given: tuple[Any, ...] = (
+            pool.occupied, pool.counts, pool.pose, sizes, motions, others, self._params.errors, *part,
+        )  # fmt: skip
+        if self._drives:
+            params = self._params
+            given = *given, pool.readings, params.drive, params.robot, params.seconds
+            self._call("prepare", prepare_drives, given)
+        else:
+            self._call("prepare", prepare, given)
+
+    def gather(  # noqa: PLR0917  # what the kernel takes
+        self,
+        pool: Episode,
+        sizes: npt.NDArray[np.int64],
+        others: Others,
+        known: Grid,
+        together: Rows,
+        had: npt.NDArray[np.int64],
+        part: tuple[int, int, int],
+    ) -> None:
+        """Call ``kernels.team_step.gather``."""
+        given = (
+            pool.observable, pool.known, pool.counts, pool.pose, sizes, others, known, together, had, self._reach_px,
+            *part,
+        )  # fmt: skip
+        self._call("gather", gather, given)
+
+    def _call(self, name: str, kernel: Any, given: tuple[Any, ...]) -> None:
+        if name not in self._calls:
+            self._calls[name] = entry_point(kernel, *given)
+        self._calls[name](*given)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy without the compiled functions, which the copy finds again."""
+        return {**self.__dict__, "_calls": {}}
 
 
 class Team:
@@ -83,6 +173,8 @@ class Team:
         Source of all random values. The first robot draws from it what a single robot draws; the others have their own.
     starts
         Poses of the first robots; the others start at random places.
+    around
+        The result of ``around_of``, if there is one already.
 
     Raises
     ------
@@ -98,6 +190,7 @@ class Team:
         radio: Radio,
         rng: np.random.Generator,
         starts: Sequence[Pose | None] = (),
+        around: Around | None = None,
     ) -> None:
         self.spec, self.world, self.radio = spec, world, radio
         self.params, self.scratch = spec.params(), spec.scratch()
@@ -112,23 +205,40 @@ class Team:
         for k, state in enumerate(self.states):
             self.constants.rows[k] = constants_of(state, world)
         self.pool = self._share()
-        self._poses: Floats = self.pool.pose.view(np.float64).reshape(robots, 6)
         self._steps = [self._kernel(k) for k in range(robots)]
         self.known: Grid = np.zeros_like(first.known)
         """What the robots know together (rows, cols)."""
-        self.covered = 0
-        self.explored = 0
         self.heard = np.zeros((robots, robots), bool)
         """Who could hear whom in the last exchange (n, n)."""
-        self.measures = TeamMeasures()
-        self._reach_px = self.params.sensor.range_px + spec.config.full_step_m * self.ppm + 2.0
-        self._rest = [np.flatnonzero(np.arange(robots) != k) for k in range(robots)]
+        self.together = new_measures(1)
+        """The team's row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
+        self.observable = np.array([float(max(first.observable_cells, 1))])
+        self._around = around or around_of(spec, self.params)
+        people = first.episode.bodies.people if self._has_people(0) else np.zeros(0, PERSON)
+        self.others = Others(
+            self.walls.reshape(1, -1), people[None], self.places_px()[None], np.zeros(1, np.uint8),
+            float(self.radius_px), float(self.params.walk.radius_px),
+        )  # fmt: skip
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
             self._act(k, np.zeros(3 if self._drives else 2))
-        self.measures.found = int(self.pool.counts["known"].sum())
-        self._exchange()
+        self.exchange()
+
+    @property
+    def measures(self) -> TeamMeasures:
+        """What the team has done so far."""
+        return TeamMeasures(self.together)
+
+    @property
+    def explored(self) -> int:
+        """The number of cells that the robots know together."""
+        return int(self.together["explored"][0])
+
+    @property
+    def covered(self) -> int:
+        """The number of cells that the robots know together and that coverage counts."""
+        return int(self.together["covered"][0])
 
     def __len__(self) -> int:
         return len(self.states)
@@ -212,98 +322,50 @@ class Team:
 
         Return the metrics after the motions and before the exchange, so that rewards are for what a robot saw itself.
         """
-        before = self.pool.counts["known"][:, 0].copy()
         for k, motion in enumerate(motions):
             self._act(k, motion)
         after = self.metrics()
-        self.measures.steps += 1
-        self.measures.found += int((after.counts["known"] - before).sum())
-        self._exchange()
-        self._measure(after)
+        self.together["steps"] += 1
+        self.exchange()
+        metres = np.array([float(after.readings["path_length"].sum()) / self.ppm])
+        take_note(self.together, np.array([self.is_joined]), metres, self.observable)
         return after
 
     def _act(self, robot: int, motion: Floats) -> None:
         """Take one robot's step, and add what it saw to what the team knows."""
-        state, meets = self.states[robot], False
+        state = self.states[robot]
         kernel, given = self._steps[robot]
         given[2][0] = motion
+        begins = int(state.counts.steps) < 0  # what a robot knows at the start counts as found by it
+        had = np.array([0 if begins else int(state.counts.known)])
         if len(self) > 1:
-            others = self._poses[self._rest[robot], :2]
-            self._refresh(robot, others)
-            meets = self._keep_off(robot, others, given[2][0])
+            self._around.prepare(state.pool, state.sizes, given[2], self.others, (robot, 0, 1))
         kernel(*given)
-        if meets:
-            counts = state.counts
-            counts.collisions += 1 - counts.blocked
-            counts.blocked = 1
-            self.measures.meetings += 1
-        box = self._box(robot)
-        new, covered = merge_map(self.known, state.episode.observable, state.known, box, _ALL)
-        self.explored += new
-        self.covered += covered
+        known = self.known.reshape(1, -1)
+        self._around.gather(state.pool, state.sizes, self.others, known, self.together, had, (robot, 0, 1))
 
-    def _keep_off(self, robot: int, others: Floats, motion: Floats) -> bool:
-        """Shorten a robot's motion, in place, so that it does not overlap another; return whether it would have."""
-        counts = self.pool.counts[robot, 0]
-        held = grip(self.params.errors, int(counts.key), int(counts.steps) + 1)
-        if self._drives:
-            speed, turning, _ = motion.tolist()
-            readings, pose = self.pool.readings[robot, 0], self.pool.pose[robot, 0]
-            params = self.params
-            path = path_of(readings, speed, turning, params.drive, params.robot, params.seconds, held)
-            motion[2] = way_past_discs(path, pose, np.ascontiguousarray(others), 2.0 * self.radius_px, _TOUCH_PX)
-            return bool(motion[2] < math.inf)
-        turn, forward = (motion * held).tolist()
-        x, y, heading = self._poses[robot, :3].tolist()
-        sign = -1.0 if forward < 0.0 else 1.0
-        course = sign * math.cos(heading + turn), -sign * math.sin(heading + turn)
-        free = way_past((others - (x, y)).tolist(), 2.0 * self.radius_px, course, abs(forward), _TOUCH_PX)
-        if free < abs(forward):
-            motion[1] = math.copysign(free, forward) / held
-        return bool(free < abs(forward))
-
-    def _refresh(self, robot: int, others: Floats) -> None:
-        """Draw the others, and people, into a robot's cells."""
-        occupied = self.states[robot].occupied
-        np.copyto(occupied, self.walls)
-        if self._has_people(0):
-            people = placed_people(self.states[0].episode.bodies.people)
-            radius_px = self.spec.config.people.radius_m * self.ppm
-            stamp(occupied, np.column_stack([people["x"], people["y"]]), radius_px - _THINNER_PX * (robot > 0))
-        stamp(occupied, others, self.radius_px - _THINNER_PX)
-
-    def _box(self, robot: int) -> npt.NDArray[np.int64]:
-        """Return the rows and columns in which a step can have changed the map."""
-        rows, cols = self.known.shape
-        if self.params.errors.any or self.measures.steps == 0:
-            return np.array([0, rows, 0, cols])
-        x, y = self._poses[robot, 3:5].tolist()
-        reach = self._reach_px
-        top, left = max(int(y - reach), 0), max(int(x - reach), 0)
-        return np.array([top, min(int(y + reach) + 1, rows), left, min(int(x + reach) + 1, cols)])
-
-    def _exchange(self) -> None:
+    def exchange(self) -> None:
         """Let the robots that hear each other exchange their maps, each what it had before."""
         if len(self) == 1:
             return
         self.heard = self.radio.hears(self.walls, self.places_px(), 1.0 / self.ppm, self.fading_db)
         if self.radio.relative_poses == "met":
             self._meet()
-        counts = self.pool.counts[:, 0]
-        had = counts["known"].tolist()
+        had = [int(state.counts.known) for state in self.states]
         news = [
             (i, j)
             for i, j in np.argwhere(self.heard).tolist()
             if self._may_use_pose(i, j) and self._sent[i, j] != had[j]
         ]
         maps = {j: self.states[j].known.copy() for _, j in news}
-        most = self.radio.cells_per_step or _ALL
+        most = self.radio.cells_per_step or MOST_CELLS
         for i, j in news:
             known, observable = self.states[i].known, self.states[i].episode.observable
             box = np.array([0, known.shape[0], 0, known.shape[1]])
             new, covered = merge_map(known, observable, self._in_frame_of(i, j, maps[j]), box, most)
-            counts["known"][i] += new
-            counts["covered"][i] += covered
+            counts = self.states[i].counts
+            counts.known += new
+            counts.covered += covered
             if new < most:
                 self._sent[i, j] = had[j]
 
@@ -339,44 +401,50 @@ class Team:
         found = cv2.warpAffine(known, centred, (cols, rows), flags=cv2.INTER_NEAREST, borderValue=0)
         return found.astype(np.uint8, copy=False)
 
-    def _measure(self, after: Metrics) -> None:
-        measures = self.measures
-        measures.joined += _is_joined(self.heard)
-        metres = float(after.readings["path_length"].sum()) / self.ppm
-        for k, level in enumerate(LEVELS):
-            if measures.steps_to[k] is None and self.coverage >= level:
-                measures.steps_to[k], measures.metres_to[k] = measures.steps, metres
+    @property
+    def is_joined(self) -> bool:
+        """Whether each robot reached each other one by radio in the last exchange, also through others."""
+        reached, more = {0}, [0]
+        while more:
+            for k in np.flatnonzero(self.heard[more.pop()]).tolist():
+                if k not in reached:
+                    reached.add(k)
+                    more.append(k)
+        return len(reached) == len(self)
+
+    def ways_m(self) -> Floats:
+        """Return the metres that each robot has travelled (n,)."""
+        return np.array([float(state.episode.readings[0].path_length) for state in self.states]) / self.ppm
 
     @property
     def coverage(self) -> float:
         """The share of what can be seen that the robots know together, 0 to 1."""
-        return self.covered / max(self.states[0].observable_cells, 1)
+        return self.covered / float(self.observable[0])
 
     def report(self) -> dict[str, float | None]:
         """Return the measures of the team.
 
         ``team_coverage`` and ``team_explored_m2`` are those of all maps together; ``steps_to_90``, ``metres_to_90``
-        and the same for 99 are in ``TeamMeasures``, as are ``meetings``. ``makespan`` is the number of steps so far.
+        and the same for 99 are the steps, and the metres of all robots together, until the team knew these percentages
+        of what can be seen. ``meetings`` is how often one robot was blocked by another. ``makespan`` is the number of
+        steps so far.
         ``metres`` and ``longest_m`` are the way of all robots and the greatest way of one. ``overlap`` is the share of
         the cells that were new to the robot that saw them but not to the team. ``connected`` is the share of steps
         after which each robot could reach each other one by radio. ``collisions`` are those of all robots.
         """
-        measures, ways = self.measures, self.pool.readings["path_length"] / self.ppm
-        report: dict[str, float | None] = {
-            "team_coverage": self.coverage,
-            "team_explored_m2": self.explored / self.ppm**2,
-            "makespan": measures.steps,
-            "metres": float(ways.sum()),
-            "longest_m": float(ways.max()),
-            "overlap": max(1.0 - self.explored / max(measures.found, 1), 0.0),
-            "connected": measures.joined / max(measures.steps, 1),
-            "collisions": int(self.pool.counts["collisions"].sum()),
-            "meetings": measures.meetings,
-        }
-        for level, steps, metres in zip(LEVELS, measures.steps_to, measures.metres_to, strict=True):
-            report[f"steps_to_{100 * level:.0f}"] = steps
-            report[f"metres_to_{100 * level:.0f}"] = metres
-        return report
+        collisions = np.array([[int(state.counts.collisions) for state in self.states]])
+        found = report_of(self.together, self.ways_m()[None], collisions, self.observable, self.ppm)
+        values = {name: part[0].item() for name, part in found.items()}
+        values |= {name: None for name, value in values.items() if math.isnan(value)}
+        steps = {name: int(value) for name, value in values.items() if name.startswith("steps") and value is not None}
+        return values | steps
+
+
+def around_of(spec: EnvSpec, params: StepParams) -> Around:
+    """Return the compiled parts of a step round the single robot's."""
+    config = spec.config
+    full_step_px = config.full_step_m * config.pixels_per_metre
+    return Around(params, full_step_px, drives=config.robot.drive is not None)
 
 
 def _rotation(angle: float) -> Floats:
@@ -391,14 +459,3 @@ def _fading(radio: Radio, first: State) -> tuple[float, float]:
         return 0.0, 0.0
     air, wall = np.random.default_rng(int(first.counts.key)).random(2).tolist()
     return air * radio.air_fading_db, wall * radio.wall_fading_db
-
-
-def _is_joined(heard: npt.NDArray[np.bool_]) -> bool:
-    """Return whether each robot reaches each other one, also through others."""
-    reached, more = {0}, [0]
-    while more:
-        for k in np.flatnonzero(heard[more.pop()]).tolist():
-            if k not in reached:
-                reached.add(k)
-                more.append(k)
-    return len(reached) == len(heard)

@@ -97,7 +97,7 @@ class _Episode(TeamEpisode):
             return False
         if not all(is_in_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)):
             return False
-        self._met_at = team.measures.steps, float(team.pool.readings["path_length"].sum()) / team.ppm
+        self._met_at = team.measures.steps, float(team.ways_m().sum())
         return True
 
     def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:

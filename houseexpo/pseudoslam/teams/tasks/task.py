@@ -32,6 +32,8 @@ class TeamTask(ABC):
     default: ClassVar[SimulatorConfig] = SimulatorConfig()
     knows_map: ClassVar[bool] = True
     """Whether robots may know the map from the start (``config.known_map``)."""
+    measures: ClassVar[bool] = True
+    """Whether episodes have measures of their own."""
     house_matters: ClassVar[bool] = False
     """Whether episodes need the house itself, with its rooms, besides its cells."""
 
@@ -52,6 +54,20 @@ class TeamTask(ABC):
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:  # noqa: ARG002  # other tasks use it
         """Return the spaces of the parts that the task adds to each robot's observation."""
         return {}
+
+    def rewards_by_robot(self, before: list[Metrics], seen: list[Metrics], ahead: Bools) -> Floats | None:  # noqa: ARG002
+        """Return the rewards (N, R) of a step of N teams at once, None if their episodes must be asked one by one.
+
+        ``before`` and ``seen`` are, for each robot's number, the metrics of N robots; ``ahead`` is (N, R).
+        """
+        return None
+
+    def successes(self, coverage: Floats, now: list[Metrics]) -> Bools | None:  # noqa: ARG002
+        """Return in which of N teams the task is fulfilled (N,), None if their episodes must be asked one by one.
+
+        ``coverage`` (N,) is the share of what can be seen that each team knows.
+        """
+        return None
 
     @abstractmethod
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
