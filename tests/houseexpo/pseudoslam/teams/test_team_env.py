@@ -201,7 +201,7 @@ def test_robots_that_must_meet_first_correct_their_drift() -> None:
     for _ in range(15):
         env.step({"robot_0": 2, "robot_1": 0})
     one, other = env.team.states
-    affine = env.team._between(0, 1)  # a point that robot 1 sees 10 px ahead lies where robot 0 would put it
+    affine = env.team._map_between(0, 1)  # a point that robot 1 sees 10 px ahead lies where robot 0 would put it
     ahead = other.believed_px[:2] + 10 * np.array([math.cos(other.believed_px[2]), -math.sin(other.believed_px[2])])
     truth = other.pose_px[:2] + 10 * np.array([math.cos(other.pose_px[2]), -math.sin(other.pose_px[2])])
     off, turned = truth - one.pose_px[:2], one.believed_px[2] - one.pose_px[2]
