@@ -117,7 +117,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         house = choice.house(world.plan_id) if self.task.house_matters else None
         self._episodes[i], self._plan_ids[i] = self.task.begin(team, house), world.plan_id
 
-    def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:  # type: ignore[override]  # rewards have an axis for robots
+    def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take an action of each robot, (N, R) or (N, R, 2).
 
         Return the observations, rewards (N, R), terminated (N,), truncated (N,) and infos. A team whose episode has

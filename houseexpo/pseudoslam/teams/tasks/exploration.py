@@ -71,8 +71,7 @@ class TeamExploration(TeamTask):
             base = np.column_stack([now[0].readings["start_x"], now[0].readings["start_y"]])
             away = np.stack([np.hypot(*(each.pose_px[:, :2] - base).T) for each in now], axis=1)
             known &= away <= self.report_m * now[0].config.pixels_per_metre
-        found: Bools = known.any(axis=1)
-        return found
+        return np.asarray(known.any(axis=1))
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
         """Return the task's part of an episode."""
