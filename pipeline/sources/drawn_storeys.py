@@ -9,6 +9,8 @@ R3  Walls of the same two heights are united first, so that a wall drawn once fo
 R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
     THICKEST_WALL_M; what is wider is a room that nobody drew.
+    But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
+    (``geometry.borders``).
 R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
     ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """
@@ -25,6 +27,7 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of, triangulate
+from pipeline.geometry.borders import borders
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -158,7 +161,10 @@ def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[H
 
 
 def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:
-    """R5: return what is left between the rooms and the walls, and the holes, those of passages going on through it."""
+    """R5: return what is left between the rooms and the walls, and the holes, those of passages going on through it.
+
+    The passages that the slits themselves are stand behind the holes, without doors.
+    """
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     if not shapes or not walls:
         return [], list(holes)
@@ -168,7 +174,13 @@ def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[
     slits = shapely.union_all([part for part in free if drop_thinner(part, THICKEST_WALL_M).is_empty])
     deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
     top = float(np.median([wall.top_m for wall in walls]))
-    return [Wall(part, 0.0, top) for part in polygons_of(slits)], deeper
+    standing_ = shapely.union_all([wall.shape for wall in walls])
+    ways = [
+        Hole(border.strip(deeper_m=CRACK_M), 0.0, top, across=(float(border.across[0]), float(border.across[1])))
+        for border in borders(shapes, slits, standing_)
+    ]
+    ways = [way for way in ways if not any(way.shape.intersects(hole.shape) for hole in holes)]
+    return [Wall(part, 0.0, top) for part in polygons_of(slits)], [*deeper, *ways]
 
 
 def _through(hole: Hole, slits: BaseGeometry) -> Hole:

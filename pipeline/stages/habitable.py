@@ -4,9 +4,11 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
     corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside of
     the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on
-    past the walls). Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the others
-    together (a garden), nor one too low to stand in (a void under a roof). A room that the source names is one. What a
-    person says is no room (``overrides.toml``) is none.
+    past the walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
+    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Nor is one under
+    the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor one too
+    low to stand in (a void under a roof). A room that the source names is one. What a person says is no room
+    (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
 """
 
@@ -62,6 +64,8 @@ def habitable(
     edge = shapely.buffer(union_of([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
+    railed = {k for k, room in enumerate(rooms) if _along(room, outer) > OUTER_FENCE}
+    outdoors |= _under_the_sky(rooms, railed, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
@@ -73,11 +77,22 @@ def habitable(
             continue
         around = over if into[k] >= SEVERAL else walls
         floored = not known or share >= FLOORED or (_along(room, around()) > CLOSED and not _is_shaft(room))
-        fenced = k not in entered and (_along(room, fences) > FENCED or _along(room, outer) > OUTER_FENCE)
+        fenced = k not in entered and (_along(room, fences) > FENCED or k in railed)
         outside = fenced or low[k] > COVERED
         if (floored and not outside and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[int]:
+    """Return which of the spaces that a railing bounds have nothing above them, where most of the others have."""
+    others = [room for k, room in enumerate(rooms) if k not in railed]
+    if not (railed and others):
+        return set()
+    roofed = sum(overlap(room, _cover(room, level.walls)).area for room in others)
+    if roofed < ROOFED * sum(room.area for room in others):
+        return set()
+    return {k for k in railed if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
 
 
 def _gardens(

@@ -17,7 +17,10 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
-    they are one room, or names openings, and none there (``geometry.closing``, mouths).
+    they are one room, or names openings, and none there (``geometry.closing``, mouths). In a world that robots drive
+    through, a gap is a way though doors have names (``Level.unnamed_gaps``).
+R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.borders``), and that parts them,
+    there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
@@ -27,7 +30,7 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import networkx as nx
@@ -48,9 +51,11 @@ from pipeline.geometry.areas import (
     too_narrow,
     union_of,
 )
+from pipeline.geometry.borders import borders
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
     EPS_M,
+    LAP_M,
     bridges_and_rests,
     closed_plane,
     closes_most,
@@ -87,6 +92,8 @@ LETTER = 0.35
 APART = 0.8
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
+BORDER_DEPTH_M = 0.1
+HALF = 0.5
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -104,7 +111,11 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         strips, ground, rooms = _keep_separating(standing, evidence.slight, strips, rest, config)
         if not level.sills and (slits := [slit for room in rooms for slit in _slits(room, config.area_m2)]):  # R15
             ground, rooms = enclosed_pieces(union_of([ground, *slits]))
-        for row in [] if level.sills or level.openings else mouth_fillings(rooms, ground):  # R13
+        named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
+        ways, ground, rooms = _at_borders(named, planes.door, ground, rooms)  # R16
+        strips = strips + ways
+        gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
+        for row in [] if gapless else mouth_fillings(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
             closers = [Closer(mouth, "mouth") for mouth in row]
@@ -129,6 +140,33 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
     return found
+
+
+def _at_borders(
+    named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
+    """Return the openings at the borders of named rooms, and the closed plane with its spaces (R16)."""
+    found = borders(named, union_of(rooms), walls)
+    depths = [max(BORDER_DEPTH_M - border.apart_m, 0.0) / 2 for border in found]
+    strips = [border.strip(deeper_m=depth, wider_m=LAP_M) for border, depth in zip(found, depths, strict=True)]
+    while strips:
+        pieces = [Closer(strip, "opening") for strip in strips]
+        closed, parts = enclosed_pieces(closed_plane(ground, pieces))
+        held = [any(overlap(room, part).area > HALF * room.area for room in named) for part in parts]
+        ways = bridges_and_rests(ground, pieces, closed, parts)[0]
+        parting = [way.polygon for way in ways if _parts_two(way, held)]
+        kept = [strip for strip in strips if overlap(strip, union_of(parting)).area > HALF * strip.area]
+        if len(kept) == len(strips):
+            return ways, closed, parts
+        strips = kept
+    return [], ground, rooms
+
+
+def _parts_two(way: Closer, held: Sequence[bool]) -> bool:
+    """Return whether a way leads from one space to another, each of which holds a room (R16)."""
+    if way.bridge is None or OUTSIDE in way.bridge.sides or way.bridge.sides[0] == way.bridge.sides[1]:
+        return False
+    return all(held[side] for side in way.bridge.sides)
 
 
 def _area(layout: Layout) -> float:

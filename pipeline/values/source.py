@@ -62,7 +62,8 @@ class Level:
     source's names; neither is in ``walls``. ``only_walls`` is True if the source names its walls, so that ``walls``
     holds no furniture, and ``prisms`` if all of them stand upright. ``floor`` is the plan area of the floor's faces, or
     None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
-    if it names all of them (IFC), so that there are no others.
+    if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
+    but a wide gap in a wall is a passage too.
     ``no_rooms`` holds points; a person has said that the region around each of them is no room.
     ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
     ``sills`` is True if doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
@@ -82,6 +83,7 @@ class Level:
     furniture: tuple[SourceObject, ...] = ()
     sills: bool = False
     named_openings: bool = False
+    unnamed_gaps: bool = False
     only_walls: bool = False
     prisms: bool = False
     guesses: tuple[str, ...] = ()

@@ -66,6 +66,7 @@ class Storey:
     """What is drawn of a storey: ``height_m`` is that of its floor.
 
     ``all_named``: the drawing names each passage, so that a gap without a name is none.
+    ``unnamed_gaps``: a wide gap is a passage, although the drawing names doors.
     """
 
     walls: tuple[Wall, ...] = ()
@@ -75,6 +76,7 @@ class Storey:
     furniture: tuple[SourceObject, ...] = ()
     height_m: float = 0.0
     all_named: bool = True
+    unnamed_gaps: bool = False
     about: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -259,6 +261,7 @@ def _level(storey: Storey, name: str) -> Level:
         floor=storey.floor or floor_of([*shapes, *(hole.shape for hole in holes if shapes)]),
         furniture=storey.furniture,
         named_openings=storey.all_named and bool(holes),
+        unnamed_gaps=storey.unnamed_gaps,
         only_walls=True,
         rooms=tuple(named),
         room_count=len(shapes) or None,

@@ -9,6 +9,7 @@ R2  z is up from R2021c on, y before that, but where ``WorldInfo.coordinateSyste
 R3  Boxes, planes, cylinders, face sets and grids count by the names of the nodes around them, as bodies of MJCF do. A
     mesh beside the world is read where it is an .obj or an .stl; nothing is fetched.
 R4  The shapes of other PROTO nodes lie in files of their own: such nodes are left out, with a note that counts them.
+R5  A gap between walls is a passage, with a ``Door`` in it or without: robots drive through both.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -109,7 +110,7 @@ def draw(path: Path) -> Drawing:
     left_out = LeftOut()
     nodes = _Parser(text, path.name).world()
     world = _World(path, text, nodes, left_out)
-    storeys = storeys_of(list(world.bodies()))
+    storeys = [replace(storey, all_named=False, unnamed_gaps=True) for storey in storeys_of(list(world.bodies()))]  # R5
     if not any(storey.walls or storey.rooms for storey in storeys):
         detail = f"{path.name}: expected Wall nodes or solids named wall, found {len(nodes)} nodes of other names"
         raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")

@@ -10,7 +10,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, sweethome
 from tests.builders.damage import mutated, outcome
 from tests.builders.formats.java_home import java_home
-from tests.builders.formats.sweethome import BED, DOOR, home, room, wall, write
+from tests.builders.formats.sweethome import BED, DOOR, WALLS, home, room, wall, write
 from tests.builders.houses import kinds, plan_of
 
 
@@ -231,3 +231,18 @@ def test_damaged_homes_end_as_levels_or_rejections(tmp_path, packed):
             found.append(error)
     assert sum(isinstance(each, Rejection) for each in found) > 20
     assert zipfile.is_zipfile(path) or not packed or len(found) == 200
+
+
+@pytest.mark.parametrize(("ends", "widths"), [((100, 220), [1.2]), ((0, 120), [1.2]), ((140, 160), []), ((0, 300), [])])
+def test_between_two_rooms_a_way_is_left_where_a_wall_ends(tmp_path, ends, widths):
+    """Without a door; a crack is none, and where no wall stands at all, the slit between the rooms is the wall."""
+    text = home(door="")
+    low, high = ends
+    pieces = [wall(f"m{k}", 410, a, 410, b) for k, (a, b) in enumerate(((-10, low), (high, 310))) if b - a > 20]
+    text = text.replace(wall("m", *WALLS["m"]), "".join(pieces))
+    level = one(tmp_path, text)
+    ways = [each.polygon.bounds for each in level.openings if not each.has_door]
+    assert [round(high - low, 2) for _, low, _, high in ways] == widths
+    assert standing(level).intersects(shapely.Point(4.1, -sum(ends) / 200)) == (not widths)
+    plan = plan_of(level)
+    assert sorted(door.kind for door in plan.doors) == (["entrance", "opening"] if widths else ["cut", "entrance"])

@@ -561,3 +561,24 @@ def test_a_node_used_without_end_is_refused(tmp_path: Path) -> None:
     layers = "".join(f"DEF A{k + 1} Group {{ children [ {' '.join([f'USE A{k}'] * 10)} ] }}\n" for k in range(8))
     text = f"{Z_UP}\nDEF A0 Group {{ children [ Wall {{ }} ] }}\n{layers}"
     assert "nodes, expected 100,000 at most" in refused(tmp_path, text).detail
+
+
+@pytest.mark.parametrize(("gap_m", "kinds"), [(1.2, ["entrance", "opening"]), (2.2, ["entrance", "opening"])])
+def test_a_gap_without_a_door_is_an_opening_though_there_are_doors_elsewhere(
+    tmp_path: Path, gap_m: float, kinds: list[str]
+) -> None:
+    """Two rooms of 4 x 5 m; the outer door has a node."""
+    low = (5.0 - gap_m) / 2
+    parts = [
+        node("Wall", 4.1, -0.1, 8.6),
+        node("Wall", 4.1, 5.1, 8.6),
+        node("Wall", -0.1, 2.5, 5.4, across=True),
+        node("Wall", 8.3, 0.5, 1.0, across=True),
+        node("Door", 8.3, 1.5, 1.0, across=True),
+        node("Wall", 8.3, 3.6, 3.2, across=True),
+        node("Wall", 4.1, low / 2, low, across=True),
+        node("Wall", 4.1, 5.0 - low / 2, low, across=True),
+    ]
+    plan = plan_of_world(tmp_path, f"{Z_UP}\nWorldInfo {{\n}}\n{''.join(parts)}")
+    assert sorted(door.kind for door in plan.doors) == kinds
+    assert len(plan.rooms) == 2

@@ -57,6 +57,32 @@ def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms:
     assert [closer.kind for closer in found.closers] == ["mouth"] * (rooms - 1)
 
 
+@pytest.mark.parametrize("apart", [0.0, 0.2])
+@pytest.mark.parametrize(("low", "high", "rooms"), [(0.8, 2.8, 2), (0.0, 2.0, 2), (0.0, 3.0, 1)])
+def test_rooms_that_the_source_draws_meet_in_an_opening_at_the_end_of_a_wall(
+    apart: float, low: float, high: float, rooms: int
+) -> None:
+    """A gap of 2 m in the wall between them; where no wall stands between them, they stay one space."""
+    drawn = [
+        SourceRoom((name,), (), shapely.box(x1, 0.0, x2, 3.0))
+        for name, x1, x2 in (("Kitchen", 0.0, 4.1 - apart / 2), ("Living", 4.1 + apart / 2, 8.2))
+    ]
+    spans = [(a, b) for a, b in ((0.0, low), (high, 3.0)) if b > a]
+    between = [box((4.0, a, 4.2, b), 0.0, 2.5) for a, b in spans]
+    found = layout([*shell((0.0, 0.0, 8.2, 3.0)), *between], rooms=tuple(drawn))
+    assert len(found.rooms) == rooms
+    assert [closer.kind for closer in found.closers] == ["opening"] * (rooms - 1)
+
+
+def test_a_border_that_parts_nothing_stays_open() -> None:
+    """Two named rooms that also meet around the wall between them, in a third place that nobody named."""
+    drawn = [
+        SourceRoom((name,), (), shapely.box(x1, 0.0, x2, 3.0)) for name, x1, x2 in (("A", 0, 4.1), ("B", 4.1, 8.2))
+    ]
+    found = layout([*shell((0.0, 0.0, 8.2, 6.0)), box((4.0, 0.0, 4.2, 1.0), 0.0, 2.5)], rooms=tuple(drawn))
+    assert len(found.rooms) == 1
+
+
 def _hall_and_chamber(neck_m: float) -> list[object]:
     """A hall of 6 m x 6 m, a neck as wide as this and 2 m long between two blocks, and a chamber of 4 m x 6 m."""
     low, high = 3.0 - neck_m / 2, 3.0 + neck_m / 2
@@ -155,6 +181,16 @@ def test_a_balcony_with_a_parapet_is_a_room_with_a_door(height: float) -> None:
     found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *parapet(height)])
     assert areas(found) == [12.0, 6.4]
     assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1}]
+
+
+@pytest.mark.parametrize(("roof", "name", "rooms"), [(-0.2, "", 1), (-2.0, "", 2), (-0.2, "Balcony", 2)])
+def test_a_balcony_under_the_sky_is_no_room_of_a_roofed_house(roof: float, name: str, rooms: int) -> None:
+    """Unless the roof reaches over it, or the source names it."""
+    drawn = (SourceRoom((name,), (name,), shapely.box(0.0, -1.8, 4.0, -0.2)),) if name else ()
+    house = [*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), box((-0.2, roof, 4.2, 3.2), 2.5, 2.7)]
+    found = layout([*house, *parapet(1.0)], rooms=drawn)
+    assert areas(found) == [12.0, 6.4][:rooms]
+    assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
 
 
 @pytest.mark.parametrize("rail", [0.04, 0.1])

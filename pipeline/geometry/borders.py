@@ -1,0 +1,120 @@
+"""Borders: where two rooms that a source draws meet between the ends of a wall, with neither wall nor door.
+
+R1  A border lies in the middle between two rooms, at most ``DEEPEST_M`` apart, where nothing stands. It is straight
+    and wide enough to walk through.
+R2  Walls stand at both of its ends, and at one end or both a wall goes on that parts the same two rooms: somebody drew
+    the wall and left the way open. Two rooms without any wall between them have no border: they are one space that the
+    source divides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.areas import buffer_mitred, overlap, polygons_of
+
+DEEPEST_M = 0.6
+"""The thickest wall, at the ends of which two rooms face each other."""
+HALF_BAND_M = 0.05
+"""Half the depth of a border's strip."""
+NARROWEST_M = 0.6
+STRAIGHT = 0.9
+"""The least share of its rectangle that a straight piece fills."""
+STAND_M = 0.03
+JAMB_M = 0.15
+"""How far beyond its ends walls are looked for: right there, and where a wall goes on."""
+NEAR_M = 0.06
+"""A border may lie so far beside its wall: at a face of it, where a room is drawn with its doorways."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A straight border: ``middle`` (2,), unit ``along`` it, its ``width_m``; the rooms are ``apart_m`` apart."""
+
+    middle: Floats
+    along: Floats
+    width_m: float
+    apart_m: float
+
+    @property
+    def across(self) -> Floats:
+        """Unit vector (2,) from one room to the other."""
+        return np.array([-self.along[1], self.along[0]])
+
+    def strip(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Polygon:
+        """Return the rectangle from wall to wall and from room to room, so many metres larger on each side."""
+        half = self.along * (self.width_m / 2 + wider_m)
+        aside = self.across * (self.apart_m / 2 + deeper_m)
+        a, b = self.middle - half, self.middle + half
+        return Polygon([a - aside, b - aside, b + aside, a + aside])
+
+
+def borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[Border]:
+    """Return the borders between drawn rooms, in the order of the rooms.
+
+    Parameters
+    ----------
+    free
+        Where borders may lie: what of the plan nothing closes.
+    walls
+        What stands.
+    """
+    if len(rooms) < 2 or free.is_empty or walls.is_empty:
+        return []
+    shapely.prepare(walls)
+    pairs = shapely.STRtree(rooms).query(rooms, predicate="dwithin", distance=DEEPEST_M).T.tolist()
+    found = []
+    for one, other in sorted((i, j) for i, j in pairs if i < j):
+        apart = float(rooms[one].distance(rooms[other]))
+        near = [buffer_mitred(rooms[k], apart / 2 + HALF_BAND_M) for k in (one, other)]
+        for piece in polygons_of(overlap(overlap(near[0], near[1]), free)):
+            border = _straight(piece, apart)
+            if border is not None and _is_between(border, (rooms[one], rooms[other]), walls):
+                found.append(border)
+    return found
+
+
+def _straight(piece: Polygon, apart: float) -> Border | None:
+    """R1."""
+    box = shapely.oriented_envelope(piece)
+    if box.geom_type != "Polygon" or piece.area < STRAIGHT * box.area:
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = corners[1] - corners[0], corners[2] - corners[1]
+    lengths = [float(np.hypot(*side)) for side in sides]
+    k = int(lengths[1] > lengths[0])
+    if lengths[k] < NARROWEST_M or lengths[1 - k] > 2 * HALF_BAND_M + STAND_M:
+        return None
+    return Border(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
+
+
+def _is_between(border: Border, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
+    """R2."""
+    sides = [(border.middle + sign * border.along * border.width_m / 2, sign * border.along) for sign in (-1, 1)]
+    if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), NEAR_M) for end, out in sides):
+        return False
+    beside = (_rooms_beside(end + JAMB_M * out, border.across, rooms, walls) for end, out in sides)
+    return any(found in ((0, 1), (1, 0)) for found in beside)
+
+
+def _rooms_beside(
+    at: Floats, across: Floats, rooms: tuple[Polygon, Polygon], walls: BaseGeometry
+) -> tuple[int | None, ...]:
+    """Return which of the rooms lie on the two sides of the wall at a point; nothing where no wall stands there."""
+    line = shapely.linestrings([at - DEEPEST_M * across, at + DEEPEST_M * across])
+    pieces = [piece for piece in shapely.get_parts(shapely.intersection(line, walls)) if piece.length > 0]
+    wall = min(pieces, key=shapely.points(at).distance, default=None)
+    if wall is None or wall.distance(shapely.points(at)) > NEAR_M:
+        return ()
+    places = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(wall)))
+    beside = at + (np.array([[places.min() - STAND_M], [places.max() + STAND_M]]) - DEEPEST_M) * across
+    return tuple(next((k for k in (0, 1) if shapely.intersects_xy(rooms[k], *point)), None) for point in beside)
