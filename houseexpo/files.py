@@ -69,10 +69,10 @@ def read_json(path: Path, kind: type[T]) -> T:
     msgspec.DecodeError
         It is no JSON, nested too deep, or not of this kind.
     """
-    return decoded_json(read_file(path), kind)
+    return decode_json(read_file(path), kind)
 
 
-def decoded_json(data: bytes, kind: type[T]) -> T:
+def decode_json(data: bytes, kind: type[T]) -> T:
     """Return JSON from anybody; raise msgspec.DecodeError if it is none, nested too deep, or not of this kind."""
     try:
         return msgspec.json.decode(data, type=kind)

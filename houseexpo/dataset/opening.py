@@ -237,10 +237,10 @@ class Dataset(Sequence[FloorPlan]):
             return []
         import msgspec
 
-        from houseexpo.files import decoded_json, read_file
+        from houseexpo.files import decode_json, read_file
 
         try:
-            return [decoded_json(line, dict[str, str]) for line in read_file(file).splitlines() if line.strip()]
+            return [decode_json(line, dict[str, str]) for line in read_file(file).splitlines() if line.strip()]
         except (OSError, msgspec.DecodeError) as error:
             raise DatasetError(f"{file}: expected a rejected input a line, found {error}; build again") from None
 

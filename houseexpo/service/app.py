@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
@@ -14,7 +14,7 @@ from starlette.staticfiles import StaticFiles
 from houseexpo.errors import HouseExpoError
 from houseexpo.service import api, compare, drive, home, likeness, plan_page, refused, review, statistics
 from houseexpo.service.answers import error_answer
-from houseexpo.service.api.openapi import refusing_unknown
+from houseexpo.service.api.openapi import add_query_check
 from houseexpo.service.guard import Guard
 from houseexpo.service.service import PARTS, Service
 from houseexpo.service.work import few_threads
@@ -39,16 +39,24 @@ def make_app(service: Service) -> Starlette:
     async def answer_error(request: Request, error: Exception) -> Response:
         return error_answer(service, request, error)
 
+    async def answer_nobody(_: Request, __: Exception) -> Response:
+        return Response(status_code=400)  # the client left in the middle of its body
+
     folders = {f"/static/{part}": f"houseexpo.service.{part}" for part in PARTS} | {"/static": "houseexpo.service"}
     routes: list[BaseRoute] = [Mount(path, _Files(packages=[(package, "static")])) for path, package in folders.items()]
     for area in AREAS:
         routes += area.routes(service)
     for route in routes:
         if isinstance(route, Route) and route.path.startswith("/api/"):
-            refusing_unknown(route)
+            add_query_check(route)
     app = Starlette(
         routes=routes,
-        exception_handlers={HTTPException: answer_error, HouseExpoError: answer_error, Exception: answer_error},
+        exception_handlers={
+            ClientDisconnect: answer_nobody,
+            HTTPException: answer_error,
+            HouseExpoError: answer_error,
+            Exception: answer_error,
+        },
         lifespan=few_threads,
         max_body_size=service.settings.limits.body_bytes,
     )

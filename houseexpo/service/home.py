@@ -18,7 +18,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing.scene import DOOR_COLOURS
-from houseexpo.files import decoded_json, read_file
+from houseexpo.files import decode_json, read_file
 from houseexpo.plan.categories import LABELS, colour
 from houseexpo.plan.parts import SURE
 from houseexpo.release.check_releasable import MADE, OWN
@@ -141,7 +141,7 @@ def _json(file: Path) -> dict[str, Any]:
     try:
         if file.is_symlink():
             return {}
-        found = decoded_json(read_file(file, _BYTES), object)
+        found = decode_json(read_file(file, _BYTES), object)
     except (OSError, msgspec.DecodeError):
         return {}
     return found if isinstance(found, dict) else {}

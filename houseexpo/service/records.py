@@ -12,7 +12,7 @@ import msgspec
 
 from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.errors import PlanError
-from houseexpo.files import decoded_json, read_file
+from houseexpo.files import decode_json, read_file
 from houseexpo.plan import checks
 
 _T = TypeVar("_T", bound=msgspec.Struct)
@@ -94,7 +94,7 @@ def _unlinked_file(file: Path) -> Path | None:
 
 def _lines(file: Path, kind: type[_T]) -> tuple[list[_T], tuple[str, ...]]:
     try:
-        return [decoded_json(line, kind) for line in read_file(file).splitlines() if line.strip()], ()
+        return [decode_json(line, kind) for line in read_file(file).splitlines() if line.strip()], ()
     except FileNotFoundError:
         return [], ()
     except (OSError, msgspec.DecodeError) as error:

@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.cache import PLANS, BlockReader, cached_copy, read_index
 from houseexpo.dataset.store.folders import plan_files, plan_folder
-from houseexpo.dataset.store.records import lists, lists_elsewhere, plans_in
+from houseexpo.dataset.store.records import linked_lists, lists, plans_in
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import is_device
 from houseexpo.plan import checks
@@ -78,7 +78,7 @@ class Catalogue:
         A list that is a link to a file outside of the data set counts only if it names plans of the data set: else the
         data set of a stranger would show any text of this machine to those who it is served to.
         """
-        found, elsewhere = {}, lists_elsewhere(self.path)
+        found, elsewhere = {}, linked_lists(self.path)
         for name, data in lists(self.path).items():
             if name in elsewhere and not self._names_plans(data):
                 _log.warning("%s: list %r is a link to a file that names other things than plans", self.path, name)

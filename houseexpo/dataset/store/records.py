@@ -89,7 +89,7 @@ def lists(path: Path) -> dict[str, bytes]:
     return found
 
 
-def lists_elsewhere(path: Path) -> frozenset[str]:
+def linked_lists(path: Path) -> frozenset[str]:
     """Return the names of the lists that are links to files outside of a data set's folder."""
     home = real_path(path if path.is_dir() else path.parent)
     files = (file for file in _files_of_lists(path) if not real_path(file).is_relative_to(home))

@@ -93,7 +93,7 @@ _OF_PAGES: Final = ("sort", *PAGE)
 """Parameters of a page's address, which its pages pass on with the filter."""
 
 
-def refusing_unknown(route: Route) -> None:
+def add_query_check(route: Route) -> None:
     """Let a route below ``/api`` refuse parameters that its address does not take (``CALLS``), and those given twice.
 
     The answer is that of a ConfigError, 400; it names the most similar parameter that there is.

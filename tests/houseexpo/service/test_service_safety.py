@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import anyio
 import pytest
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -179,6 +180,28 @@ def test_every_answer_tells_the_browser_to_load_from_here_only() -> None:  # R6
     client = guard(Settings())
     for found in (client.get("/"), client.get("/", headers={"host": "evil.example"})):
         assert found.headers.items() >= HEADERS.items()
+
+
+def test_a_client_that_leaves_in_the_middle_of_its_body_is_no_error(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    sent: list[dict[str, object]] = []
+    parts = iter([{"type": "http.request", "body": b"{", "more_body": True}, {"type": "http.disconnect"}])
+
+    async def receive() -> dict[str, object]:
+        return next(parts)
+
+    async def send(message: dict[str, object]) -> None:
+        sent.append(message)
+
+    scope = {
+        "type": "http", "method": "POST", "path": "/api/homes/tags", "raw_path": b"/api/homes/tags",
+        "query_string": b"", "headers": [(b"host", b"127.0.0.1")], "client": ("127.0.0.1", 1), "http_version": "1.1",
+        "scheme": "http", "root_path": "", "server": ("127.0.0.1", 80),
+    }  # fmt: skip
+    anyio.run(make_app(service_of(folder)), scope, receive, send)
+    assert sent[0]["status"] == 400
+    assert not caplog.records
 
 
 def test_loopback_is_known() -> None:
