@@ -203,7 +203,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Return the mask of allowed actions (K,), for MaskablePPO of sb3-contrib."""
-        masks: npt.NDArray[np.bool_] = self._env_spec.masks(self.state.pool)[0]
+        masks: npt.NDArray[np.bool_] = self._env_spec.masks(self.state.pool, self.state.sizes)[0]
         return masks
 
     def close(self) -> None:
@@ -233,7 +233,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         if self._pictures:
             pool, sizes = self.state.pool, self.state.sizes
             self._pictures.draw(pool, sizes, _WANTED, self._constants, lambda draw: draw(0, 1))
-        found = self._env_spec.observe(self.state.pool, after, self._pictures)
+        found = self._env_spec.observe(self.state.pool, after, self._pictures, self.state.sizes)
         if isinstance(found, dict):
             return {key: part[0].copy() if key in MAPS else part[0] for key, part in found.items()}
         one: npt.NDArray[Any] = found[0].copy()
@@ -242,7 +242,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def _info(self, after: Metrics, success: Bools) -> dict[str, Any]:
         report = self._env_spec.report(self.state.pool, after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
-        return {**info, "plan_id": self.simulator.world.plan_id}
+        return {**info, "plan_id": self.simulator.world.plan_id} if self._env_spec.text_info else info
 
 
 class ExplorationMixin:

@@ -23,8 +23,9 @@ from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
 from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.envs.reset_options import Order, PlanChoice, Pose
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.masks import steps_fit
 from houseexpo.pseudoslam.kernels.step import look_up
-from houseexpo.pseudoslam.kernels.types import Scratch
+from houseexpo.pseudoslam.kernels.types import Counts, Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
@@ -56,6 +57,14 @@ class EnvOptions(TypedDict, total=False):
     max_episode_steps: int | None
     """Number of steps of the robot after which an episode is truncated, instead of ``config.max_steps``. It may also be
     an argument of ``gymnasium.make`` or of a registration (``time_limit``)."""
+    action_mask: bool
+    """Whether observations have "action_mask" (3,) int8 with "discrete" actions: 1 for motions on which the robot meets
+    no obstacle of its own map. Actions of planners with a number always come with a mask."""
+    float_maps: bool
+    """Whether maps are float32 from 0 to 1 instead of uint8 from 0 to 255, for libraries that do not convert them."""
+    text_info: bool
+    """Whether ``info`` has its texts: "plan_id", and "outcome" of planners' actions. Some libraries take only numbers.
+    True by default."""
 
 
 class AllOptions(EnvOptions, total=False):
@@ -123,7 +132,7 @@ class EnvSpec:
         robot's pose by odometry on the latter, 255, with a disc of 127 in front of it. With a goal, a fifth picture has
         its mark, at the border if it lies outside.
     layout
-        See ``options.EnvOptions``.
+        See ``EnvOptions``, also for the last three.
     """
 
     task: Task
@@ -133,6 +142,9 @@ class EnvSpec:
     kind: Kind
     layout: Layout = "CHW"
     planner: PlannerSpec | None = None
+    action_mask: bool = False
+    float_maps: bool = False
+    text_info: bool = True
 
     @property
     def complete(self) -> bool:
@@ -183,12 +195,14 @@ class EnvSpec:
             parts["velocity"] = spaces.Box(-most, most, (2,), np.float32)
         if self.planner:
             parts |= self.planner.spaces()
+        elif self.action_mask:
+            parts["action_mask"] = spaces.MultiBinary(len(ACTIONS))
         return spaces.Dict(parts) if len(parts) > 1 else parts["map"]
 
     def image_space(self, channels: int, side: int) -> spaces.Box:
         """Return the space of square images in the configured layout."""
         shape = (channels, side, side) if self.layout == "CHW" else (side, side, channels)
-        return spaces.Box(0, 255, shape, np.uint8)
+        return spaces.Box(0.0, 1.0, shape, np.float32) if self.float_maps else spaces.Box(0, 255, shape, np.uint8)
 
     def motions(self, actions: object, *number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return the turns and distances (N, 2) of actions, in radians and pixels, and which actions go forward.
@@ -244,8 +258,11 @@ class EnvSpec:
         robot = self.config.robot
         return np.array([math.radians(robot.turn_deg), robot.step_m * self.config.pixels_per_metre])
 
-    def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None) -> Observation:
-        """Return the observations of a pool of episodes, whose ``pictures`` have been drawn; ``MAPS`` are views."""
+    def observe(self, episode: Episode, metrics: Metrics, pictures: Pictures | None, sizes: Counts) -> Observation:
+        """Return the observations of a pool of episodes, whose ``pictures`` have been drawn; ``MAPS`` are views.
+
+        ``sizes`` (N, 2) are the rows and columns of their maps.
+        """
         shown = pictures.shown if pictures else episode.shown[:, None]
         parts: dict[str, npt.NDArray[Any]] = {"map": self.in_layout(shown)}
         if self.complete:
@@ -258,11 +275,14 @@ class EnvSpec:
             parts["velocity"] = metrics.velocity().astype(np.float32)
         if self.planner:
             parts |= self.planner.observe(episode, metrics)
+        elif self.action_mask:
+            parts["action_mask"] = self._motion_masks(episode, sizes).view(np.int8)
         return parts if len(parts) > 1 else parts["map"]
 
-    def in_layout(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-        """Return images (N, channels, rows, cols) in the configured layout."""
-        return images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
+    def in_layout(self, images: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
+        """Return images (N, channels, rows, cols) in the configured layout, as ``float_maps`` says."""
+        found = images if self.layout == "CHW" else np.moveaxis(images, 1, -1)
+        return np.multiply(found, np.float32(1.0 / 255.0), dtype=np.float32) if self.float_maps else found
 
     def initial_state(
         self,
@@ -290,14 +310,29 @@ class EnvSpec:
         found = self.task.report(metrics, success)
         if self.config.robot.drive:
             found["velocity"] = metrics.velocity()
-        return {**found, **self.planner.report(episode, metrics.cell_m)} if self.planner else found
+        if self.planner:
+            found |= self.planner.report(episode, metrics.cell_m)
+        return found if self.text_info else {key: part for key, part in found.items() if part.dtype != object}
 
-    def masks(self, episode: Episode) -> npt.NDArray[np.bool_]:
-        """Return the mask of a planner's allowed actions (N, K); raise ConfigError for other actions."""
-        if not self.planner or not self.planner.numbers:
-            wanted = 'actions="frontier" or "neighbour"'
+    def masks(self, episode: Episode, sizes: Counts) -> npt.NDArray[np.bool_]:
+        """Return the mask of allowed actions (N, K); raise ConfigError for actions without a number."""
+        if self.planner and self.planner.numbers:
+            return self.planner.masks(episode)
+        if self.actions != "discrete":
+            wanted = 'actions="discrete", "frontier" or "neighbour"'
             raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
-        return self.planner.masks(episode)
+        return self._motion_masks(episode, sizes)
+
+    def _motion_masks(self, episode: Episode, sizes: Counts) -> npt.NDArray[np.bool_]:
+        """Return which of the discrete actions meet no obstacle of the robots' own maps (N, 3); turns never do."""
+        number, ppm = len(episode.known), self.config.pixels_per_metre
+        masks = np.ones((number, len(ACTIONS)), bool)
+        known = episode.known.reshape(number, -1)
+        poses = episode.pose.view(np.float64).reshape(number, -1)[:, 3:]
+        robot, fit = self.config.robot, np.empty(number, bool)
+        steps_fit(known, sizes, poses, robot.step_m * ppm, robot.radius_m * ppm, fit)
+        masks[:, 0] = fit
+        return masks
 
 
 def _shape_text(shape: tuple[int, ...]) -> str:
@@ -333,6 +368,9 @@ def make_env_spec(
     plan_ids: Iterable[str] | None = None,
     plan_order: Order = "random",
     max_episode_steps: int | None = None,
+    action_mask: bool = False,
+    float_maps: bool = False,
+    text_info: bool = True,
 ) -> EnvSpec:
     """Return the specification of an environment; raise ConfigError if an argument is invalid.
 
@@ -354,8 +392,12 @@ def make_env_spec(
             'motion="discrete" and no robot.drive'
         )
     planner = make_planner_spec(actions, observation, planning, config, task)
+    if action_mask and actions != "discrete" and not (planner and planner.numbers):
+        raise ConfigError(
+            f'action_mask: expected actions="discrete", "frontier" or "neighbour", found {actions!r}; leave it out'
+        )
     choice = PlanChoice(WorldCache(houses, config), plan_ids, plan_order)
-    spec = EnvSpec(task, config, choice, actions, observation, layout, planner)
+    spec = EnvSpec(task, config, choice, actions, observation, layout, planner, action_mask, float_maps, text_info)
     prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
     return spec
 

@@ -225,7 +225,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     def action_masks(self, i: int | None = None) -> Bools:
         """Return the masks of allowed actions (N, K), or the one of environment ``i`` (K,)."""
         self._check_ready(self._begun, i)
-        masks = self._env_spec.masks(self._batch.arrays)
+        masks = self._env_spec.masks(self._batch.arrays, self._batch.sizes)
         return masks if i is None else masks[i]
 
     @one_at_a_time
@@ -343,17 +343,22 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _observations(self, after: Metrics) -> Observation:
         """Return the observations, as copies if ``copy`` is set."""
-        found = self._env_spec.observe(self._batch.arrays, after, self._pictures)
+        found = self._observed(after)
         if self._copy and isinstance(found, dict) and "global_map" in found:
             found["global_map"] = found["global_map"].copy()  # the view was drawn into the caller's array
         return found
 
+    def _observed(self, after: Metrics) -> Observation:
+        return self._env_spec.observe(self._batch.arrays, after, self._pictures, self._batch.sizes)
+
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
         report = self._env_spec.report(self._batch.arrays, after, success)
-        return _with_masks({**report, "plan_id": self._plan_ids.copy()}, which)
+        if self._env_spec.text_info:
+            report["plan_id"] = self._plan_ids.copy()
+        return _with_masks(report, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        last = _copies_of(self._env_spec.observe(self._batch.arrays, after, self._pictures), self._ended)
+        last = _copies_of(self._observed(after), self._ended)
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
 

@@ -33,7 +33,7 @@ TRAVELS = ("waypoint", "frontier")
 Clock = Literal["actions", "steps", "metres"]
 Sight = Literal["map", "dict", "scales"]
 MAX_SEED = 2**32 - 1
-_LATER = (("ppo", "discount"), ("environment", "motion"))
+_LATER = (("ppo", "discount"), ("environment", "motion"), ("environment", "action_mask"))
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,8 @@ class EnvironmentConfig:
         Arguments of the environments; a preset is a named configuration.
     motion
         How the robot moves; None for what ``simulator`` says. A drive takes continuous actions.
+    action_mask
+        Whether the policy "cnn" never chooses a motion on which the robot would meet an obstacle of its map.
     simulator
         Changes to the preset or, without one, to the task's ``SimulatorConfig``: its keys, nested.
     task
@@ -118,6 +120,7 @@ class EnvironmentConfig:
     observation: Sight = "map"
     preset: str | None = None
     motion: Motion | None = None
+    action_mask: bool = False
     simulator: Mapping[str, Any] = field(default_factory=dict)
     task: Mapping[str, Any] = field(default_factory=dict)
 
@@ -126,6 +129,8 @@ class EnvironmentConfig:
         one_of(self.observation, "environment.observation", get_args(Sight))
         if self.motion is not None:
             one_of(self.motion, "environment.motion", get_args(Motion))
+        if not isinstance(self.action_mask, bool):
+            raise ConfigError(f"environment.action_mask: expected true or false, found {self.action_mask!r}")
         if self.motion not in {None, "discrete"} and self.actions != "continuous":
             raise ConfigError(
                 f"environment.actions: expected continuous for the motion {self.motion!r}, found {self.actions!r}"
@@ -205,6 +210,11 @@ class TrainConfig:
             raise ConfigError(
                 f'policy: expected "set" with environment.actions = "frontier", and only there; found '
                 f"{self.policy!r} with {actions!r}"
+            )
+        if self.environment.action_mask and (actions != "discrete" or self.policy != "cnn"):
+            raise ConfigError(
+                'environment.action_mask: expected policy = "cnn" and environment.actions = "discrete", found '
+                f"{self.policy!r} and {actions!r}"
             )
         if clock != "actions" and (actions not in TRAVELS or self.policy == "cnn-lstm"):
             raise ConfigError(

@@ -167,6 +167,42 @@ class _Part(nn.Module):  # type: ignore[misc]  # as above
         return features[:, self.part]
 
 
+class MaskedFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # as above
+    """Converts observations to the features of ``MapFeatures``, followed by their "action_mask"."""
+
+    def __init__(self, space: spaces.Dict) -> None:
+        rest = MapFeatures(spaces.Dict({name: part for name, part in space.items() if name != "action_mask"}))
+        self.number = spaces.flatdim(space["action_mask"])
+        super().__init__(space, rest.features_dim + self.number)
+        self.seen = rest
+
+    def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
+        """Return the features of observations, and their masks."""
+        return torch.cat([self.seen(observations), observations["action_mask"].flatten(1)], dim=1)
+
+
+class MaskedPolicy(MultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
+    """A policy that never chooses an action that its observation's mask forbids."""
+
+    def _build(self, lr_schedule: Any) -> None:
+        super()._build(lr_schedule)
+        self.action_net = _Masked(self.action_net, self.features_extractor.number)
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+
+
+class _Masked(nn.Module):  # type: ignore[misc]  # as above
+    """Converts features, of which the last are a mask, to logits that the mask allows."""
+
+    def __init__(self, logits: nn.Module, number: int) -> None:
+        super().__init__()
+        self.logits, self.number = logits, number
+
+    def forward(self, features: torch.Tensor) -> torch.Tensor:
+        forbidden = features[:, -self.number :] == 0
+        found: torch.Tensor = self.logits(features).masked_fill(forbidden, _FORBIDDEN)
+        return found
+
+
 Learner: TypeAlias = PPO | RecurrentPPO
 Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
@@ -213,6 +249,8 @@ def policy_class(
     """Return the class of policies for such observations."""
     if config.policy == "set":
         return SetPolicy
+    if config.environment.action_mask:
+        return MaskedPolicy
     several = isinstance(seen, spaces.Dict)
     if config.policy == "cnn-lstm":
         return MultiInputMemoryPolicy if several else MemoryPolicy
@@ -221,8 +259,9 @@ def policy_class(
 
 def _shape(config: TrainConfig) -> dict[str, Any]:
     """Return the architecture: one feature network, and no layers between it (or the memory) and the heads."""
+    features = SetFeatures if config.policy == "set" else MapFeatures
     shape: dict[str, Any] = {
-        "features_extractor_class": SetFeatures if config.policy == "set" else MapFeatures,
+        "features_extractor_class": MaskedFeatures if config.environment.action_mask else features,
         "net_arch": {"pi": [], "vf": []},
         "activation_fn": torch.nn.ReLU,
         "optimizer_kwargs": {"eps": 1e-5},

@@ -108,6 +108,7 @@ def environments(
         actions=config.actions,
         observation=config.observation,
         motion=config.motion,
+        action_mask=config.action_mask,
         autoreset_mode="SameStep",
         threads=threads,
         **config.task,

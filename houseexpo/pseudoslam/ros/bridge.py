@@ -6,6 +6,8 @@ The operations are those of rosbridge_suite's ROSBRIDGE_PROTOCOL.md: ``advertise
 R1  An infinite range is written as 1e999, which is JSON, and infinite to its readers.
 R2  JSON has no "not a number": a lost beam is 0, below ``range_min``, which LaserScan calls a range to be discarded.
 R3  A type without fields is an empty object. In what comes, null is "not a number", and a missing field is 0 or empty.
+R4  Services have a connection of their own: a rosbridge takes what comes on a connection in order, and an answer behind
+    hundreds of scans comes too late, or is dropped with them.
 
 If the connection breaks, the simulation goes on, its messages are lost, and the connection is tried again each second.
 """
@@ -45,6 +47,9 @@ _NUMBERS: Final = {"Infinity": "1e999", "-Infinity": "-1e999", "NaN": "0.0"}
 class Bridge:
     """A client of a rosbridge, with the graph that a node needs.
 
+    A rosbridge takes the messages of a connection one by one. Services therefore have a connection of their own (R4):
+    their answers do not wait behind scans, and are not dropped with them.
+
     Parameters
     ----------
     url
@@ -62,23 +67,145 @@ class Bridge:
 
     def __init__(self, url: str, *, warn: Callable[[str], None]) -> None:
         try:
-            from websockets.sync.client import connect
+            import websockets.sync.client
         except ImportError as error:
             said = f"a rosbridge needs websockets, which is not installed: {installing('bridge')}"
             raise MissingDependencyError(said) from error
-        self._connect = connect
         self.url, self._warn, self._warned = url, warn, set[str]()
         self._kinds: dict[str, str] = {}
-        self._greetings: list[dict[str, Any]] = []
-        self._latched: dict[str, str] = {}
+        self._latched: set[str] = set()
         self._heard: dict[str, Subscription] = {}
         self._services: dict[str, tuple[str, Service]] = {}
+        if not re.match(r"wss?://[^\s/]", url):
+            raise ConfigError(f"bridge: expected an address such as ws://localhost:9090, found {url!r}")
+        connect = websockets.sync.client.connect
+        self._topics_line = _Line(url, connect, self._take_topics, warn, self._warn_once)
+        try:
+            self._services_line = _Line(url, connect, self._take_services, lambda _: None, self._warn_once)
+        except ConfigError:
+            self._topics_line.close()
+            raise
+
+    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+        """Offer messages of a type on a topic, such as ``/robot1/scan``."""
+        self._kinds[topic] = kind
+        if quality.latched:
+            self._latched.add(topic)
+        asked = {"topic": topic, "type": kind, "latch": quality.latched, "queue_size": quality.depth}
+        self._topics_line.greet({"op": "advertise", **asked})
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Send a message on a topic that was advertised; while there is no connection, it is lost, unless latched."""
+        assert message.type == self._kinds[topic], (topic, message.type)  # noqa: S101  # our own topics
+        latch = topic in self._latched
+        asked = {"op": "publish", "topic": topic, "msg": _object(message.type, message.fields), "latch": latch}
+        self._topics_line.send(_json(asked), topic, keep=latch)
+
+    def has_subscribers(self, topic: str) -> bool:
+        """Return True: a rosbridge does not tell."""
+        return topic in self._kinds
+
+    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+        """Listen to messages of a type on a topic; a rosbridge hears only one type on a topic, the first asked for."""
+        subscription = Subscription(kind)
+        if topic not in self._heard:
+            self._heard[topic] = subscription
+            depth = (quality or Quality()).depth
+            self._topics_line.greet(
+                {"op": "subscribe", "id": f"subscribe:{topic}", "topic": topic, "type": kind, "queue_length": depth}
+            )
+        return subscription
+
+    def offer(self, name: str, kind: str) -> Service:
+        """Offer a service of a type."""
+        service = Service()
+        self._services[name] = kind, service
+        self._services_line.greet({"op": "advertise_service", "type": kind, "service": name})
+        return service
+
+    def look(self) -> None:
+        """A rosbridge does not tell who else is there."""
+
+    def close(self) -> None:
+        """Take the services and topics back, and leave."""
+        for name in self._services:
+            self._services_line.send(_json({"op": "unadvertise_service", "service": name}), name)
+        for topic in self._kinds:
+            self._topics_line.send(_json({"op": "unadvertise", "topic": topic}), topic)
+        self._services_line.close()
+        self._topics_line.close()
+
+    def _warn_once(self, text: str) -> None:
+        if text not in self._warned and len(self._warned) < _WAITING_MOST:
+            self._warned.add(text)
+            self._warn(text)
+
+    def _take_topics(self, operation: object, found: dict[str, Any]) -> None:
+        if operation == "publish" and found.get("topic") in self._heard:
+            subscription = self._heard[found["topic"]]
+            with self._warn_on_error(str(found["topic"])):
+                subscription.add(_fields(subscription.kind, found.get("msg"), "msg"))
+
+    def _take_services(self, operation: object, found: dict[str, Any]) -> None:
+        if operation == "call_service" and found.get("service") in self._services:
+            self._call(found)
+
+    def _call(self, found: dict[str, Any]) -> None:
+        name, number = found["service"], found.get("id")
+        kind, service = self._services[name]
+
+        def answer(fields: Fields) -> None:
+            told = {
+                "op": "service_response",
+                "service": name,
+                "values": _object(f"{kind}_Response", fields),
+                "result": True,
+            }
+            self._services_line.send(_json(told if number is None else {**told, "id": number}), name)
+
+        with self._warn_on_error(name):
+            args = found.get("args") or {}
+            service.add(Call(_fields(f"{kind}_Request", args, "args"), answer))
+
+    @contextlib.contextmanager
+    def _warn_on_error(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except ValueError as error:
+            self._warn_once(f"{name}: {error}; it was left out")
+
+
+class _Line:
+    """A connection to a rosbridge, which is tried again each second when it breaks.
+
+    Parameters
+    ----------
+    take
+        Called with the operation and the whole of what the rosbridge says, other than its status.
+    warn, warn_once
+        Called with a sentence when the connection breaks or comes back; and with what is said once only.
+
+    Raises
+    ------
+    ConfigError
+        Nobody answers there.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        connect: Callable[..., Any],
+        take: Callable[[object, dict[str, Any]], None],
+        warn: Callable[[str], None],
+        warn_once: Callable[[str], None],
+    ) -> None:
+        self._url, self._connect, self._take, self._warn, self._warn_once = url, connect, take, warn, warn_once
+        self._greetings: list[dict[str, Any]] = []
+        self._kept: dict[str, str] = {}
         self._outgoing: queue.Queue[str] = queue.Queue(_WAITING_MOST)
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._connection: Any = None
-        if not re.match(r"wss?://[^\s/]", url):
-            raise ConfigError(f"bridge: expected an address such as ws://localhost:9090, found {url!r}")
         first: queue.Queue[Exception | None] = queue.Queue()
         self._threads = [
             threading.Thread(target=self._stay, args=[first.put], name="rosbridge-in", daemon=True),
@@ -91,55 +218,26 @@ class Bridge:
             said = f"bridge: no rosbridge answers at {url}: {refused}; start rosbridge_server there"
             raise ConfigError(said) from refused
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
-        """Offer messages of a type on a topic, such as ``/robot1/scan``."""
-        self._kinds[topic] = kind
-        if quality.latched:
-            self._latched[topic] = ""
-        asked = {"topic": topic, "type": kind, "latch": quality.latched, "queue_size": quality.depth}
-        self._greet({"op": "advertise", **asked})
+    def greet(self, operation: dict[str, Any]) -> None:
+        """Send what must be said again on each new connection."""
+        with self._lock:
+            self._greetings.append(operation)
+        self.send(_json(operation), operation["op"])
 
-    def publish(self, topic: str, message: Message) -> None:
-        """Send a message on a topic that was advertised; while there is no connection, it is lost, unless latched."""
-        assert message.type == self._kinds[topic], (topic, message.type)  # noqa: S101  # our own topics
-        latch = topic in self._latched
-        asked = {"op": "publish", "topic": topic, "msg": _object(message.type, message.fields), "latch": latch}
-        said = _json(asked)
-        if latch:
-            self._latched[topic] = said
-        self._send(said, topic)
-
-    def has_subscribers(self, topic: str) -> bool:
-        """Return True: a rosbridge does not tell."""
-        return topic in self._kinds
-
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
-        """Listen to messages of a type on a topic; a rosbridge hears only one type on a topic, the first asked for."""
-        subscription = Subscription(kind)
-        if topic not in self._heard:
-            self._heard[topic] = subscription
-            depth = (quality or Quality()).depth
-            self._greet(
-                {"op": "subscribe", "id": f"subscribe:{topic}", "topic": topic, "type": kind, "queue_length": depth}
-            )
-        return subscription
-
-    def offer(self, name: str, kind: str) -> Service:
-        """Offer a service of a type."""
-        service = Service()
-        self._services[name] = kind, service
-        self._greet({"op": "advertise_service", "type": kind, "service": name})
-        return service
-
-    def look(self) -> None:
-        """A rosbridge does not tell who else is there."""
+    def send(self, said: str, of: str, *, keep: bool = False) -> None:
+        """Send a message of a topic or service, and again on each new connection if it is to be kept."""
+        with self._lock:
+            if keep:
+                self._kept[of] = said
+            if self._connection is None:
+                return
+        try:
+            self._outgoing.put_nowait(said)
+        except queue.Full:
+            self._warn_once(f"{self._url}: the rosbridge is too slow, messages of {of} are dropped")
 
     def close(self) -> None:
-        """Take the services and topics back, and leave."""
-        for name in self._services:
-            self._send(_json({"op": "unadvertise_service", "service": name}), name)
-        for topic in self._kinds:
-            self._send(_json({"op": "unadvertise", "topic": topic}), topic)
+        """Send what waits, and leave."""
         self._closed.set()
         self._threads[1].join(_CLOSE_S + _POLL_S)
         with self._lock:
@@ -147,26 +245,6 @@ class Bridge:
         if connection is not None:
             connection.close()
         self._threads[0].join(_CLOSE_S + _POLL_S)
-
-    def _greet(self, operation: dict[str, Any]) -> None:
-        """Send what must be said again on each new connection."""
-        with self._lock:
-            self._greetings.append(operation)
-        self._send(_json(operation), operation["op"])
-
-    def _send(self, said: str, of: str) -> None:
-        with self._lock:
-            if self._connection is None:
-                return
-        try:
-            self._outgoing.put_nowait(said)
-        except queue.Full:
-            self._warn_once(f"{self.url}: the rosbridge is too slow, messages of {of} are dropped")
-
-    def _warn_once(self, text: str) -> None:
-        if text not in self._warned and len(self._warned) < _WAITING_MOST:
-            self._warned.add(text)
-            self._warn(text)
 
     def _write_all(self) -> None:
         while not (self._closed.is_set() and self._outgoing.empty()):
@@ -184,15 +262,15 @@ class Bridge:
         while not self._closed.is_set():
             error: Exception | None = None
             try:
-                with self._connect(self.url, **_OPTIONS) as connection:
+                with self._connect(self._url, **_OPTIONS) as connection:
                     self._meet(connection)
                     came += 1
                     if came == 1:
                         first(None)
                     else:
-                        self._warn(f"{self.url}: connected again")
+                        self._warn(f"{self._url}: connected again")
                     for said in connection:
-                        self._take(said)
+                        self._read(said)
             except (OSError, _refusals()) as caught:
                 error = caught
             if came == 0:
@@ -201,7 +279,7 @@ class Bridge:
             with self._lock:
                 was, self._connection = self._connection, None
             if was is not None and not self._closed.is_set():
-                self._warn(f"{self.url}: the connection broke: {error or 'it was closed'}; trying again each second")
+                self._warn(f"{self._url}: the connection broke: {error or 'it was closed'}; trying again each second")
             self._closed.wait(_RETRY_S)
 
     def _meet(self, connection: Any) -> None:
@@ -209,53 +287,25 @@ class Bridge:
         with self._lock:
             for operation in self._greetings:
                 connection.send(_json(operation))
-            for said in filter(None, self._latched.values()):
+            for said in self._kept.values():
                 connection.send(said)
             with contextlib.suppress(queue.Empty):
                 while True:
                     self._outgoing.get_nowait()
             self._connection = connection
 
-    def _take(self, said: str | bytes) -> None:
+    def _read(self, said: str | bytes) -> None:
         """Take what the rosbridge says; other operations than those of the protocol's client are left out."""
         try:
             found = json.loads(said)
         except ValueError:
-            self._warn_once(f"{self.url}: expected JSON, found {said[:40]!r}; check that it is a rosbridge")
+            self._warn_once(f"{self._url}: expected JSON, found {said[:40]!r}; check that it is a rosbridge")
             return
         operation = found.get("op") if isinstance(found, dict) else None
-        if operation == "publish" and found.get("topic") in self._heard:
-            subscription = self._heard[found["topic"]]
-            with self._warn_on_error(str(found["topic"])):
-                subscription.add(_fields(subscription.kind, found.get("msg"), "msg"))
-        elif operation == "call_service" and found.get("service") in self._services:
-            self._call(found)
-        elif operation == "status" and found.get("level") in {"error", "warning"}:
-            self._warn_once(f"{self.url}: the rosbridge reports: {str(found.get('msg', ''))[:500]}")
-
-    def _call(self, found: dict[str, Any]) -> None:
-        name, number = found["service"], found.get("id")
-        kind, service = self._services[name]
-
-        def answer(fields: Fields) -> None:
-            told = {
-                "op": "service_response",
-                "service": name,
-                "values": _object(f"{kind}_Response", fields),
-                "result": True,
-            }
-            self._send(_json(told if number is None else {**told, "id": number}), name)
-
-        with self._warn_on_error(name):
-            args = found.get("args") or {}
-            service.add(Call(_fields(f"{kind}_Request", args, "args"), answer))
-
-    @contextlib.contextmanager
-    def _warn_on_error(self, name: str) -> Iterator[None]:
-        try:
-            yield
-        except ValueError as error:
-            self._warn_once(f"{name}: {error}; it was left out")
+        if operation == "status" and found.get("level") in {"error", "warning"}:
+            self._warn_once(f"{self._url}: the rosbridge reports: {str(found.get('msg', ''))[:500]}")
+        elif operation is not None:
+            self._take(operation, found)
 
 
 def _refusals() -> type[Exception]:

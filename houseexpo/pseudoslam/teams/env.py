@@ -146,7 +146,8 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
                 constants = EpisodeConstants.of(team.constants.rows[k : k + 1])
                 pictures.draw(state.pool, state.sizes, _WANTED, constants, lambda draw: draw(0, 1))
                 self._pictures.shown[k] = pictures.shown[0]
-        found = self._env_spec.observe(team.pool, now, self._pictures)
+        sizes = np.array([state.occupied.shape for state in team.states])
+        found = self._env_spec.observe(team.pool, now, self._pictures, sizes)
         more = self._episode.observe()
         if more or isinstance(found, dict):
             parts = found if isinstance(found, dict) else {"map": found}
@@ -158,7 +159,8 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
     def _infos(self, now: Metrics, *, success: bool) -> dict[str, dict[str, Any]]:
         team = self.team
         report = self._env_spec.report(team.pool, now, np.full(len(team), success))
-        shared = {"plan_id": team.world.plan_id, "team": team.report() | self._episode.report()}
+        named = {"plan_id": team.world.plan_id} if self._env_spec.text_info else {}
+        shared = {**named, "team": team.report() | self._episode.report()}
         return {
             agent: {
                 **{key: value[k] if value.ndim > 1 else value[k].item() for key, value in report.items()},

@@ -42,7 +42,11 @@ OPTIONAL: dict[str, dict[str, type]] = {
 
 
 class Rosbridge:
-    """A context manager; ``heard`` has each topic's messages, ``call`` asks a service, ``publish`` is another node."""
+    """A context manager; ``heard`` has each topic's messages, ``call`` asks a service, ``publish`` is another node.
+
+    As in rosbridge_suite, what comes on a connection is taken in its order, ``slow_s`` seconds for each message, and a
+    message or a request goes to the connection that subscribed or advertised.
+    """
 
     def __init__(self, port: int = 0) -> None:
         self.heard: dict[str, list[dict[str, Any]]] = {}
@@ -52,7 +56,9 @@ class Rosbridge:
         self.faults: list[str] = []
         self._answers: dict[str, dict[str, Any]] = {}
         self._numbers = itertools.count(1)
+        self.slow_s = 0.0
         self._clients: list[ServerConnection] = []
+        self._whose: dict[str, ServerConnection] = {}
         self._server: Server = serve(self._serve, "127.0.0.1", port)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
 
@@ -72,17 +78,18 @@ class Rosbridge:
 
     def publish(self, topic: str, message: dict[str, Any]) -> None:
         assert topic in self.subscribed
-        self._say({"op": "publish", "topic": topic, "msg": message})
+        self._whose[topic].send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
 
-    def call(self, service: str, args: dict[str, Any]) -> dict[str, Any]:
+    def call(self, service: str, args: dict[str, Any], limit_s: float = 20.0) -> dict[str, Any]:
         number = f"service_request:{service}:{next(self._numbers)}"
-        self._say({"op": "call_service", "id": number, "service": service, "args": args})
-        self.wait(lambda: number in self._answers)
+        asked = {"op": "call_service", "id": number, "service": service, "args": args}
+        self._whose[service].send(json.dumps(asked))
+        self.wait(lambda: number in self._answers, limit_s)
         return self._answers[number]
 
     def say(self, text: str) -> None:
-        """Send what need not be of the protocol."""
-        self._clients[-1].send(text)
+        """Send what need not be of the protocol, on the connection that came first."""
+        self._clients[0].send(text)
 
     def wait(self, until: Callable[[], bool], limit_s: float = 20.0) -> None:
         end = time.monotonic() + limit_s
@@ -90,13 +97,11 @@ class Rosbridge:
             assert time.monotonic() < end, (self.topics, self.faults)
             time.sleep(0.005)
 
-    def _say(self, operation: dict[str, Any]) -> None:
-        self.say(json.dumps(operation))
-
     def _serve(self, client: ServerConnection) -> None:
         self._clients.append(client)
         for said in client:
-            fault = self._take(said)
+            time.sleep(self.slow_s)
+            fault = self._take(said, client)
             if fault:
                 self.faults.append(fault)
                 try:
@@ -104,7 +109,7 @@ class Rosbridge:
                 except ConnectionClosed:
                     return
 
-    def _take(self, said: str | bytes) -> str:
+    def _take(self, said: str | bytes, client: ServerConnection) -> str:
         """Carry an operation out; return what is wrong with it, or "" if nothing is."""
 
         def refuse(text: str) -> None:
@@ -122,6 +127,8 @@ class Rosbridge:
         wrong += [name for name, value in found.items() if name not in known or type(value) is not known[name]]
         if wrong:
             return f"{operation}: {wrong[0]}: {found.get(wrong[0])!r}"
+        if operation in {"subscribe", "advertise_service"}:
+            self._whose[found.get("topic") or found["service"]] = client
         getattr(self, f"_{operation}")(**found)
         return self._fault.pop() if self._fault else ""
 

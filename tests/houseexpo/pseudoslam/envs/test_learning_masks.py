@@ -1,4 +1,4 @@
-"""sb3-contrib's MaskablePPO chooses among frontiers and neighbours, by the masks that our environments tell."""
+"""sb3-contrib's MaskablePPO chooses among motions, frontiers and neighbours, by the masks of our environments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PLANNING = PlanningConfig(frontiers=4, nodes=40, neighbours=4)
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize(("actions", "observation"), [("frontier", "map"), ("neighbour", "graph")])
+@pytest.mark.parametrize(("actions", "observation"), [("discrete", "map"), ("frontier", "map"), ("neighbour", "graph")])
 def test_a_policy_with_masks_learns(actions: str, observation: str) -> None:
     need(modules=["torch", "stable_baselines3", "sb3_contrib"], how="make learn")
     import torch
@@ -28,7 +28,8 @@ def test_a_policy_with_masks_learns(actions: str, observation: str) -> None:
     from houseexpo.pseudoslam.sb3 import SB3VecEnv
 
     torch.set_num_threads(1)
-    given = {"dataset": HUTS, "config": SMALL, "actions": actions, "observation": observation, "planning": PLANNING}
+    given = {"dataset": HUTS, "config": SMALL, "actions": actions, "observation": observation}
+    given |= {"action_mask": True} if actions == "discrete" else {"planning": PLANNING}
     env = VecMonitor(SB3VecEnv(native("Exploration", 2, "SameStep", **given)))
     assert is_masking_supported(env)
     model = MaskablePPO("MultiInputPolicy", env, n_steps=16, batch_size=16, n_epochs=1, seed=0)
@@ -43,4 +44,4 @@ def test_a_policy_with_masks_learns(actions: str, observation: str) -> None:
     alone = gymnasium.make("PseudoSLAM/Exploration-v0", **given)
     alone.reset(seed=0)
     assert is_masking_supported(alone.unwrapped)
-    assert get_action_masks(alone.unwrapped).shape == (4,)
+    assert get_action_masks(alone.unwrapped).shape == (3 if actions == "discrete" else 4,)

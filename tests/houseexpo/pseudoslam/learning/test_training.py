@@ -210,3 +210,29 @@ def test_a_test_leaves_learning_as_it_was(tmp_path: Path) -> None:
     assert len(rows(tmp_path / "a" / "evaluation.csv")) == 6
     assert len(rows(tmp_path / "b" / "evaluation.csv")) == 1
     assert environments("avoidance", tiny().environment, ROOM, number=1).config.max_steps == 20
+
+
+def test_a_policy_with_masks_never_chooses_what_they_forbid(tmp_path: Path) -> None:
+    import torch
+
+    from houseexpo.pseudoslam.learning.places import environments
+    from houseexpo.pseudoslam.learning.policy_file import read_policy
+
+    plain = tiny().environment
+    config = tiny(policy="cnn", environment=replace(plain, action_mask=True))
+    run(tmp_path / "run", config, "exploration")
+    policy = read_policy(tmp_path / "run" / "policy.pt", "exploration").policy
+    envs = environments("exploration", config.environment, ROOM, number=4, threads=1)
+    seen, forbidden = envs.reset(seed=0)[0], 0
+    with torch.inference_mode():
+        for _ in range(40):
+            chances = policy.get_distribution(policy.obs_to_tensor(seen)[0]).distribution.probs.numpy()
+            allowed = seen["action_mask"].astype(bool)
+            assert (chances[~allowed] == 0.0).all()
+            assert (chances[allowed] > 0.0).all()
+            forbidden += np.count_nonzero(~allowed)
+            seen = envs.step(np.where(allowed[:, 0], 0, 1))[0]
+    assert forbidden > 0
+    assert "action_mask" not in tiny().record()["environment"]
+    with pytest.raises(ConfigError, match=r"environment.action_mask: expected policy = .cnn."):
+        tiny(policy="cnn-lstm", environment=replace(plain, action_mask=True))

@@ -116,6 +116,16 @@ def test_services_answer(server: Rosbridge, robot: Robot) -> None:
     assert server.faults == []
 
 
+@pytest.mark.slow
+def test_an_answer_does_not_wait_behind_messages(server: Rosbridge, robot: Robot) -> None:
+    server.slow_s = 0.2  # the robot sends some hundred messages a second
+    try:
+        time.sleep(4.0)
+        assert server.call("/houseexpo/get_simulator_features", {}, limit_s=15.0)["features"]
+    finally:
+        server.slow_s = 0.0
+
+
 def test_what_does_not_fit_is_told_and_left_out(server: Rosbridge, robot: Robot) -> None:
     for message in ("ahead", {"linear": {"x": "fast"}}, {"speed": 1.0}, {"linear": {"x": True}}):
         server.publish("/cmd_vel", message)  # type: ignore[arg-type]
