@@ -21,7 +21,7 @@ ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn puffer ros readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn clients puffer ros readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -48,9 +48,13 @@ cluster: setup ## install what the tests on clusters need: Ray, an S3 client and
 learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
 
-puffer: learn ## put PufferLib 3, without its own games, into .venv/puffer: it asks for another NumPy than the rest does
-	@test -d $(VENV)/puffer/pufferlib || NO_OCEAN=1 NO_TRAIN=1 PYTHONPATH=$(CURDIR)/tests/builders/pufferlib_setup \
-	  $(PIP) --no-deps --no-build-isolation --target $(VENV)/puffer pufferlib==3.0.0 gym==0.26.2 gym-notices==0.1.0
+clients: learn ## install other libraries for learning, with which the tests train: TorchRL and RLlib
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[clients]'
+
+puffer: learn ## put PufferLib 3 and its trainer, without its own games, into .venv/puffer: it asks for another NumPy than the rest does
+	@ls $(VENV)/puffer/pufferlib/_C*.so >/dev/null 2>&1 || NO_OCEAN=1 PYTHONPATH=$(CURDIR)/tests/builders/pufferlib_setup \
+	  $(PIP) --no-deps --no-build-isolation --no-cache-dir --upgrade --target $(VENV)/puffer pufferlib==3.0.0 gym==0.26.2 gym-notices==0.1.0 \
+	  heavyball==1.7.2 opt-einsum pyro-api pyro-ppl rich-argparse
 
 ros: setup ## install CycloneDDS for `houseexpo ros`, and ROS 2's Python with Fast DDS, which judges it in the tests
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[ros-tests]'

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -42,7 +45,15 @@ PYTHON = {  # by the lines, so that what two pages show runs once
     for number, lines in enumerate(python_of(page))
 }
 
-INSTALLED_BY = {"stable_baselines3": "make learn", "geopandas": "make readers", "datasets": "make readers"}
+INSTALLED_BY = {
+    "stable_baselines3": "make learn",
+    "sb3_contrib": "make learn",
+    "geopandas": "make readers",
+    "datasets": "make readers",
+}
+PUFFER = Path(sys.prefix) / "puffer"
+OWN_PROCESS = {"torchrl": ["torchrl"], "ray": ["ray", "tree"], "pufferlib": []}
+"""Libraries that change their process, by name, and the modules that their lines need."""
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +87,10 @@ def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch
     for module, how in INSTALLED_BY.items():
         if re.search(rf"^(import|from) {module}\b", lines, re.MULTILINE) or f"to_{module}" in lines:
             need(modules=[module], how=how)
+    for module, needed in OWN_PROCESS.items():
+        if re.search(rf"^(import|from) {module}\b", lines, re.MULTILINE):
+            run_alone(lines, folder, needed)
+            return
     monkeypatch.chdir(folder)
     monkeypatch.setenv("HF_HOME", str(folder / "cache"))
     lines = lines.replace("http://127.0.0.1:8000/demo", address)
@@ -90,6 +105,22 @@ def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch
         assert np.all(np.asarray(names["info"]["explored_m2"]) > 0)
     if "grid" in names:
         assert set(np.unique(names["grid"].data)) == {-1, 0, 100}
+
+
+def run_alone(lines: str, folder: Path, needed: list[str]) -> None:
+    """Run lines as a program of their own, beside PufferLib."""
+    if needed:
+        need(modules=needed, how="make clients")
+    else:
+        need(folders=[PUFFER / "pufferlib"], how="make puffer")
+    program = folder / "alone.py"
+    program.write_text(lines)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *([] if needed else [str(PUFFER)])])}
+    done = subprocess.run(
+        [sys.executable, program.name], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert done.stdout.strip()
 
 
 def _commands(text: str) -> list[list[str]]:

@@ -21,7 +21,7 @@ try:
     import pufferlib
 except ImportError as error:
     raise MissingDependencyError(
-        "houseexpo.pseudoslam.envs.puffer needs PufferLib 3: run make puffer (docs/pseudoslam/training.md)"
+        "houseexpo.pseudoslam.envs.puffer needs PufferLib 3: run make puffer (docs/pseudoslam/clients.md)"
     ) from error
 
 Buffers = dict[str, npt.NDArray[Any]]

@@ -186,7 +186,11 @@ class MaskedPolicy(MultiInputActorCriticPolicy):  # type: ignore[misc]  # as abo
 
     def _build(self, lr_schedule: Any) -> None:
         super()._build(lr_schedule)
-        self.action_net = _Masked(self.action_net, self.features_extractor.number)
+        number = self.features_extractor.number
+        logits = nn.Linear(self.features_extractor.features_dim, number)
+        nn.init.orthogonal_(logits.weight, gain=0.01)  # as Stable-Baselines3 does
+        nn.init.zeros_(logits.bias)
+        self.action_net = _Masked(logits, number)
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from houseexpo.dataset import open_dataset
-from houseexpo.errors import TrainingError
+from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, EvaluationConfig, PPOConfig, TrainConfig
 from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
@@ -215,7 +215,6 @@ def test_a_test_leaves_learning_as_it_was(tmp_path: Path) -> None:
 def test_a_policy_with_masks_never_chooses_what_they_forbid(tmp_path: Path) -> None:
     import torch
 
-    from houseexpo.pseudoslam.learning.places import environments
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     plain = tiny().environment
