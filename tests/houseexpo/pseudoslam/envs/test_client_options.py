@@ -7,7 +7,6 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from tests.builders.vectors import HUTS, assert_same, native, singles
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import NoiseConfig, ObservationConfig, SimulatorConfig
@@ -15,6 +14,7 @@ from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.kernels.collision import free_way
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.masks import step_fits
+from tests.builders.simulations import HUTS, assert_same, native, singles
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=60)
 GIVEN: dict[str, Any] = {"dataset": HUTS, "config": SMALL, "success_coverage": None}
