@@ -173,7 +173,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
             if pictures:
                 wanted = np.full(self.num_envs, STEP, np.uint8)
                 pictures.draw(batch.arrays, batch.sizes, wanted, self._pools.constants[k], batch.share)
-            found.append(spec.observe(batch.arrays, now[k], pictures))
+            found.append(spec.observe(batch.arrays, now[k], pictures, batch.sizes))
         more = [self._episode(i).observe() for i in range(self.num_envs)] if self._adds_parts else []
         if not more and not isinstance(found[0], dict):
             return np.stack([each for each in found if not isinstance(each, dict)], axis=1)
