@@ -236,7 +236,20 @@ def _flatten_doorways(
         elif second in outside:
             high = low + OUTER_WALL_M + STEP_M
         holes.append(slot.hole(low, high))
-    return [outline for number, outline in rooms.items() if number not in outside], holes
+    return _keep_apart([outline for number, outline in rooms.items() if number not in outside]), holes
+
+
+def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
+    """R2: return the rooms with a wall also where the face at a doorway, beside a corner, reached another room."""
+    kept = list(rooms)
+    order = sorted(range(len(kept)), key=lambda k: -kept[k].area)
+    for at, k in enumerate(order):
+        near = [kept[other] for other in order[:at] if shapely.dwithin(kept[k], kept[other], WALL_M / 2)]
+        if near:
+            around = [buffer_mitred(other, WALL_M) for other in near]
+            left = shapely.difference(kept[k], shapely.union_all(around), grid_size=GRID_M)
+            kept[k] = max(polygons_of(left), key=lambda piece: piece.area, default=kept[k])
+    return kept
 
 
 def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:

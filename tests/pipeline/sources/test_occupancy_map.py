@@ -152,6 +152,19 @@ def test_a_map_of_open_ground_is_one_space(tmp_path: Path) -> None:
     assert areas(plan) == pytest.approx([24.0], rel=0.03)
 
 
+def test_a_doorway_at_a_corner_leaves_a_wall_between_the_rooms(tmp_path: Path) -> None:
+    """A box in a hall; its right wall ends 1.5 m above its lower right corner, and the lower wall at this corner."""
+    shades = np.full((240, 240), WALL, np.uint8)
+    shades[4:236, 4:236] = FREE
+    shades[60:180, 60:180] = WALL
+    shades[64:176, 64:176] = FREE
+    shades[146:176, 176:180] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert len(plan.rooms) == 2
+    assert [door.kind for door in plan.doors] == ["opening"]
+    assert plan.doors[0].width == pytest.approx(1.5, abs=0.2)
+
+
 def corridor_with_rooms(opening: int) -> np.ndarray:
     """A corridor of 12 m x 2 m, two rooms of 5.9 m x 5 m below it, and ``opening`` cells of wall open to each."""
     shades = np.full((156, 252), WALL, np.uint8)
