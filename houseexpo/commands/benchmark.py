@@ -204,7 +204,7 @@ def _print(files: list[Path]) -> None:
     for compared in read_results(files):
         console().print(f"{compared.track.id}: {facts(compared)}", style="italic", highlight=False, soft_wrap=True)
         for metrics in compared.tables():
-            print_table(console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.entries])
+            print_table(console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)])
 
 
 def _check_out(file: Path) -> None:

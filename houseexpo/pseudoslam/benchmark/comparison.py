@@ -51,6 +51,12 @@ class Entry:
         return self.results[0].policy.prediction or ""
 
     @property
+    def key(self) -> tuple[str, str, int]:
+        """What rows share whose policies differ in nothing but the prediction."""
+        policy = self.results[0].policy
+        return (policy.name, policy.source, policy.seed)
+
+    @property
     def _predicts(self) -> str:
         return f", prediction {self.prediction}" if self.prediction else ""
 
@@ -98,13 +104,32 @@ class Compared:
         for metric in self.track.metrics:
             if metric.table is not None:
                 found.setdefault(metric.table, []).append(metric)
-                if metric.paired and self._entry_named(BASELINE) and len(self.entries) > 1:
+                if metric.paired and self._entry_named(BASELINE) and len(self.plain) > 1:
                     less = Metric(_LESS + metric.key, f"less {BASELINE}'s", metric.unit, metric.better)
                     found[metric.table] += [less, Metric(_P + metric.key, "p, Holm", "p", "low")]
         tables = [tuple(metrics) for metrics in found.values()]
         if any(entry.prediction for entry in self.entries):
             tables.append(prediction_metrics(self.track.budgets_m))
         return [tables[0] + self._shares(), *tables[1:]]
+
+    @cached_property
+    def plain(self) -> tuple[Entry, ...]:
+        """The rows of all tables but that of predictions, and the lines of curves: each policy once.
+
+        A run with a prediction is left out where there is one of the same policy without.
+        """
+        without = {entry.key for entry in self.entries if not entry.prediction}
+        found: dict[tuple[str, str, int], Entry] = {}
+        for entry in self.entries:
+            if not entry.prediction or entry.key not in without:
+                found.setdefault(entry.key, entry)
+        return tuple(found.values())
+
+    def rows(self, metrics: Sequence[Metric]) -> tuple[Entry, ...]:
+        """Return the rows of a table, the best first."""
+        if metrics and metrics[0].table == TABLE:
+            return tuple(entry for entry in self.entries if entry.prediction)
+        return self.plain
 
     def value(self, entry: Entry, metric: Metric) -> Estimate:
         """Return the estimate of a metric for a row."""
@@ -165,7 +190,7 @@ class Compared:
         for metric in self.track.metrics:
             if metric.paired:
                 raw: dict[int, float] = {}
-                for entry in self.entries:
+                for entry in self.plain:
                     over_seeds = [
                         None if None in values else sum(value for value in values if value is not None) / len(values)
                         for values in zip(*self._differences(entry, metric.key), strict=True)
@@ -187,7 +212,7 @@ class Compared:
         ]
 
     def _entry_named(self, name: str) -> Entry | None:
-        return next((entry for entry in self.entries if entry.results[0].policy.name == name), None)
+        return next((entry for entry in self.plain if entry.results[0].policy.name == name), None)
 
 
 def read_results(files: Sequence[Path]) -> list[Compared]:

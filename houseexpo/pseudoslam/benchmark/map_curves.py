@@ -50,7 +50,7 @@ def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
     """Yield a text on each picture and its SVG; none for tracks whose results have no curves of each map."""
     lines = [
         (number, entry, curves)
-        for number, entry in enumerate(compared.entries)
+        for number, entry in enumerate(compared.plain)
         if (curves := curves_of_maps(entry)) is not None
     ]
     if not lines:

@@ -98,12 +98,12 @@ def page(found: Sequence[Compared], heading: str = HEADING, *, each_map: bool = 
 
 def _tables(compared: Compared) -> Iterator[Table]:
     for metrics in compared.tables():
-        yield Table(heads(metrics), [row(compared, entry, metrics) for entry in compared.entries])
+        yield Table(heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)])
 
 
 def _legend(compared: Compared) -> list[tuple[int, str]]:
     """Return the number of each row's colour, and its name."""
-    return [(number % len(SERIES), title(entry)) for number, entry in enumerate(compared.entries)]
+    return [(number % len(SERIES), title(entry)) for number, entry in enumerate(compared.plain)]
 
 
 def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
@@ -116,7 +116,7 @@ def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
 
 def _draw(axes: Axes, compared: Compared, over: str) -> None:
     """Draw the curves of all rows, with their bands."""
-    for number, entry in enumerate(compared.entries):
+    for number, entry in enumerate(compared.plain):
         if not entry.has_curve(over):
             continue
         curve, colour = entry.curve(over), SERIES[number % len(SERIES)]

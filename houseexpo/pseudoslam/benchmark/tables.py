@@ -88,7 +88,7 @@ def _section(compared: Compared, pictures: Mapping[tuple[str, str], str]) -> lis
     for metrics in compared.tables():
         names = heads(metrics)
         lines += [_line(names), _line(["---", *["---:"] * (len(names) - 1)])]
-        lines += [_line(row(compared, entry, metrics)) for entry in compared.entries]
+        lines += [_line(row(compared, entry, metrics)) for entry in compared.rows(metrics)]
         lines.append("")
     return lines
 

@@ -16,6 +16,7 @@ from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
 from houseexpo.pseudoslam.benchmark.map_curves import PANELS, curves_of_maps
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
+from houseexpo.pseudoslam.benchmark.prediction import prediction_metrics
 from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, Times, write_result
 from houseexpo.pseudoslam.benchmark.run import result_of
 from houseexpo.pseudoslam.benchmark.statistics import Estimate
@@ -240,3 +241,19 @@ def test_results_without_curves_of_maps_are_left_out(tmp_path: Path) -> None:
     (picture,) = (tmp_path / "page").glob("kth-v1-maps-*.svg")
     assert ">mine<" in picture.read_text()
     assert ">old<" not in picture.read_text()
+
+
+def test_a_policy_with_several_predictions_is_one_row_but_in_their_table(tmp_path: Path) -> None:
+    plain = budget_result("frontier", 0.5)
+    for name in ("free", "solid"):
+        policy = msgspec.structs.replace(plain.policy, prediction=name)
+        scored = {metric.key: Estimate(0.25, 0.2, 0.3, 3) for metric in prediction_metrics(BUDGET.budgets_m)}
+        result = msgspec.structs.replace(plain, policy=policy, summary={**plain.summary, **scored})
+        write_result(result, tmp_path / f"{name}.json")
+    (compared,) = read_results([*written(tmp_path, budget_result("other", 0.4)), tmp_path / "free.json"])
+    assert [entry.name for entry in compared.plain] == ["frontier, prediction free", "other"]
+    (compared,) = read_results([*written(tmp_path, plain), *(tmp_path / f"{name}.json" for name in ("free", "solid"))])
+    assert [entry.name for entry in compared.plain] == ["frontier"]
+    text = markdown([compared])
+    assert text.count("| frontier |") == 2
+    assert text.count("| frontier, prediction solid | 25.0 [20.0, 30.0] |") == 1
