@@ -92,12 +92,12 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
         free, cell_m = _blocks(free, scale), cell_m * scale
     clear = without_clutter(free, cell_m)
     label, ways = _divide_cells(clear, np.zeros((0, 2, 2)), cell_m)
-    outside = _outside(label, clear)
+    outside = _outside(label, free)
     gaps = find_gaps(clear, cell_m, direction_of(clear))
     gaps = gaps[_parts_a_room(gaps, np.where(np.isin(label, list(outside)), 0, label), cell_m)]
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, cell_m)
-        outside = _outside(label, clear)
+        outside = _outside(label, free)
     return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
 
 
@@ -159,10 +159,10 @@ def _parts_a_room(gaps: Floats, label: Labels, cell_m: float) -> Bools:
     return found
 
 
-def _outside(label: Labels, clear: Bools) -> frozenset[int]:
+def _outside(label: Labels, free: Bools) -> frozenset[int]:
     """Return the labels of what lies outside of the house; R7."""
     sides = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
-    if np.concatenate([clear[side] for side in sides]).mean() < MARGIN:
+    if np.concatenate([free[side] for side in sides]).mean() < MARGIN:
         return frozenset()
     touching = frozenset(np.concatenate([label[side] for side in sides]).tolist()) - {0}
     return touching if len(touching) < int(label.max(initial=0)) else frozenset()

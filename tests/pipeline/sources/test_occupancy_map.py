@@ -140,6 +140,18 @@ def test_a_white_margin_is_outside_and_its_doors_are_entrances(tmp_path: Path) -
     assert [door.width for door in plan.doors] == pytest.approx([0.9, 0.9], abs=0.15)
 
 
+def test_a_corner_of_a_thin_margin_is_outside_too(tmp_path: Path) -> None:
+    """A margin of a cell, in pieces too small to count, and a notch of 2 m x 2 m in the house at a corner."""
+    shades = np.full((100, 100), WALL, np.uint8)
+    shades[[0, -1], 1:-1] = shades[1:-1, [0, -1]] = FREE
+    shades[4:96, 4:96] = FREE
+    shades[56:99, 56:99] = WALL
+    shades[60:, 60:] = FREE
+    shades[[0, 99, 99, 58], [58, 0, 58, 99]] = WALL
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([(92 * 92 - 40 * 40) * CELL_M**2], rel=0.03)
+
+
 def test_a_room_at_the_border_of_a_cropped_map_stays_a_room(tmp_path: Path) -> None:
     (plan,) = plans_of(saved(tmp_path, two_rooms()[10:, 10:]))
     assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
