@@ -89,10 +89,10 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     others = [room for k, room in enumerate(rooms) if k not in railed]
     if not (railed and others):
         return set()
-    roofed = sum(overlap(room, _cover(room, level.walls)).area for room in others)
+    roofed = sum(overlap(room, cover_over(room, level.walls)).area for room in others)
     if roofed < ROOFED * sum(room.area for room in others):
         return set()
-    return {k for k in railed if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
+    return {k for k in railed if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < ROOFED}
 
 
 def _gardens(
@@ -104,10 +104,10 @@ def _gardens(
         return set()
     band = shapely.buffer(union_of([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > FENCED}
-    return {k for k in fenced if _shares([rooms[k]], _cover(rooms[k], level.walls))[0] < ROOFED}
+    return {k for k in fenced if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < ROOFED}
 
 
-def _cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
+def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
     """Return the part of the plan around a space that lies under faces above head height."""
     corners = mesh.vertices[mesh.faces]
     corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]

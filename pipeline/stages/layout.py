@@ -4,6 +4,8 @@ R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the o
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
     (the bend of an L-shaped hall).
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
+R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
+    that walls bound for the most part: a low front with an entrance in it.
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
@@ -72,7 +74,7 @@ from pipeline.geometry.closing import (
 )
 from pipeline.geometry.doorways import box_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.habitable import habitable, on_floor
+from pipeline.stages.habitable import cover_over, habitable, on_floor
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
@@ -232,7 +234,36 @@ def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Close
     closed = union_of([p.polygon for p in pieces] + found)
     gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    return pieces + [Closer(gap, "gap") for gap in real] + [Closer(gap, "gate") for gap in gates]
+    closers = pieces + [Closer(gap, "gap") for gap in real] + [Closer(gap, "gate") for gap in gates]
+    return closers + _gates_of_railings(level, planes, closers, config)
+
+
+def _gates_of_railings(level: Level, planes: Planes, pieces: list[Closer], config: LayoutConfig) -> list[Closer]:
+    """Return the gaps of a low front under a roof (R17)."""
+    if level.sills or planes.rails.is_empty:
+        return []
+    ground = closed_plane(planes.door, pieces)
+    ends = union_of([planes.tall, planes.rails])
+    found = gaps(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m, planes.leaves)
+    near = shapely.buffer(planes.rails, BESIDE_M)
+    found = [gap for gap in found if gap.intersects(near)]
+    if not found:
+        return []
+    fenced = union_of([ground, planes.rails])
+    known = union_of(enclosed_pieces(fenced)[1])
+    beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
+    new = [
+        room
+        for room in enclosed_pieces(union_of([fenced, *grow_by_lap(found)]))[1]
+        if room.area >= config.area_m2
+        and not room.representative_point().intersects(known)
+        and overlap(room, cover_over(room, level.walls)).area > HALF * room.area
+        and shapely.intersection(room.exterior, beside).length > HALF * room.length
+    ]
+    if not new:
+        return []
+    around = shapely.buffer(union_of(new), BESIDE_M)
+    return [Closer(gap, "gate") for gap in found if gap.intersects(around)]
 
 
 def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:

@@ -193,6 +193,19 @@ def test_a_balcony_under_the_sky_is_no_room_of_a_roofed_house(roof: float, name:
     assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
 
 
+@pytest.mark.parametrize(("roof", "gate_m", "rooms"), [(True, 1.0, 2), (True, 4.0, 1), (False, 1.0, 1)])
+def test_a_low_front_with_an_entrance_closes_a_room_under_a_roof(roof: bool, gate_m: float, rooms: int) -> None:
+    """A room of 6 x 4 m beside a closed one; its front is a wall of 1 m. Without a roof it may be a yard."""
+    house = [*shell((0, 0, 4, 4), front=[Hole(1, 1.9)]), *wall((4.2, 4, 10.4, 4.2)), *wall((10.2, -0.2, 10.4, 4.0))]
+    low, high = 7.2 - gate_m / 2, 7.2 + gate_m / 2
+    front = [box((4.2, -0.2, low, 0.0), 0.0, 1.0), box((high, -0.2, 10.2, 0.0), 0.0, 1.0)]
+    cover = [box((-0.2, -0.2, 10.4, 4.2), 2.5, 2.7)] if roof else []
+    found = layout([*house, *front, *cover])
+    assert sorted(areas(found)) == [16.0, 24.0][:rooms]
+    gates = [c.bridge for c in found.closers if c.kind == "gate" and c.bridge is not None]
+    assert [(round(gate.width, 1), OUTSIDE in gate.sides) for gate in gates] == [(1.0, True)] * (rooms - 1)
+
+
 @pytest.mark.parametrize("rail", [0.04, 0.1])
 def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> None:
     across = [(x, -1.8, x + 0.03, -1.77) for x in np.arange(-0.2, 4.1, 0.12)]
