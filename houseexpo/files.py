@@ -42,6 +42,9 @@ MAX_RECORD_BYTES: Final = 256 << 20
 """Largest size of a file that describes a data set: its manifest, a list of ids, what was rejected."""
 
 
+_CHUNK: Final = 1 << 20
+
+
 def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
     """Return the content of a file that may come from anybody.
 
@@ -52,11 +55,14 @@ def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
     """
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "expected a file, found a folder, a device or a pipe", str(path))
+    parts, left = [], most_bytes + 1
     with path.open("rb") as stream:
-        data = stream.read(most_bytes + 1)
-    if len(data) > most_bytes:
+        while left and (part := stream.read(min(left, _CHUNK))):  # one read would take memory for the largest file
+            parts.append(part)
+            left -= len(part)
+    if not left:
         raise OSError(errno.EFBIG, f"expected at most {most_bytes >> 20} MiB, found more", str(path))
-    return data
+    return b"".join(parts)
 
 
 def read_json(path: Path, kind: type[T]) -> T:

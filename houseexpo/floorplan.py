@@ -54,11 +54,13 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     Raises
     ------
     PlanError
-        The file does not contain a valid plan, or is a device or a pipe; the error names the file.
+        The file does not contain a valid plan, or is a folder, a device or a pipe; the error names the file.
     """
     file = Path(path)
     if is_device(file):
         raise PlanError("expected a file, found a device or a pipe; save its content to a file", str(file))
+    if file.is_dir():
+        raise PlanError("expected a file, found a folder; houseexpo.open_dataset opens it", str(file))
     try:
         return decode(file.read_bytes())
     except PlanError as error:

@@ -1,5 +1,5 @@
 """Entry point of ``python -m stats``, which is the same as ``houseexpo stats``."""
 
-from houseexpo.commands.app import main
+from houseexpo.entry import main
 
 main("stats")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import read_file
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
@@ -108,7 +109,7 @@ def _data_set_for_lookup(name: str, data: Path | None) -> Dataset:
 
 def _lines(file: Path) -> list[str]:
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
+        lines = read_file(file).decode().splitlines()
     except OSError as error:
         raise ConfigError(
             f"{file}: expected a text file with one id a line; it cannot be read ({error.strerror}); check the path"

@@ -14,7 +14,7 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import read_json, write_whole
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
 from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, means
@@ -153,7 +153,7 @@ def write_result(result: Result, file: Path) -> None:
 def read_result(file: Path) -> Result:
     """Read a result; raise ConfigError if the file is not a complete result."""
     try:
-        found = msgspec.json.decode(file.read_bytes(), type=Result)
+        found = read_json(file, Result)
     except OSError as error:
         raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
     except msgspec.DecodeError as error:

@@ -8,11 +8,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from houseexpo.configuration import Config, config_from, entries
 from houseexpo.errors import ConfigError
+from houseexpo.files import plain_yaml, read_file
 from houseexpo.pseudoslam.config.checks import number
+
+_DEEPEST = 20
 
 
 class _Key(NamedTuple):
@@ -77,11 +78,11 @@ def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list
         The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and key.
     """
     try:
-        loaded = yaml.safe_load(Path(path).read_bytes())
+        loaded = plain_yaml(read_file(Path(path)), _DEEPEST)
     except OSError as error:
         raise ConfigError(f"{path}: expected a readable file, found: {error.strerror}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ConfigError(f"{path}: expected YAML, found: {' '.join(str(error).split())}") from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: expected YAML, found: {str(error).removeprefix('is no YAML: ')}") from error
     try:
         if not _is_published(kind, loaded):
             return config_from(kind, {} if loaded is None else loaded), []

@@ -18,7 +18,7 @@ from stable_baselines3.common.distributions import Distribution
 
 from houseexpo.configuration import config_from
 from houseexpo.errors import ConfigError, TrainingError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, read_file, write_whole
 from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.model import Policy, States, new_policy
@@ -26,6 +26,8 @@ from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
 
 FORMAT: Final = 1
+_LARGEST: Final = 4 << 30
+"""Largest size of a file that is read, bytes."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
     No code in the file is executed.
     """
     try:
-        found = torch.load(io.BytesIO(file.read_bytes()), map_location="cpu", weights_only=True)
+        found = torch.load(io.BytesIO(read_file(file, _LARGEST)), map_location="cpu", weights_only=True)
         if found["format"] != FORMAT:
             raise TrainingError(f"{file}: expected a policy of format {FORMAT}, found {found['format']!r}")
         about = msgspec.json.decode(found["about"], type=dict[str, Any])

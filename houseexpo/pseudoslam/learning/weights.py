@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import as_json, read_json, write_whole
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
 from houseexpo.pseudoslam.kernels.types import Floats
 
@@ -52,7 +52,7 @@ def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
 def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:
     """Return weights and their description; raise ConfigError if a file has none, or has those of other features."""
     try:
-        head = msgspec.json.decode(file.read_bytes())
+        head = read_json(file, object)
         if isinstance(head, dict) and head.get("format") != FORMAT:
             raise ConfigError(f"{file}: expected {FORMAT!r}, found {head.get('format')!r}; train it again")
         found = msgspec.convert(head, Weights)
