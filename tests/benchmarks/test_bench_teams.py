@@ -12,14 +12,16 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pytest
 from rich.console import Console
 from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
-from houseexpo.pseudoslam import SimulatorConfig, parallel_vector_env
+from houseexpo.pseudoslam import SimulatorConfig, parallel_env, parallel_vector_env
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
 
-TEAMS, ROBOTS, STEPS, ROUNDS = 16, 4, 200, 5
+TEAMS, ROBOTS, STEPS, ROUNDS = 16, 4, 200, 3
 
 
 def microseconds(envs: Any, shape: tuple[int, ...], steps: int) -> tuple[float, float]:
@@ -63,3 +65,34 @@ def test_a_robot_of_a_team_beside_a_single_robot(houses: list[FloorPlan]) -> Non
     Console().print(table)
     for envs, _ in kinds.values():
         envs.close()
+
+
+def test_a_robot_of_one_team_beside_the_single_environment(houses: list[FloorPlan]) -> None:
+    """Print microseconds of a robot's step in ``parallel_env`` and in the single environment."""
+    pytest.importorskip("pettingzoo")
+    options: dict[str, Any] = {"config": SimulatorConfig(max_steps=STEPS + 1), "success_coverage": None}
+    single = ExplorationEnv(houses, **options)
+    teams = {name: parallel_env(robots=ROBOTS, dataset=houses, radio=name, **options) for name in ("none", "sight")}
+
+    def alone(steps: int) -> float:
+        _, info = single.reset(seed=0)
+        start = time.process_time()
+        for _ in range(steps):
+            *_, info = single.step(1 if info["collided"] else 0)
+        return (time.process_time() - start) * 1e6 / steps
+
+    def together(name: str, steps: int) -> float:
+        env = teams[name]
+        _, infos = env.reset(seed=0)
+        start = time.process_time()
+        for _ in range(steps):
+            *_, infos = env.step({agent: 1 if infos[agent]["collided"] else 0 for agent in env.agents})
+        return (time.process_time() - start) * 1e6 / steps / ROBOTS
+
+    alone(3)
+    for name in teams:
+        together(name, 3)
+    rounds = [(alone(STEPS), *(together(name, STEPS // 2) for name in teams)) for _ in range(ROUNDS)]
+    one, *rest = (median(each) for each in zip(*rounds, strict=True))
+    for name, found in zip(teams, rest, strict=True):
+        print(f"radio {name}: {found:.0f} microseconds, single {one:.0f}, rate {one / found:.2f}")  # noqa: T201

@@ -78,6 +78,8 @@ def take_note(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, obs
     """
     measures["joined"] += joined
     share = measures["covered"] / observable
+    if share.max(initial=0.0) < min(LEVELS):
+        return
     for level, name in LEVELS.items():
         new = np.isnan(measures[f"steps_{name}"]) & (share >= level)
         measures[f"steps_{name}"] = np.where(new, measures["steps"], measures[f"steps_{name}"])
