@@ -1,14 +1,16 @@
 """Draw coverage over metres on each map: a panel a map, a line a policy, and thin lines where a map has several starts.
 
 R1  A map's curve is the mean over its starts and over the trainings of a policy.
-R2  The panels are in the order of the maps' names, ``PANELS`` in a picture. They have one horizontal axis, which ends
-    where the last policy has reached its last coverage, at most at the end of the track's curve.
+R2  The panels are in the order of the maps' names, with numbers in them by their value, ``PANELS`` in a picture. They
+    have one horizontal axis, which ends where the last policy has reached its last coverage, at most at the end of the
+    track's curve. Small panels show each second place, so that pictures of 100 maps stay small.
 R3  A result without curves of each map, such as one of an earlier version, is left out.
 """
 
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -42,7 +44,7 @@ def curves_of_maps(entry: Entry) -> MapCurves | None:
         return None
     mean = np.mean(np.array(kept, np.float64), axis=0)
     plans = np.array(entry.results[0].episodes["plan"])
-    maps = {name: mean[plans == name] for name in sorted(set(plans.tolist()))}
+    maps = {name: mean[plans == name] for name in sorted(set(plans.tolist()), key=_in_order)}
     return MapCurves(np.array(entry.results[0].curves[_OVER].at), maps)
 
 
@@ -66,10 +68,12 @@ def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
             panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
             for panel, name in zip(panels.flat, shown, strict=False):
                 for number, _, curves in lines:
-                    colour, starts = SERIES[number % len(SERIES)], 100 * curves.maps[name]
+                    places = np.flatnonzero(curves.at <= end)[:: 1 if columns == 3 else 2]
+                    at, starts = curves.at[places], 100 * curves.maps[name][:, places]
+                    colour = SERIES[number % len(SERIES)]
                     if len(starts) > 1:
-                        panel.plot(curves.at, starts.T, color=colour, linewidth=0.5, alpha=0.45)
-                    panel.plot(curves.at, starts.mean(axis=0), color=colour, linewidth=1.6)
+                        panel.plot(at, starts.T, color=colour, linewidth=0.5, alpha=0.45)
+                    panel.plot(at, starts.mean(axis=0), color=colour, linewidth=1.6)
                 panel.set_title(name, fontsize=8)
                 panel.tick_params(labelsize=7)
             for panel in panels.flat[len(shown) :]:
@@ -83,6 +87,11 @@ def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
                 handles=handles, loc="outside upper left", ncols=min(len(lines), 4), frameon=False, fontsize=8
             )
         yield _about(lines[0][2], first, len(shown), len(names)), out
+
+
+def _in_order(name: str) -> list[str | int]:
+    """Return a key that sorts names by their text, and numbers in them by their value."""
+    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)]
 
 
 def _about(curves: MapCurves, first: int, number: int, every: int) -> str:

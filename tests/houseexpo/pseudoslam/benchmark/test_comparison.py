@@ -208,6 +208,10 @@ def test_results_on_maps_keep_the_curve_of_each_start(tmp_path: Path) -> None:
     curves = curves_of_maps(compared.entries[0])
     assert curves is not None
     assert list(curves.maps) == ["a", "b"]
+    (compared,) = read_results(written(tmp_path, map_result("mine", {"10": [0.01], "9": [0.01], "img_2": [0.01]})))
+    named = curves_of_maps(compared.entries[0])
+    assert named is not None
+    assert list(named.maps) == ["9", "10", "img_2"]
     assert curves.at[20] == 75.0
     assert curves.maps["b"][:, 20].tolist() == [0.75, 1.0]
     assert curves.maps["a"][:, 20].tolist() == [0.375]
