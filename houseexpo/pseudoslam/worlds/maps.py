@@ -242,7 +242,8 @@ def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHo
     listed = found if isinstance(found, (list, tuple)) else ()  # plans of a data set are read later
     alike = {isinstance(house, MapHouse) for house in listed}
     known = all(isinstance(house, (FloorPlan, MapHouse)) for house in listed)
-    if not isinstance(found, Sequence) or isinstance(found, str) or not known or len(alike) > 1:
+    is_no_list = isinstance(found, (str, bytes, bytearray, range))
+    if not isinstance(found, Sequence) or is_no_list or not known or len(alike) > 1:
         raise ConfigError(
             f"dataset: expected a data set or its path, a plan, a list of plans, or maps, found {found!r}"
         )

@@ -17,6 +17,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam import MapHouse, PeopleConfig, Simulator, SimulatorConfig, map_house, open_maps
 from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.maps import open_houses
 
 HUT = FloorPlan("hut", [(0, 0), (0, 4), (2, 4), (2, 6), (7, 6), (7, 0), (3, 0), (3, 1), (2.5, 1), (2.5, 0)], 2, {})
 CONFIG = SimulatorConfig(pixels_per_metre=20.0, laser=LaserConfig(range_m=3.0, fov_deg=270.0))
@@ -158,3 +159,9 @@ def test_record_takes_a_map(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "in plan flat" in " ".join(done.output.split())
     assert movie.stat().st_size > 1000
+
+
+@pytest.mark.parametrize("found", [b"plans", bytearray(b"plans"), range(3), 5])
+def test_what_holds_no_houses_is_no_data_set(found: object) -> None:
+    with pytest.raises(ConfigError, match="dataset: expected a data set or its path"):
+        open_houses(found)  # type: ignore[arg-type]
