@@ -1,0 +1,61 @@
+"""The numbers of the stages are found with the lines that read them, and can be moved one by one."""
+
+from __future__ import annotations
+
+import ast
+
+import pytest
+
+from pipeline.geometry import closing
+from pipeline.stages import doors, evidence
+from research.threshold_effects import Number, constants_of, lines_of, moved, numbers, times
+
+MODULE = """
+NEAR_M = 0.3
+FAR_M, SQUARE = 2.0, abs(-1)
+NAME = "near"
+TWICE_M = 2 * NEAR_M
+
+def is_near(distance, least=FAR_M):
+    if distance < SQUARE:
+        return True
+    return distance < least
+"""
+
+
+def test_constants_are_numbers_and_not_what_is_made_of_names():
+    assert list(constants_of(ast.parse(MODULE))) == ["NEAR_M", "FAR_M", "SQUARE"]
+
+
+def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
+    lines = lines_of(ast.parse(MODULE), "m")
+    assert lines["SQUARE"] == {("m", 8)}
+    assert lines["FAR_M"] == {("m", line) for line in (7, 8, 9, 10)}
+    assert lines["NEAR_M"] is None
+
+
+def test_every_number_is_read_somewhere():
+    found = numbers()
+    assert {"geometry.closing.LAP_M", "stages.doors.LEAF_BESIDE_M"} <= {number.title for number in found}
+    assert not [number.title for number in found if number.lines is not None and not number.lines]
+
+
+def test_a_number_moves_wherever_it_was_imported_and_comes_back():
+    old = closing.LAP_M
+    with moved(Number("pipeline.geometry.closing", "LAP_M"), 10.0):
+        assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
+    assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == old
+
+
+def test_a_default_moves_too():
+    assert closing._ends_of.__defaults__ == (closing.THICKEST_M,)
+    with moved(Number("pipeline.geometry.closing", "THICKEST_M"), 0.0):
+        assert closing._ends_of.__defaults__ == (0.0,)
+    assert closing._ends_of.__defaults__ == (closing.THICKEST_M,)
+
+
+@pytest.mark.parametrize(
+    ("value", "factor", "expected"), [(3, 1.2, 4), (3, 0.8, 2), (5, 1000.0, 5000), ((1.0, 2), 0.0, (0.0, 0))]
+)
+def test_whole_numbers_move_by_one_at_least(value, factor, expected):
+    assert times(value, factor) == expected
