@@ -115,8 +115,8 @@ def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
 ) -> None:
     calls, steps = {}, []
 
-    def noted(*given: Any) -> Any:
-        kernel = kernel_for(*given)
+    def noted(*given: Any, **named: Any) -> Any:
+        kernel = kernel_for(*given, **named)
         return lambda *arrays: (steps.append(arrays[-2:]), kernel(*arrays))
 
     monkeypatch.setattr(batch, "kernel_for", noted)
