@@ -58,7 +58,8 @@ class Rosbridge:
         self._numbers = itertools.count(1)
         self.slow_s = 0.0
         self._clients: list[ServerConnection] = []
-        self._whose: dict[str, ServerConnection] = {}
+        self._listeners: dict[str, ServerConnection] = {}  # of topics; a service may have the name of one
+        self._servers: dict[str, ServerConnection] = {}
         self._server: Server = serve(self._serve, "127.0.0.1", port)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
 
@@ -78,12 +79,12 @@ class Rosbridge:
 
     def publish(self, topic: str, message: dict[str, Any]) -> None:
         assert topic in self.subscribed
-        self._whose[topic].send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
+        self._listeners[topic].send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
 
     def call(self, service: str, args: dict[str, Any], limit_s: float = 20.0) -> dict[str, Any]:
         number = f"service_request:{service}:{next(self._numbers)}"
         asked = {"op": "call_service", "id": number, "service": service, "args": args}
-        self._whose[service].send(json.dumps(asked))
+        self._servers[service].send(json.dumps(asked))
         self.wait(lambda: number in self._answers, limit_s)
         return self._answers[number]
 
@@ -127,8 +128,10 @@ class Rosbridge:
         wrong += [name for name, value in found.items() if name not in known or type(value) is not known[name]]
         if wrong:
             return f"{operation}: {wrong[0]}: {found.get(wrong[0])!r}"
-        if operation in {"subscribe", "advertise_service"}:
-            self._whose[found.get("topic") or found["service"]] = client
+        if operation == "subscribe":
+            self._listeners[found["topic"]] = client
+        elif operation == "advertise_service":
+            self._servers[found["service"]] = client
         getattr(self, f"_{operation}")(**found)
         return self._fault.pop() if self._fault else ""
 
