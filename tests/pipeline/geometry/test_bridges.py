@@ -1,9 +1,14 @@
+"""Passages: between which rooms they lead, how they fit them, where somebody can stand, and cuts."""
+
 import numpy as np
 import pytest
 import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
 from pipeline.geometry.bridges import Bridge, bridges, distance_in_row, free_intervals, join_rows
+from pipeline.geometry.cuts import CutRules, cuts_on_lines
+from pipeline.geometry.spaces import fit_to_rooms, floor_of, opening_polygons, piece_of, sample, standing_pieces
+from pipeline.values import Passage, Spaces
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
 UPPER, LOWER = shapely.box(4.0, 1.9, 4.2, 3.0), shapely.box(4.0, 0.0, 4.2, 1.0)
@@ -93,3 +98,163 @@ def test_the_distance_in_a_row() -> None:
     assert distance_in_row(first, second) is None
     assert distance_in_row(first, crossing) is None
     assert distance_in_row(first, in_row) == pytest.approx(1.0)
+
+
+ROOMS = [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)]
+
+
+def bridge(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Bridge:
+    """Across a wall at ``x``, 0.8 m wide; across points left, as along points up."""
+    return Bridge(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.8, depth, sides)
+
+
+def test_a_bridge_reaches_from_face_to_face() -> None:
+    for x, depth in ((4.1, 0.3), (4.08, 0.1), (4.12, 0.22)):
+        (found,) = fit_to_rooms([bridge(x, depth)], ROOMS)
+        assert found.centre == pytest.approx([4.1, 1.5])
+        assert found.depth == pytest.approx(0.2)
+
+
+def test_on_the_outside_it_stays_where_it_was() -> None:
+    (found,) = fit_to_rooms([bridge(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
+    assert (found.centre[0] - found.depth / 2, found.centre[0] + found.depth / 2) == pytest.approx((7.2, 7.37))
+
+
+def test_the_opening_lies_between_the_two_faces() -> None:
+    (opening,) = opening_polygons([bridge(4.1, 0.2)], ROOMS)
+    assert opening.symmetric_difference(shapely.box(4.0, 1.1, 4.2, 1.9)).area < 1e-6
+
+
+def test_the_opening_follows_faces_that_are_not_parallel() -> None:
+    wedge = shapely.Polygon([(4.2, 0), (7.2, 0), (7.2, 3), (4.3, 3)])
+    (opening,) = opening_polygons([bridge(4.13, 0.25)], [ROOMS[0], wedge])
+    assert opening.area == pytest.approx(0.8 * (0.2 + 0.1 * 0.5), rel=0.01)
+    assert opening.touches(wedge) or opening.intersection(wedge).area < 1e-6
+
+
+def test_a_house_without_passages_needs_no_fitting() -> None:
+    assert fit_to_rooms([], ROOMS) == []
+    assert opening_polygons([], ROOMS) == []
+
+
+TWO_ROOMS = (shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3))
+
+
+def spaces(width: float, kind: str = "door") -> Spaces:
+    sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
+    bridge = Bridge(np.array([4.1, 1.5]), np.array([0.0, -1.0]), width, 0.2, sides)
+    return Spaces(shapely.Polygon(), TWO_ROOMS, (Passage(bridge, kind),))
+
+
+@pytest.mark.parametrize(
+    ("width", "kind", "pieces"), [(0.8, "door", 1), (0.41, "cut", 1), (0.39, "door", 2), (0.8, "entrance", 2)]
+)
+def test_a_passage_joins_what_the_disc_gets_through(width: float, kind: str, pieces: int) -> None:
+    assert len(standing_pieces(floor_of(spaces(width, kind)), 0.2)) == pieces
+
+
+def test_pieces_come_largest_first_without_specks() -> None:
+    floor = shapely.union_all([TWO_ROOMS[1], TWO_ROOMS[0], shapely.box(10, 0, 10.42, 0.42)])
+    assert [round(p.area, 2) for p in standing_pieces(floor, 0.2)] == [9.36, 6.76]
+
+
+def test_samples_are_uniform_and_every_piece_has_one() -> None:
+    pieces = standing_pieces(floor_of(spaces(0.3)), 0.2)
+    points = sample(pieces, 1000, np.random.default_rng(3))
+    assert points.shape == (1002, 2)
+    assert shapely.contains_xy(shapely.union_all(pieces).buffer(1e-9), *points.T).all()
+    share = (piece_of(points, pieces) == 0).mean()
+    assert share == pytest.approx(3.6 / 6.2, abs=0.05)
+    assert set(piece_of(points[:2], pieces).tolist()) == {0, 1}
+
+
+def test_a_seed_gives_the_same_points() -> None:
+    pieces = standing_pieces(TWO_ROOMS[0], 0.2)
+    first, second = (sample(pieces, 50, np.random.default_rng(5)) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
+LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
+FLOOR = shapely.union_all([LEFT, RIGHT])
+WALLS = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(FLOOR)
+RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
+
+
+def cuts(
+    line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
+) -> list[Bridge]:
+    return [cut for _, cut in cuts_on_lines(np.array([line], float), standing_pieces(floor, 0.2), floor, walls, rules)]
+
+
+def test_a_cut_is_where_the_line_meets_the_wall_and_at_right_angles_to_it() -> None:
+    (cut,) = cuts([(2, 1), (6, 1.4)])
+    assert cut.centre == pytest.approx([4.1, 1.2], abs=0.02)
+    assert (cut.width, cut.depth) == (0.8, pytest.approx(0.2))
+    assert abs(cut.along[0]) < 1e-9
+    assert cut.strip().intersection(WALLS).area == pytest.approx(0.16)
+
+
+def test_a_slanted_line_still_cuts_straight() -> None:
+    (cut,) = cuts([(3.5, 0.5), (4.7, 2.5)])
+    assert cut.strip().bounds == pytest.approx((4.0, cut.centre[1] - 0.4, 4.2, cut.centre[1] + 0.4))
+
+
+@pytest.mark.parametrize("y", [0.05, 0.3, 2.9])
+def test_a_cut_slides_off_a_corner(y: float) -> None:
+    (cut,) = cuts([(2, y), (6, y)])
+    assert 0.4 <= cut.centre[1] <= 2.6
+    assert abs(cut.centre[1] - y) < 0.5
+
+
+def test_a_cut_slides_off_a_crossing_wall() -> None:
+    across = shapely.box(4.2, 1.4, 7.2, 1.6)
+    (cut,) = cuts([(2, 1.5), (6, 1.7)], FLOOR.difference(across), WALLS.union(across))
+    assert not 1.0 < cut.centre[1] < 2.0
+
+
+def test_the_thinnest_wall_of_a_line_comes_first() -> None:
+    thin = shapely.box(5.5, 0, 5.55, 3)
+    found = cuts([(2, 1.5), (6.5, 1.5)], FLOOR.difference(thin), WALLS.union(thin))
+    assert [round(c.depth, 2) for c in found] == [0.05, 0.2]
+
+
+def test_no_wall_is_cut_that_a_robot_gets_around() -> None:
+    stub = shapely.box(6.0, 0, 6.1, 2)
+    (cut,) = cuts([(2, 1), (6.8, 1)], FLOOR.difference(stub), WALLS.union(stub))
+    assert cut.centre[0] == pytest.approx(4.1)
+
+
+def test_each_cut_comes_with_its_line() -> None:
+    lines = np.array([[(2, 0.5), (6, 0.5)], [(2, 2.5), (6, 2.5)], [(2.1, 2.5), (6, 2.5)]])
+    found = list(cuts_on_lines(lines, standing_pieces(FLOOR, 0.2), FLOOR, WALLS, RULES))
+    assert [line[0].tolist() for line, _ in found] == [
+        [2.0, 0.5],
+        [2.0, 2.5],
+    ]  # the third meets the wall where the second does
+
+
+def test_open_air_is_cut_only_where_that_is_asked_for() -> None:
+    away = shapely.affinity.translate(RIGHT, 1.0)
+    floor, walls = LEFT.union(away), LEFT.buffer(0.1).union(away.buffer(0.1)).difference(LEFT.union(away))
+    assert cuts([(2, 1), (7, 1)], floor, walls) == []
+    (cut,) = cuts([(2, 1), (7, 1)], floor, walls, CutRules(0.8, 12.0, only_walls=False))
+    assert cut.depth == pytest.approx(1.2)
+
+
+def test_a_wall_too_thick_is_not_cut() -> None:
+    assert cuts([(2, 1), (6, 1)], rules=CutRules(0.8, 0.1, only_walls=True)) == []
+
+
+def test_an_oblique_wall() -> None:
+    floor, walls = (shapely.affinity.rotate(g, 30, origin=(4.1, 1.5)) for g in (FLOOR, WALLS))
+    (cut,) = cuts([(2.5, 1.5), (5.7, 1.5)], floor, walls)
+    assert cut.depth == pytest.approx(0.2, abs=1e-6)
+    assert cut.centre == pytest.approx([4.1, 1.5], abs=0.07)  # the line meets the near face aside of the middle
+
+
+@pytest.mark.parametrize(("depth", "in_niche"), [(0.12, True), (0.04, False)])
+def test_a_cut_prefers_a_place_where_the_wall_is_much_thinner(depth: float, in_niche: bool) -> None:
+    niche = shapely.box(4.2 - depth, 1.5, 4.2, 2.4)  # a leaf that is one body with the wall leaves one
+    (cut,) = cuts([(2, 0.8), (6, 0.8)], FLOOR.union(niche), WALLS.difference(niche))
+    assert (cut.depth < 0.1) == in_niche
+    assert cut.centre[1] == pytest.approx(1.95 if in_niche else 0.8, abs=0.06)

@@ -1,0 +1,167 @@
+"""Leaves of doors that the source shows: ajar, in cubicles, in partitions as thin as their frames."""
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+
+from pipeline.geometry.doorways import doorway
+from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, leaves_in_recesses
+from pipeline.geometry.meshes import Bodies, Box
+from pipeline.values import SourceObject
+from tests.builders.houses import CEILING, Hole, Parts, gap, kinds, level, plan_of, two_rooms, wall
+from tests.builders.meshes import box, joined
+
+HINGE = np.array([4.0, 1.05])
+WIDTH, THICK = 0.88, 0.04
+
+
+def leaf(degrees: float) -> trimesh.Trimesh:
+    """A leaf that hangs at the left face of the wall between the rooms, in its hole from y = 1 to 1.9."""
+    body = trimesh.creation.box(bounds=[[0.0, 0.0, 0.005], [THICK, WIDTH, 2.09]])
+    body.apply_transform(trimesh.transformations.rotation_matrix(np.radians(degrees), (0, 0, 1)))
+    body.apply_translation((*HINGE, 0.0))
+    return body
+
+
+def house() -> Parts:
+    """Two rooms, the left one parted by a wall that meets the inner wall beside its door; it has one of its own."""
+    return [*two_rooms(Hole(1.0, 1.9)), *wall((0.0, 2.0, 4.0, 2.1), Hole(1.0, 1.9))]
+
+
+@pytest.mark.parametrize("named", [False, True])
+@pytest.mark.parametrize("degrees", [0.0, 9.0, 15.0, 40.0])
+def test_the_door_is_where_its_lintel_is(degrees: float, named: bool) -> None:
+    leaves = (SourceObject(("door",), joined([leaf(degrees)])),) if named else ()
+    made = house() if named else [*house(), leaf(degrees)]
+    plan = plan_of(level(joined(made), leaves=leaves))
+    assert kinds(plan) == ["door", "door"]
+    assert len(plan.rooms) == 3
+    matrix = np.asarray(plan.frame.matrix)
+    middles = [np.mean(door.segment, axis=0) @ matrix[:, :2].T + matrix[:, 2] for door in plan.doors]
+    assert min(np.hypot(*(middle - (4.1, 1.45))) for middle in middles) < 0.05
+    rooms = shapely.union_all([shapely.Polygon(room.polygon) for room in plan.rooms])
+    assert rooms.area == pytest.approx(20.6, abs=0.1)
+
+
+def test_leaves_of_two_doors_that_meet_open_are_leaves_of_their_own() -> None:
+    """One stands at right angles to its wall, one ajar in a frame parallel to that leaf, and they touch."""
+    frame = [box((1.0, 1.99, 1.03, 2.11), 0.0, 2.1), box((1.87, 1.99, 1.9, 2.11), 0.0, 2.1)]
+    frame.append(box((1.0, 1.99, 1.9, 2.11), 2.06, 2.1))
+    framed = trimesh.boolean.union(frame, engine="manifold")
+    ajar = trimesh.creation.box(bounds=[[-0.8, 0.0, 0.005], [0.0, THICK, 2.05]])
+    ajar.apply_transform(trimesh.transformations.rotation_matrix(np.radians(35), (0, 0, 1)))
+    ajar.apply_translation((1.86, 1.94, 0.0))
+    tip = ajar.vertices[:, :2].min(axis=0)
+    other = box((tip[0] - 0.02, tip[1] - 0.06, tip[0] + 0.86, tip[1] - 0.02), 0.005, 2.05)
+    bodies = Bodies.of(joined([framed, ajar, other]))
+    assert sorted(len(leaf.bodies) for leaf in find_leaves(bodies, 2.5)) == [1, 1, 1]
+
+
+THIN = 0.025
+FRONT = 1.6
+
+
+def lavatory(leaf_top: float = 1.5, partition_top: float = 1.8) -> Parts:
+    """Two rooms; in the left one a cubicle of 1.8 x 1.6 m, its front along y = 1.6 with a door of 0.9 m in it."""
+    side = box((1.8, 0.0, 1.8 + THIN, FRONT), 0.5, partition_top)
+    jambs = [box((x1, FRONT, x2, FRONT + THIN), 0.5, partition_top) for x1, x2 in ((0.0, 0.4), (1.3, 1.8 + THIN))]
+    head = box((0.4, FRONT, 1.3, FRONT + THIN), leaf_top, partition_top)
+    leaf = box((0.41, FRONT, 1.29, FRONT + THIN), 0.0, leaf_top)
+    return [*two_rooms(Hole(1.0, 1.9)), side, *jambs, *([head] if leaf_top < partition_top else []), leaf]
+
+
+def test_the_door_of_a_cubicle_is_a_door() -> None:
+    plan = plan_of(lavatory())
+    assert kinds(plan) == ["door", "door"]
+    assert sorted(door.width for door in plan.doors) == pytest.approx([0.9, 0.9], abs=0.05)
+
+
+def leaves(parts: Parts) -> int:
+    return len(cubicle_leaves(Bodies.of(joined(parts)), CEILING))
+
+
+def test_a_plate_must_be_held_by_higher_partitions_in_its_line() -> None:  # R2
+    *partitions, leaf = lavatory()
+    assert leaves([*partitions, leaf]) == 1
+    assert leaves([*partitions, leaf.copy().apply_translation((0.0, 0.3, 0.0))]) == 0
+    assert leaves([*two_rooms(), leaf]) == 0
+    assert leaves(lavatory(partition_top=CEILING)) == 0
+    assert leaves(lavatory(partition_top=1.5)) == 0
+
+
+@pytest.mark.parametrize("top", [0.9, 1.1])
+def test_a_panel_is_no_leaf(top: float) -> None:  # R1
+    assert leaves(lavatory(leaf_top=top)) == 0
+
+
+LEAF = Box(np.array([2.0, 0.0]), np.array([1.0, 0.0]), 0.9, 0.04, 0.0, 2.0)
+
+
+def test_a_leaf_between_two_jambs_stands_in_a_doorway_as_deep_as_the_wall() -> None:
+    walls = shapely.union_all([shapely.box(0, -0.1, 1.5, 0.1), shapely.box(2.5, -0.1, 4, 0.1)])
+    found = doorway(LEAF, walls)
+    assert found is not None
+    assert (found.width, found.thickness) == (pytest.approx(1.0), pytest.approx(0.2))
+
+
+def test_a_leaf_between_two_posts_thinner_than_it_looks_into_them_stands_in_none() -> None:
+    posts = shapely.union_all([shapely.box(1.47, -0.1, 1.5, 0.1), shapely.box(2.5, -0.1, 2.53, 0.1)])
+    assert doorway(LEAF, posts) is None
+
+
+def _askew(degrees: float, beside_m: float = 0.0) -> shapely.Geometry:
+    """Two pieces of wall about a gap of 0.9 m, turned about the leaf's middle; the second is moved across."""
+    pieces = shapely.union_all([shapely.box(0, -0.1, 1.55, 0.1), shapely.box(2.45, -0.1 + beside_m, 4, 0.1 + beside_m)])
+    return shapely.affinity.rotate(pieces, degrees, origin=(2.0, 0.0))
+
+
+def test_a_doorway_lies_along_the_wall_that_its_leaf_is_askew_to() -> None:  # R1
+    found = doorway(LEAF, _askew(8.0))
+    assert found is not None
+    assert np.rad2deg(np.arctan2(*found.along[::-1])) == pytest.approx(8.0, abs=0.2)
+    assert found.centre == pytest.approx([2.0, 0.0], abs=0.01)
+    assert (found.width, found.thickness) == (pytest.approx(0.9, abs=0.03), pytest.approx(0.2, abs=0.01))
+
+
+def test_a_doorway_between_two_walls_side_by_side_is_not_turned() -> None:  # R2
+    found = doorway(LEAF, _askew(0.0, beside_m=0.08))
+    assert found is not None
+    assert found.along == pytest.approx([1.0, 0.0])
+    assert found.thickness == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("jambs", "found"), [(True, 1), (False, 0)])
+def test_a_leaf_that_is_one_body_with_its_wall_stands_in_a_recess_between_jambs(jambs: bool, found: int) -> None:
+    """A wall of 20 cm with a leaf of 4 cm under a lintel; or a wall of 4 cm, before which boards hang."""
+    leaf, lintel = shapely.box(2.0, 0.0, 2.9, 0.04), shapely.box(2.0, 0.04, 2.9, 0.2)
+    thick = 0.2 if jambs else 0.04
+    walls = shapely.union_all([shapely.box(0.0, 0.0, 2.0, thick), leaf, shapely.box(2.9, 0.0, 5.0, thick)])
+    assert len(leaves_in_recesses(lintel, walls)) == found
+
+
+PARTITION = 0.05
+X1, X2 = 4.0, 4.0 + PARTITION
+
+
+def partition() -> Parts:
+    """Rooms with a thin partition between, an open gap of it at one end, a hole for a door at the other."""
+    return [*two_rooms(gap(0.0, 1.0), Hole(1.8, 2.7), thickness=PARTITION)]
+
+
+def frame(proud: float) -> trimesh.Trimesh:
+    """Two jambs and a head as one body."""
+    low, high = X1 - proud, X2 + proud
+    jambs = [box((low, 1.8, high, 1.84), 0.0, 2.1), box((low, 2.66, high, 2.7), 0.0, 2.1)]
+    return trimesh.boolean.union([*jambs, box((low, 1.8, high, 2.7), 2.06, 2.1)], engine="manifold")
+
+
+@pytest.mark.parametrize("proud", [0.0, 0.005])
+def test_a_leaf_in_its_frame_is_a_door_in_the_thinnest_wall(proud: float) -> None:
+    leaf = box((X1 + 0.008, 1.845, X1 + 0.038, 2.655), 0.005, 2.055)
+    assert kinds(plan_of([*partition(), frame(proud), leaf])) == ["door", "opening"]
+
+
+def test_a_stretch_of_the_partition_without_a_frame_is_wall() -> None:
+    stretch = wall((X1, 1.8, X2, 2.7), top=2.1)
+    assert kinds(plan_of([*partition(), *stretch])) == ["opening"]
