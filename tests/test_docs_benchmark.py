@@ -59,6 +59,7 @@ def test_every_track_and_policy_has_its_row() -> None:
     assert BUDGETS == (100, 200, 400, 800)
 
 
+@pytest.mark.slow
 def test_the_leaderboard_is_made_from_the_results() -> None:
     page = (ROOT / "docs" / "leaderboard.md").read_text()
     found = read_results([RESULTS])
