@@ -116,6 +116,7 @@ def run_alone(lines: str, folder: Path, needed: list[str]) -> None:
     program = folder / "alone.py"
     program.write_text(lines)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *([] if needed else [str(PUFFER)])])}
+    environment["RAY_ADDRESS"] = "local"  # and not a cluster that another test left
     done = subprocess.run(
         [sys.executable, program.name], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
