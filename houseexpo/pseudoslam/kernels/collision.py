@@ -332,12 +332,24 @@ def way_past_people(people: Rows, radius: float, disc: Disc, right: float, down:
     """
     way, reach = distance, radius + disc.radius
     for p in range(len(people)):
-        off_x, off_y = people[p].x - disc.x, people[p].y - disc.y
-        along = off_x * right + off_y * down
-        inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
-        if along > 0.0 and inside > 0.0:
-            way = min(way, max(along - math.sqrt(inside) - TOUCH_PX, 0.0))
+        way = min(way, way_to_disc(people[p].x - disc.x, people[p].y - disc.y, right, down, reach, TOUCH_PX))
     return way
+
+
+@njit(cache=True, nogil=True)
+def way_to_disc(off_x: float, off_y: float, right: float, down: float, reach: float, apart: float) -> float:
+    """Return how far a disc goes in direction (``right``, ``down``) until it touches another, infinite if it does not.
+
+    Parameters
+    ----------
+    off_x, off_y, reach, apart
+        The offset of the other's centre, the sum of the two radii, and the distance that the discs keep, pixels.
+    """
+    along = off_x * right + off_y * down
+    inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
+    if along > 0.0 and inside > 0.0:
+        return max(along - math.sqrt(inside) - apart, 0.0)
+    return math.inf
 
 
 @njit(cache=True, nogil=True)

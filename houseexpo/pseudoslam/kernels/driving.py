@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, way_to_disc, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.step import (
@@ -135,12 +135,12 @@ def shorten(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, r
 
 
 @njit(cache=True, nogil=True)
-def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, touch: float) -> float:
+def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, apart: float) -> float:
     """Return the length of a path's chords until a disc touches one of others, infinite if it does not.
 
     Parameters
     ----------
-    discs, reach, touch
+    discs, reach, apart
         The centres (n, 2) of the others, the sum of the radii of two, and the distance that they keep, pixels.
     """
     x, y, heading, gone = pose.x, pose.y, pose.heading, 0.0
@@ -151,11 +151,7 @@ def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, touch:
         right, down = sign * math.cos(course), -sign * math.sin(course)
         free = distance
         for k in range(len(discs)):
-            off_x, off_y = discs[k, 0] - x, discs[k, 1] - y
-            along = off_x * right + off_y * down
-            inside = along * along - (off_x * off_x + off_y * off_y - reach * reach)
-            if along > 0.0 and inside > 0.0:
-                free = min(free, max(along - math.sqrt(inside) - touch, 0.0))
+            free = min(free, way_to_disc(discs[k, 0] - x, discs[k, 1] - y, right, down, reach, apart))
         if free < distance:
             return gone + free
         gone += distance

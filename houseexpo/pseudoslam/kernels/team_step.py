@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import placed_people, stamp_disc
+from houseexpo.pseudoslam.kernels.collision import placed_people, stamp_disc, way_to_disc
 from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
 from houseexpo.pseudoslam.kernels.odometry import grip
 from houseexpo.pseudoslam.kernels.teams import merge_map
 from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, row_type
 
-TOUCH_PX = 1e-6
+APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
 THINNER_PX = 2.0
 """By how much others' discs are drawn smaller than they are, so that rounding to cells does not hold a robot fast."""
@@ -83,10 +83,7 @@ def prepare(
         for k in range(places.shape[1]):
             if k != robot:
                 x, y = places[i, k, 0] - pose.x, places[i, k, 1] - pose.y
-                along = x * right + y * down
-                inside = along * along - (x * x + y * y - reach * reach)
-                if along > 0.0 and inside > 0.0:
-                    free = min(free, max(along - math.sqrt(inside) - TOUCH_PX, 0.0))
+                free = min(free, way_to_disc(x, y, right, down, reach, APART_PX))
         others.meets[i] = 1 if free < distance else 0
         if free < distance:
             motions[i, 1] = math.copysign(free, forward) / held
@@ -107,7 +104,7 @@ def prepare_drives(
             other = k if k < robot else k + 1
             discs[k, 0], discs[k, 1] = places[i, other, 0], places[i, other, 1]
         path = path_of(readings[i, 0], commands[i, 0], commands[i, 1], drive, shape, seconds, held)
-        commands[i, 2] = way_past_discs(path, poses[i, 0], discs, 2.0 * others.radius_px, TOUCH_PX)
+        commands[i, 2] = way_past_discs(path, poses[i, 0], discs, 2.0 * others.radius_px, APART_PX)
         others.meets[i] = 1 if commands[i, 2] < math.inf else 0
 
 

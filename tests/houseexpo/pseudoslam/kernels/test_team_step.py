@@ -9,7 +9,7 @@ import numpy as np
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE
-from houseexpo.pseudoslam.kernels.team_step import THINNER_PX, TOGETHER, TOUCH_PX, Others, gather, prepare
+from houseexpo.pseudoslam.kernels.team_step import APART_PX, THINNER_PX, TOGETHER, Others, gather, prepare
 from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.teams.discs import way_past
 
@@ -52,7 +52,7 @@ def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
         angle, sign = float(poses["heading"][i, 0]) + turn, -1.0 if forward < 0 else 1.0
         course = sign * math.cos(angle), -sign * math.sin(angle)
         offsets = (others.places[i, [0, 2]] - others.places[i, 1]).tolist()
-        free = way_past(offsets, 2 * RADIUS, course, abs(forward), TOUCH_PX)
+        free = way_past(offsets, 2 * RADIUS, course, abs(forward), APART_PX)
         assert motions[i].tolist() == [turn, math.copysign(free, forward)]
         assert others.meets[i] == (free < abs(forward))
     assert 5 < others.meets.sum() < teams
