@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.kernels.collision import PERSON
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import Others
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.teams.team import Floats, Grid, Team, around_of, new_measures, take_note
+from houseexpo.pseudoslam.teams.team import Floats, Grid, Team, around_of, moves_people, new_measures, take_note
 
 Bools = npt.NDArray[np.bool_]
 
@@ -33,15 +33,15 @@ class TeamPools:
     def __init__(self, spec: EnvSpec, teams: int, robots: int, threads: int | None = None) -> None:
         self.spec, self.teams = spec, teams
         params = spec.params()
-        walks = spec.config.people.number > 0
         self.batches = [
-            Batch(teams, spec.config, params, threads, moves=walks and robot == 0) for robot in range(robots)
+            Batch(teams, spec.config, params, threads, moves=moves_people(spec.config, robot))
+            for robot in range(robots)
         ]
         self.constants = [new_constants(teams) for _ in range(robots)]
         self.placed: list[Team | None] = [None] * teams
         self.together = new_measures(teams)
         self.observable = np.ones(teams)
-        self.around, self._params, self._walks = around_of(spec, params), params, walks
+        self.around, self._params, self._walks = around_of(spec, params), params, moves_people(spec.config, 0)
         self._walls: Grid = np.zeros((teams, 0), np.uint8)
         self._known: Grid = np.zeros((teams, 0), np.uint8)
         self._places, self._meets = np.zeros((teams, robots, 2)), np.zeros(teams, np.uint8)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
@@ -52,6 +53,11 @@ class TeamMeasures:
     def meetings(self) -> int:
         """How often one robot was blocked by another."""
         return int(self.row["meetings"][0])
+
+
+def moves_people(config: SimulatorConfig, robot: int) -> bool:
+    """Return whether a robot's episode moves people and bodies on trajectories; only the first one's does."""
+    return robot == 0 and (config.people.number > 0 or len(config.trajectories) > 0)
 
 
 def new_measures(teams: int) -> Rows:
@@ -252,7 +258,7 @@ class Team:
         return entry_point(kernel_for(state.episode, self.params, moves=self._has_people(robot)), *given), given
 
     def _has_people(self, robot: int) -> bool:
-        return robot == 0 and (self.spec.config.people.number > 0 or len(self.spec.config.trajectories) > 0)
+        return moves_people(self.spec.config, robot)
 
     def _place(self, robots: int, rng: np.random.Generator, starts: list[Pose | None]) -> None:
         """Start the episodes of all robots, each away from those before it."""

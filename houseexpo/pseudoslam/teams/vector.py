@@ -7,7 +7,6 @@ from typing import Any, Unpack
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -60,6 +59,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         self.num_envs, self.robots = num_envs, robots
         self.single_action_space = batch_space(self._env_spec.action_space(), robots)
         self.single_observation_space = batch_space(observation_space_of(task, self._env_spec, robots), robots)
+        self._adds_parts = bool(task.spaces(self._env_spec, robots))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._pools = TeamPools(self._env_spec, num_envs, robots, threads)
@@ -138,6 +138,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         rewards = self._rewards(seen, ahead.reshape(teams, robots), active)
         for i in np.flatnonzero(self._ended).tolist():
             self._start(i)
+        if self._ended.any():
             now = self._pools.metrics()
         success = self._successes(now)
         terminated, truncated = success & active, now[0].truncated() & active
@@ -180,13 +181,6 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         parts = [each if isinstance(each, dict) else {"map": each} for each in found]
         joined = {key: np.stack([part[key] for part in parts], axis=1) for key in parts[0]}
         return joined | {key: np.stack([part[key] for part in more]) for key in (more[0] if more else {})}
-
-    @property
-    def _adds_parts(self) -> bool:
-        space = self.single_observation_space
-        one = self._env_spec.observation_space()
-        plain = set(one.spaces) if isinstance(one, spaces.Dict) else {"map"}
-        return isinstance(space, spaces.Dict) and bool(set(space.spaces) - plain)
 
     def _infos(self, now: list[Metrics], success: Bools, which: Bools) -> dict[str, Any]:
         """Return the entries of the robots' ``info`` (N, R, ...), and "team", whose entries are (N,)."""

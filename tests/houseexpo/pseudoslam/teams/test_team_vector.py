@@ -11,8 +11,9 @@ from gymnasium.error import ResetNeeded
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam import PeopleConfig, SimulatorConfig, parallel_env, parallel_vector_env
+from houseexpo.pseudoslam import PeopleConfig, SimulatorConfig, Trajectory, parallel_env, parallel_vector_env
 from houseexpo.pseudoslam.config import NoiseConfig
+from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.teams.radio import Radio
 
 pytest.importorskip("pettingzoo")
@@ -26,10 +27,12 @@ TWO_ROOMS = FloorPlan(  # a wall of 0.4 m between two rooms, with a door at the 
 PLANS = [HALL, TWO_ROOMS]
 SHORT = SimulatorConfig(max_steps=12)
 NOISY = replace(SHORT, noise=NoiseConfig(odometry_way=0.05, odometry_deg_per_m=2.0, laser_m=0.02, slip=0.1))
+BODY = Trajectory(Circle(0.3), (0.0, 1.0), ((1.0, 3.0, 0.0), (3.0, 3.0, 0.0)), loop=True)
 CASES: dict[str, dict[str, Any]] = {
     "exploration": {"config": SHORT, "robots": 3},
     "early ends": {"config": SHORT, "robots": 2, "success_coverage": 0.55, "observation": "dict", "radio": "sight"},
     "one robot": {"config": SHORT, "robots": 1, "reward": "coverage"},
+    "one robot and a body": {"config": replace(SHORT, trajectories=(BODY,)), "robots": 1},
     "noise and meetings": {"config": NOISY, "robots": 3, "radio": Radio("always", relative_poses="met"),
                            "until": "robot"},
     "people": {"config": replace(SHORT, people=PeopleConfig(2)), "robots": 3, "until": "report"},
