@@ -82,10 +82,10 @@ docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings ar
 	@echo "-- open docs/_build/index.html"
 
 pictures: setup ## draw the pictures of docs/algorithm.md anew
-	@$(BIN)/python docs/pictures.py
+	@$(BIN)/python docs/scripts/pictures.py
 
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
-	@$(BIN)/python docs/screenshots.py $(DATASET)
+	@$(BIN)/python docs/scripts/screenshots.py $(DATASET)
 
 results: learn ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
 	@for run in $(RESULTS) $(LEARNED); do \

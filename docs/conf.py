@@ -14,7 +14,7 @@ author = copyright = "the HouseExpo project"
 version = release = houseexpo.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "sphinx_design"]
-exclude_patterns = ["_build", "examples"]
+exclude_patterns = ["_build", "examples", "scripts"]
 highlight_language = "bash"  # blocks without a language hold commands
 copybutton_prompt_text = "$ "  # of blocks with a prompt, only the commands are copied
 source_suffix = {".md": "markdown"}

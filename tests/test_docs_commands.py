@@ -18,12 +18,12 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 
 
 def test_the_page_is_the_one_that_the_code_makes() -> None:
-    spec = importlib.util.spec_from_file_location("commands_page", DOCS / "commands.py")
+    spec = importlib.util.spec_from_file_location("commands_page", DOCS / "scripts" / "commands.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert (DOCS / "commands.md").read_text() == module.page(), "run: python docs/commands.py"
+    assert (DOCS / "commands.md").read_text() == module.page(), "run: python docs/scripts/commands.py"
 
 
 def test_completion_knows_all_policies_and_tracks() -> None:

@@ -24,7 +24,7 @@ from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
 from pipeline.sources import find, reader
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "images"
 HOMES, N_HOMES = IMAGES / "homes.png", 24
 SHOWN = "02e6f576bc6267912cff75dbb691589f"
 """The home of the demo data set that the pages for readers show."""

@@ -17,7 +17,7 @@ from typing import Any
 
 from playwright.sync_api import sync_playwright
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "images"
 WIDE = {"width": 1280, "height": 800}
 _WAIT_MS = 120_000
 _EXPLORES_MS = 12_000

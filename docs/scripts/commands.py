@@ -1,4 +1,4 @@
-"""Write ``docs/commands.md``, the page of all commands, from the code: ``python docs/commands.py``."""
+"""Write ``docs/commands.md``, the page of all commands, from the code: ``python docs/scripts/commands.py``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 
 from houseexpo.commands.app import PANELS, make_app, panel_of
 
-PAGE = Path(__file__).with_name("commands.md")
+PAGE = Path(__file__).parents[1] / "commands.md"
 HEAD = """# Commands
 
 This page lists all commands and options. `houseexpo COMMAND --help` shows the same. With `-v` a command reports what it
