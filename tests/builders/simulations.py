@@ -154,7 +154,7 @@ def scene(
     flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow()
     bodies = new_bodies(len(trajectories), people.number)
     start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
-    bodies = Bodies(bodies.clocks, placed_people(bodies.people))  # a small room takes fewer than it is asked to
+    bodies = bodies._replace(people=placed_people(bodies.people))  # a small room takes fewer than it is asked to
     drawn = occupied.copy()
     stamp_bodies(drawn, bodies, tracks, walk)
     assert (drawn & MOVING).any() == (len(bodies.people) + len(trajectories) > 0)

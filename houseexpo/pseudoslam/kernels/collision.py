@@ -115,6 +115,9 @@ STATIC, MOVING = 1, 2
 """Bits of a cell."""
 HALF_DIAGONAL = math.sqrt(0.5)
 """Distance from a cell's centre to its corner, pixels; a disc of this radius always covers some cell."""
+THINNER_PX = 2.0
+"""By how much the discs of a team's robots, and of people for all but the first, are drawn smaller than they are, so
+that rounding to cells does not hold a robot fast: what they may not touch is the disc itself (``way_to_disc``)."""
 PERSON = row_type(
     x=float, y=float, vx=float, vy=float, speed=float, anchor_x=float, anchor_y=float, waited=float, goal=int, visit=int
 )
@@ -132,6 +135,8 @@ class Bodies(NamedTuple):
     """(T,), seconds since the start minus waiting times."""
     people: Rows
     """(P,) ``PERSON``; in arrays of an episode and in pools, people without a place are last (``placed_people``)."""
+    robots: Floats
+    """(R, 2), the places of a team's robots, the episode's own first; (0, 2) for a robot without a team."""
 
 
 class Tracks(NamedTuple):

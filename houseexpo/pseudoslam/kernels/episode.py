@@ -83,7 +83,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0],
-        Bodies(bodies.clocks[i], placed_people(bodies.people[i])),
+        Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
         Flow(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]), Field(field.sizes[i], field.distances[i]),
         Plans(plans.frontiers[i], plans.given_up[i], plans.state[i]),

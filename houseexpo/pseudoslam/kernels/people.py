@@ -16,6 +16,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.collision import (
     HALF_DIAGONAL,
+    THINNER_PX,
     Bodies,
     Disc,
     Tracks,
@@ -161,7 +162,7 @@ def walk_on(
 ) -> None:
     """Move all people, one after the other; ``occupied`` contains only static obstacles."""
     people = bodies.people
-    beside_tracks = len(bodies.clocks) > 0
+    beside_tracks, beside_robots = len(bodies.clocks) > 0, len(bodies.robots) > 1
     for p in range(len(people)):
         people[p].waited += seconds
         spot = flow.goals[people[p].goal]
@@ -181,8 +182,10 @@ def walk_on(
             cos, sin = _WAYS[i, 0], _WAYS[i, 1]
             new_vx, new_vy = vx * cos - vy * sin, vx * sin + vy * cos
             x, y = people[p].x + new_vx * seconds, people[p].y + new_vy * seconds
-            if fits(occupied, people, len(people), p, x, y, walk.radius_px, robot) and (
-                not beside_tracks or fits_bodies(bodies, tracks, p, x, y, walk.radius_px)
+            if (
+                fits(occupied, people, len(people), p, x, y, walk.radius_px, robot)
+                and (not beside_tracks or fits_bodies(bodies, tracks, p, x, y, walk.radius_px))
+                and (not beside_robots or fits_robots(bodies, p, x, y, walk.radius_px + robot.radius))
             ):
                 people[p].x, people[p].y, people[p].vx, people[p].vy = x, y, new_vx, new_vy
                 break
@@ -232,6 +235,21 @@ def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radi
         clock = bodies.clocks[k]
         gap = gap_to(tracks, k, clock, x, y)
         if gap < radius and gap <= gap_to(tracks, k, clock, bodies.people[p].x, bodies.people[p].y):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def fits_robots(bodies: Bodies, p: int, x: float, y: float, touch: float) -> bool:
+    """Return whether the other robots of a team allow person ``p`` to be at a place, ``touch`` or more from each.
+
+    The person may move away from one that it overlaps.
+    """
+    me = bodies.people[p]
+    for k in range(1, len(bodies.robots)):
+        at_x, at_y = bodies.robots[k, 0], bodies.robots[k, 1]
+        off = (at_x - x) ** 2 + (at_y - y) ** 2
+        if off < touch * touch and off <= (at_x - me.x) ** 2 + (at_y - me.y) ** 2:
             return False
     return True
 
@@ -400,6 +418,8 @@ def advance(
     if len(bodies.clocks) + len(bodies.people) == 0:
         return
     erase_bodies(occupied, bodies, tracks, walk)
+    for k in range(1, len(bodies.robots)):  # where people stood beside them
+        stamp_disc(occupied, bodies.robots[k, 0], bodies.robots[k, 1], max(robot.radius - THINNER_PX, 1.0))
     parts = _substeps(bodies, tracks, walk, robot.radius, seconds)
     for _ in range(parts):
         for k in range(len(bodies.clocks)):

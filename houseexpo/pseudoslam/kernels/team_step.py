@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import placed_people, stamp_disc, way_to_disc
+from houseexpo.pseudoslam.kernels.collision import THINNER_PX, placed_people, stamp_disc, way_to_disc
 from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
 from houseexpo.pseudoslam.kernels.odometry import grip
 from houseexpo.pseudoslam.kernels.teams import merge_map
@@ -21,8 +21,9 @@ from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Gr
 
 APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
-THINNER_PX = 2.0
-"""By how much others' discs are drawn smaller than they are, so that rounding to cells does not hold a robot fast."""
+NOTHING, ROBOT, SOMEONE = range(3)
+"""What is in a robot's way beside what is in its cells: a person counts for all but the first robot, whose step moves
+the people and keeps off them itself."""
 MOST_CELLS = np.iinfo(np.int64).max
 TOGETHER = row_type(
     steps=int, covered=int, explored=int, found=int, meetings=int, joined=int, steps_90=float, steps_99=float,
@@ -42,9 +43,9 @@ class Others(NamedTuple):
     people: Rows
     """(N, P) ``PERSON``."""
     places: Floats
-    """(N, robots, 2), the robots' places, pixels, which ``gather`` updates."""
+    """(N, robots, 2), the robots' places, pixels, which ``gather`` updates: ``Bodies.robots`` of the first robots."""
     meets: Grid
-    """(N,), 1 if another robot is in the way of the robot that ``prepare`` was called for, else 0."""
+    """(N,), what is in the way of the robot that ``prepare`` was called for: ``NOTHING``, ``ROBOT`` or ``SOMEONE``."""
     radius_px: float
     """The radius of a robot."""
     people_px: float
@@ -70,7 +71,7 @@ def prepare(
     first, end
         Teams ``first`` to ``end``, excluded.
     """
-    places, reach = others.places, 2.0 * others.radius_px
+    places, reach, reach_people = others.places, 2.0 * others.radius_px, others.radius_px + others.people_px
     for i in range(first, end):
         draw_round(occupied, sizes, others, robot, i)
         pose = poses[i, 0]
@@ -84,7 +85,14 @@ def prepare(
             if k != robot:
                 x, y = places[i, k, 0] - pose.x, places[i, k, 1] - pose.y
                 free = min(free, way_to_disc(x, y, right, down, reach, APART_PX))
-        others.meets[i] = 1 if free < distance else 0
+        others.meets[i] = ROBOT if free < distance else NOTHING
+        if robot > 0:
+            here = placed_people(others.people[i])
+            for p in range(len(here)):
+                x, y = here[p].x - pose.x, here[p].y - pose.y
+                way = way_to_disc(x, y, right, down, reach_people, APART_PX)
+                if way < free:
+                    free, others.meets[i] = way, SOMEONE
         if free < distance:
             motions[i, 1] = math.copysign(free, forward) / held
 
@@ -104,8 +112,17 @@ def prepare_drives(
             other = k if k < robot else k + 1
             discs[k, 0], discs[k, 1] = places[i, other, 0], places[i, other, 1]
         path = path_of(readings[i, 0], commands[i, 0], commands[i, 1], drive, shape, seconds, held)
-        commands[i, 2] = way_past_discs(path, poses[i, 0], discs, 2.0 * others.radius_px, APART_PX)
-        others.meets[i] = 1 if commands[i, 2] < math.inf else 0
+        free = way_past_discs(path, poses[i, 0], discs, 2.0 * others.radius_px, APART_PX)
+        others.meets[i] = ROBOT if free < math.inf else NOTHING
+        if robot > 0:
+            here = placed_people(others.people[i])
+            centres = np.empty((len(here), 2))
+            for p in range(len(here)):
+                centres[p, 0], centres[p, 1] = here[p].x, here[p].y
+            way = way_past_discs(path, poses[i, 0], centres, others.radius_px + others.people_px, APART_PX)
+            if way < free:
+                free, others.meets[i] = way, SOMEONE
+        commands[i, 2] = free
 
 
 @njit(cache=True, nogil=True)
@@ -148,11 +165,11 @@ def gather(
         rows, cols = sizes[i, 0], sizes[i, 1]
         cells = rows * cols
         count, pose = counts[i, 0], poses[i, 0]
-        if others.meets[i] != 0:
+        if others.meets[i] != NOTHING:
             count.collisions += 1 - count.blocked
             count.blocked = 1
-            together[i].meetings += 1
-            others.meets[i] = 0
+            together[i].meetings += 1 if others.meets[i] == ROBOT else 0
+            others.meets[i] = NOTHING
         others.places[i, robot, 0], others.places[i, robot, 1] = pose.x, pose.y
         box = np.array([0, rows, 0, cols])
         if reach_px < math.inf and together[i].steps > 0:

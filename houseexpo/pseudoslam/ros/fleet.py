@@ -20,7 +20,7 @@ from houseexpo.grids.raster import rings_of
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
-from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
 from houseexpo.pseudoslam.kernels.odometry import grip, report
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow
@@ -136,7 +136,8 @@ class Fleet:
             world = self._world
             if k > 0:
                 occupied = self._static.copy()
-                self._stamp(occupied, self.people_m(), self.config.people.radius_m)
+                near_m = HALF_DIAGONAL * world.frame.cell_m  # not a part of a cell too near
+                self._stamp(occupied, self.people_m(), self.config.people.radius_m + near_m)
                 self._stamp(occupied, self._positions_m(), self.radius_m)
                 occupied.flags.writeable = False
                 world = replace(world, occupied=occupied, flow=no_flow())
@@ -154,6 +155,8 @@ class Fleet:
                 ) from error
             if k == 0:
                 self._static = (state.occupied & STATIC).astype(np.uint8)
+                robots_px = np.tile(state.pose_px[:2], (robots, 1))  # for people, who keep off them; see _refresh
+                state.episode = state.episode._replace(bodies=state.episode.bodies._replace(robots=robots_px))
                 self._obstacles = ((self._static != 0) & (self._world.occupied == 0)).astype(np.uint8)
             else:
                 state.occupied[:] = self._static
@@ -209,6 +212,9 @@ class Fleet:
         x, y, heading = pose
         if len(others) and np.hypot(*(others - (x, y)).T).min() < 2 * self.radius_m:
             raise ConfigError(f"pose: another robot is at ({x:g}, {y:g}) m")
+        people = self.people_m()
+        if len(people) and np.hypot(*(people - (x, y)).T).min() < self.radius_m + self.config.people.radius_m:
+            raise ConfigError(f"pose: a person is at ({x:g}, {y:g}) m; wait until the person has gone on")
         one = self._robots[robot]
         self._refresh(robot)
         made = initial_state(
@@ -277,6 +283,8 @@ class Fleet:
         occupied = self._robots[number].state.occupied
         np.copyto(occupied, self._static)
         if number == 0:
+            robots_px = self._world.frame.pixels_from_points(self._positions_m())
+            self._robots[0].state.episode.bodies.robots[: len(robots_px)] = robots_px
             self._stamp(occupied, self.people_m(), self.config.people.radius_m)
         else:
             self._stamp(occupied, self.people_m(), self.config.people.radius_m - 2 * self._world.frame.cell_m)

@@ -44,7 +44,7 @@ class TeamPools:
         self.around, self._params, self._walks = around_of(spec, params), params, moves_people(spec.config, 0)
         self._walls: Grid = np.zeros((teams, 0), np.uint8)
         self._known: Grid = np.zeros((teams, 0), np.uint8)
-        self._places, self._meets = np.zeros((teams, robots, 2)), np.zeros(teams, np.uint8)
+        self._meets = np.zeros(teams, np.uint8)
 
     def put(self, i: int, team: Team) -> None:
         """Move the arrays of a team into place ``i``; the team that was there is no longer valid."""
@@ -57,7 +57,6 @@ class TeamPools:
         if width > self._walls.shape[1]:
             self._walls, self._known = _wider(self._walls, width), _wider(self._known, width)
         self._walls[i, :cells], self._known[i, :cells] = team.walls.ravel(), team.known.ravel()
-        self._places[i] = team.places_px()
         self.together[i], self.observable[i] = team.together[0], team.observable[0]
         self.placed[i] = team
         moved = range(self.teams) if before != width else [i]
@@ -89,7 +88,7 @@ class TeamPools:
         wanted = np.where(active, STEP, SKIP).astype(np.uint8)
         people = self.batches[0].arrays.bodies.people if self._walks else np.zeros((self.teams, 0), PERSON)
         others = Others(
-            self._walls, people, self._places, self._meets, float(self._params.robot.radius_px),
+            self._walls, people, self.batches[0].arrays.bodies.robots, self._meets, float(self._params.robot.radius_px),
             float(self._params.walk.radius_px),
         )  # fmt: skip
         around, robots = self.around, len(self.batches)

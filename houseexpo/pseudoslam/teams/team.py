@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
-from houseexpo.pseudoslam.kernels.collision import PERSON, STATIC
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, PERSON, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.team_step import MOST_CELLS, TOGETHER, Others, gather, prepare, prepare_drives
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
@@ -224,7 +224,7 @@ class Team:
         self._around = around or around_of(spec, self.params)
         people = first.episode.bodies.people if self._has_people(0) else np.zeros(0, PERSON)
         self.others = Others(
-            self.walls.reshape(1, -1), people[None], self.places_px()[None], np.zeros(1, np.uint8),
+            self.walls.reshape(1, -1), people[None], first.episode.bodies.robots[None], np.zeros(1, np.uint8),
             float(self.radius_px), float(self.params.walk.radius_px),
         )  # fmt: skip
         self._sent = np.full((robots, robots), -1)
@@ -274,6 +274,9 @@ class Team:
             first = self.states[0]
             occupied = first.occupied.copy()
             stamp(occupied, self.places_px(), self.radius_px)
+            people = placed_people(first.episode.bodies.people)
+            centres = np.column_stack([people["x"], people["y"]])
+            stamp(occupied, centres, self.params.walk.radius_px + HALF_DIAGONAL)  # not a part of a cell too near
             occupied.flags.writeable = False
             world = replace(self.world, occupied=occupied)
             try:
@@ -291,10 +294,13 @@ class Team:
             if config.known_map:  # without the robots before it
                 state.episode.known[:] = first.episode.known
             self.states.append(state)
-        if robots > 1:  # a clock says that something moves, so that scans do not rely on the map
-            for k, state in enumerate(self.states):
-                if not self._has_people(k):
-                    state.episode = state.episode._replace(bodies=new_bodies(1, 0))
+        for k, state in enumerate(self.states):
+            bodies = state.episode.bodies
+            if robots > 1 and not self._has_people(k):
+                bodies = new_bodies(1, 0)  # a clock says that something moves, so that scans do not rely on the map
+            if k == 0:
+                bodies = bodies._replace(robots=self.places_px())
+            state.episode = state.episode._replace(bodies=bodies)
 
     def _check_start(self, number: int, start: Pose | None) -> None:
         """Raise ConfigError if a start overlaps an earlier robot's."""

@@ -162,7 +162,7 @@ def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[
 
 def new_bodies(tracks: int, people: int) -> Bodies:
     """Return the state of a number of bodies at the start, before people are placed."""
-    return Bodies(np.zeros(tracks), np.zeros(people, PERSON))
+    return Bodies(np.zeros(tracks), np.zeros(people, PERSON), np.zeros((0, 2)))
 
 
 def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order

@@ -75,6 +75,18 @@ def test_two_robots_keep_off_each_other_and_part_again() -> None:
     assert fleet.pose(1)[0] - fleet.pose(0)[0] == pytest.approx(other - x + 1.0, abs=1e-6)
 
 
+def test_people_keep_off_all_robots() -> None:
+    fleet = Fleet(HALL, replace(CONFIG, people=PeopleConfig(number=6)), robots=4, seed=1, tick_s=0.1)
+    touch_m, nearest_m = fleet.radius_m + fleet.config.people.radius_m, math.inf
+    for _ in range(300):
+        fleet.advance([Velocity(0.4, 0.0, 0.3)] * 4)
+        robots = np.array([fleet.pose(k)[:2] for k in range(4)])
+        nearest_m = min(nearest_m, float(np.hypot(*(robots[:, None] - fleet.people_m()).T).min()))
+    assert touch_m - 1e-6 <= nearest_m < touch_m + 0.05
+    with pytest.raises(ConfigError, match="pose: a person is at"):
+        fleet.place(3, (*fleet.people_m()[0].tolist(), 0.0))
+
+
 def test_equal_seeds_give_equal_runs() -> None:
     noise = NoiseConfig(laser_m=0.02, odometry_way=0.05, odometry_turn=0.05, drop_out=0.1)
     config = replace(CONFIG, noise=noise, people=PeopleConfig(number=2))

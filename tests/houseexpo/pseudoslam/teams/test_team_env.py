@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, Odometry, Simu
 from houseexpo.pseudoslam.config.drive import Motion
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.kernels.collision import MOVING
+from houseexpo.pseudoslam.kernels.collision import MOVING, THINNER_PX, stamp_disc
 from houseexpo.pseudoslam.teams.radio import Radio
 
 pytest.importorskip("pettingzoo")
@@ -233,3 +233,55 @@ def test_people_walk_among_robots() -> None:
         env.step(dict.fromkeys(env.agents, 1))
         where.append(env.team.states[0].episode.bodies.people["x"].copy())
     assert np.abs(np.diff(where, axis=0)).sum() > 1.0
+
+
+@pytest.mark.parametrize("motion", ["diff", "differential"])
+def test_no_person_overlaps_any_robot(motion: str) -> None:
+    config = SimulatorConfig(people=PeopleConfig(6))
+    options = {} if motion == "diff" else {"motion": motion}
+    env = parallel_env(robots=4, dataset=HALL, config=config, success_coverage=None, **options)
+    ppm, rng = env.config.pixels_per_metre, np.random.default_rng(0)
+    touch, nearest, meetings = (env.config.robot.radius_m + env.config.people.radius_m) * ppm, math.inf, 0
+    for seed in range(3):
+        _, infos = env.reset(seed=seed)
+        for _ in range(150):
+            if motion == "diff":
+                actions = {agent: 0 if rng.random() < 0.7 else int(rng.integers(1, 3)) for agent in env.agents}
+            else:
+                actions = {agent: np.array([rng.uniform(0, 1), rng.uniform(-1, 1)], np.float32) for agent in env.agents}
+            *_, infos = env.step(actions)
+            people = env.team.states[0].episode.bodies.people
+            off = np.hypot(*(env.team.places_px()[:, None] - np.column_stack([people["x"], people["y"]])).T)
+            nearest, meetings = min(nearest, float(off.min())), infos["robot_0"]["team"]["meetings"]
+    assert nearest >= touch - 1e-6
+    assert nearest < touch + 1.0  # they do meet
+    assert meetings > 0
+
+
+def test_a_robot_that_a_person_blocks_collides_but_does_not_meet_a_robot() -> None:
+    config = SimulatorConfig(people=PeopleConfig(1, speed_m_s=1e-9))
+    env = parallel_env(robots=2, dataset=HALL, config=config, success_coverage=None)
+    env.reset(seed=0)
+    person = env.team.states[0].episode.bodies.people[0]
+    pose, ppm = env.team.states[1].pose_px, env.config.pixels_per_metre
+    touch = (config.robot.radius_m + config.people.radius_m) * ppm
+    pose[:3] = person.x - touch - 1.0, person.y, 0.0  # one pixel from the person
+    env.team.others.places[0, 1] = pose[:2]
+    *_, infos = env.step({"robot_0": 1, "robot_1": 0})
+    assert infos["robot_1"]["collided"]
+    assert infos["robot_1"]["team"]["meetings"] == 0
+    assert pose[0] == pytest.approx(person.x - touch, abs=1e-3)
+
+
+def test_a_team_draws_its_robots_where_people_stand_beside_them() -> None:
+    env = parallel_env(robots=2, dataset=HALL, config=SimulatorConfig(people=PeopleConfig(6)), success_coverage=None)
+    ppm, rng = env.config.pixels_per_metre, np.random.default_rng(0)
+    env.reset(seed=0)
+    for _ in range(40):
+        env.step({agent: int(rng.choice([0, 0, 1])) for agent in env.agents})
+        x, y = before = env.team.places_px()[1]
+        env.step({"robot_0": 1, "robot_1": 1})
+        drawn = np.zeros_like(env.team.walls)
+        stamp_disc(drawn, x, y, env.config.robot.radius_m * ppm - THINNER_PX)
+        assert env.team.states[0].occupied[drawn != 0].all()
+        np.testing.assert_array_equal(env.team.places_px()[1], before)
