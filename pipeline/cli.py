@@ -13,7 +13,7 @@ import typer
 from pipeline.batch.disk import printable
 from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
 from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import ended_cleanly, named_manifest, settings_of, show_inspection, show_unheard
+from pipeline.cli_parts import end_cleanly, named_manifest, settings_of, show_inspection, show_unheard
 
 REJECTED = 1
 """An exit code: the house that is inspected gives no plan."""
@@ -204,7 +204,7 @@ def build(
     }
     others = "add" if add else "replace" if replace_others else "refuse"
     work = Work(config, given, overrides, out, workers, executor, address, rehash)
-    with ended_cleanly() as check:
+    with end_cleanly() as check:
         if shard is not None:
             code = build_one_shard(work, shard, check)
         elif "://" in out:
@@ -252,7 +252,7 @@ def inspect(
         "furniture": furniture,
         "model_path": model_path,
     }
-    with ended_cleanly():
+    with end_cleanly():
         words = load_overrides(config, overrides)
         found = inspect_house(settings_of(config, given), words, level, out, id_, replace=replace)
     show_inspection(found, source, out)

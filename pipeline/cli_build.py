@@ -122,7 +122,7 @@ def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSe
             ended=display.note_outcome,
         )
         record = work.record(add=adds)
-        record_build(root, record.appended_to(read_build_record(root)) if adds else record)
+        record_build(root, record.with_earlier(read_build_record(root)) if adds else record)
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)

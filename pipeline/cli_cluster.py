@@ -10,7 +10,7 @@ import typer
 
 from houseexpo.errors import HouseExpoError
 from houseexpo.words import count_noun
-from pipeline.cli_parts import NOT_DONE, ended_cleanly, named_manifest, settings_of, show_outcomes
+from pipeline.cli_parts import NOT_DONE, end_cleanly, named_manifest, settings_of, show_outcomes
 
 _NAMED = 8
 """How many houses are named that a shard has not done."""
@@ -29,7 +29,7 @@ def assemble(
 
     Ends with 3 if houses are not done yet, and says which; with 4 if nothing became a plan.
     """
-    with ended_cleanly() as check:
+    with end_cleanly() as check:
         code = assemble_all(dataset, check, partial=partial)
     if code:
         raise typer.Exit(code)
@@ -62,12 +62,12 @@ def slurm(
 
     Run again, it takes up only the shards that are not done and not in the queue.
     """
-    from pipeline.batch.shard_build import begin, left_of
+    from pipeline.batch.shard_build import begin, unfinished_inputs
     from pipeline.batch.slurm import ARRAY_LIMIT, Queue, Request, Scripts, array_limit, program
     from pipeline.batch.store import is_url
     from pipeline.overrides import load_overrides
 
-    with ended_cleanly():
+    with end_cleanly():
         overrides = load_overrides(manifest, None, None if is_url(out) else Path(out))
         begun = begin(settings_of(manifest, {}), out, shards, overrides)
         place = out if is_url(out) else str(Path(out).absolute())
@@ -81,7 +81,7 @@ def slurm(
                 raise
             typer.secho(f"{error}; the scripts are for all shards that are not done", fg=typer.colors.YELLOW, err=True)
             queue, at_most = Queue(), limit or ARRAY_LIMIT
-        count = written.write(left_of(begun, out), at_most, queue)
+        count = written.write(unfinished_inputs(begun, out), at_most, queue)
         waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
         typer.echo(f"{count} of {count_noun(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
         if submit:
@@ -90,13 +90,13 @@ def slurm(
 
 def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble the data set if all shards are done; return the exit code."""
-    from pipeline.batch.shard_build import DamagedShardsError, assemble_shards, begun_at, left_of
+    from pipeline.batch.shard_build import DamagedShardsError, assemble_shards, require_begun, unfinished_inputs
     from pipeline.display import watching
     from pipeline.report import index_rows
     from pipeline.report_page import write_report
 
-    begun = begun_at(out)
-    left = left_of(begun, out)
+    begun = require_begun(out)
+    left = unfinished_inputs(begun, out)
     _show_left(left, begun.shards, "not done")
     if left and not partial:
         return NOT_DONE

@@ -51,7 +51,7 @@ def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
 
 
 @contextmanager
-def ended_cleanly() -> Iterator[Callable[[], None]]:
+def end_cleanly() -> Iterator[Callable[[], None]]:
     """On Ctrl-C (exit code 130) or a transient fault such as a full disk (3), print the command that continues.
 
     Yields ``interruptible``'s function.

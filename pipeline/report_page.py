@@ -72,7 +72,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
     copies = _duplicates(data_set)
     wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MAX_SHOWN])])
     plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
-    plans |= _kept_apart(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
+    plans |= _plans_beside(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
     images: dict[str, Picture] = {}
     for done, (name, plan) in enumerate(plans.items(), 1):
         image = _draw_plan(plan)
@@ -132,7 +132,7 @@ def _duplicates(data_set: DataSet) -> list[Duplicate]:
     return [Duplicate(**msgspec.json.decode(line)) for line in lines]
 
 
-def _kept_apart(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPlan]:
+def _plans_beside(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPlan]:
     """Return plans that are not in the data set from where the build keeps them, as far as they are still there."""
     store, found = Plans(FolderStore(data_set.root)), {}
     kept = {plan.id: plan for entry in data_set.entries for plan in entry.plans}

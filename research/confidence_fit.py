@@ -92,10 +92,10 @@ def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Par
     except Rejection:
         pass
     for whole in found:
-        yield from _judged(*whole, known, house, group)
+        yield from _judge_parts(*whole, known, house, group)
 
 
-def _judged(
+def _judge_parts(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, known: Known, house: str, group: str
 ) -> Iterator[Part]:
     grounds = weigh(level, evidence, layout, spaces)
@@ -109,12 +109,12 @@ def _judged(
         right = which_near(true, truths.in_source(level, np.asarray(middles).reshape(-1, 2)), truths.NEAR_M)
         for k, is_true in zip(which, right, strict=True):
             yield Part(part, house, group, bool(is_true), features[k])
-    rooms = [_moved(level, room.polygon) for room in planned.named]
+    rooms = [_to_source(level, room.polygon) for room in planned.named]
     for row, is_true in zip(confidence.room_features(planned), _alike(known.rooms, rooms), strict=True):
         yield Part("room", house, group, bool(is_true), row)
 
 
-def _moved(level: Level, room: Polygon) -> Polygon:
+def _to_source(level: Level, room: Polygon) -> Polygon:
     return shapely.transform(room, lambda points: truths.in_source(level, points))
 
 
@@ -261,7 +261,9 @@ def source_of(fitted: Mapping[str, confidence.Model]) -> str:
     return "\n".join(lines[:-1]) + "\n"
 
 
-def collected(kinds: Sequence[str], members: int, seed: int, corpus: Path | None, records: Path | None) -> list[Part]:
+def collect_parts(
+    kinds: Sequence[str], members: int, seed: int, corpus: Path | None, records: Path | None
+) -> list[Part]:
     """Return what the file of records has, where there is one; else plan all houses and keep it there."""
     if records and records.exists():
         return [msgspec.json.decode(line, type=Part) for line in records.read_bytes().splitlines()]
@@ -297,7 +299,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     corpus = given.corpus.absolute() if given.corpus else None
-    parts = collected(given.kinds.split(","), given.members, given.seed, corpus, given.records)
+    parts = collect_parts(given.kinds.split(","), given.members, given.seed, corpus, given.records)
     seen = [part for part in parts if part.group != "corpus 2"]
     console = Console(width=120)
     fitted = {}

@@ -30,8 +30,8 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from research.home_measures import Seen, as_published, features, pooled_labels, seen
-from research.home_statistics import published
+from research.home_measures import Seen, as_published, features, measure_plan, pooled_labels
+from research.home_statistics import measure_published
 from stats.compare import total_variation
 
 SEED = 2026
@@ -69,7 +69,7 @@ class Verdict:
 def made_plans(count: int, seed: int = SEED) -> Iterator[FloorPlan]:
     """Build ``count`` homes; those that give no plan are passed over."""
 
-    def built() -> Iterator[FloorPlan]:
+    def build_plans() -> Iterator[FloorPlan]:
         for item in find("procedural:1000000?style=home", seed=str(seed)):
             for level in reader(item.reader).read(item):
                 try:
@@ -78,10 +78,10 @@ def made_plans(count: int, seed: int = SEED) -> Iterator[FloorPlan]:
                     continue
                 yield from (plan for plan in found if isinstance(plan, FloorPlan))
 
-    return islice(built(), count)
+    return islice(build_plans(), count)
 
 
-def compared(ours: list[Seen], theirs: list[Seen]) -> list[Line]:
+def compare_measures(ours: list[Seen], theirs: list[Seen]) -> list[Line]:
     """Return every measure of both, those with a bound first."""
     lines = []
     for name in theirs[0].numbers:
@@ -114,7 +114,7 @@ def _areas_apart(ours: list[Seen], theirs: list[Seen]) -> float:
 
 
 @threadpool_limits.wrap(limits=1)  # threads that wait for each other on a busy machine take longer than one
-def told_apart(ours: list[Seen], theirs: list[Seen], *, step_m: float = 0.0, tells: bool = True) -> Verdict:
+def cross_validate(ours: list[Seen], theirs: list[Seen], *, step_m: float = 0.0, tells: bool = True) -> Verdict:
     """Cross-validate gradient boosting on all measures; permutation importance on what each fold has not seen."""
     data, names = features(ours + theirs, step_m)
     truth = np.repeat([0, 1], [len(ours), len(theirs)])
@@ -154,7 +154,7 @@ def show(lines: list[Line], verdict: Verdict, rounded: Verdict) -> None:
         console.print(f"  {loss:.4f}  {name}")
 
 
-def looked_at(plans: Iterator[FloorPlan], see: Callable[[FloorPlan], Seen] = seen) -> list[Seen]:
+def measure_all(plans: Iterator[FloorPlan], see: Callable[[FloorPlan], Seen] = measure_plan) -> list[Seen]:
     """Measure made plans as if they were published."""
     return [see(as_published(plan)) for plan in plans]
 
@@ -162,9 +162,9 @@ def looked_at(plans: Iterator[FloorPlan], see: Callable[[FloorPlan], Seen] = see
 def main() -> None:
     """Compare and print."""
     path, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2000
-    theirs, ours = published(path, count, last=True), looked_at(made_plans(count))
-    rounded = told_apart(ours, theirs, step_m=STEP_M, tells=False)
-    show(compared(ours, theirs), told_apart(ours, theirs), rounded)
+    theirs, ours = measure_published(path, count, last=True), measure_all(made_plans(count))
+    rounded = cross_validate(ours, theirs, step_m=STEP_M, tells=False)
+    show(compare_measures(ours, theirs), cross_validate(ours, theirs), rounded)
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def as_published(plan: FloorPlan) -> FloorPlan:
     return FloorPlan(plan.id, verts, room_num=plan.room_num, room_category=plan.room_category)
 
 
-def seen(plan: FloorPlan) -> Seen:
+def measure_plan(plan: FloorPlan) -> Seen:
     """Measure a plan that has the published keys."""
     found = with_rooms(plan)
     per_room = _numbers(found, "doors_per_room")
@@ -171,7 +171,7 @@ def features(houses: list[Seen], step_m: float = 0.0) -> tuple[npt.NDArray[np.fl
     names: list[str] = []
     columns = []
     for name in (name for name in houses[0].numbers if name not in LEFT_OUT):
-        lists = [_rounded(name, house.numbers[name], step_m) for house in houses]
+        lists = [_round_to_step(name, house.numbers[name], step_m) for house in houses]
         if max(map(len, lists)) <= 1:
             names.append(name)
             columns.append([row[0] if row else np.nan for row in lists])
@@ -185,7 +185,7 @@ def features(houses: list[Seen], step_m: float = 0.0) -> tuple[npt.NDArray[np.fl
     return np.array(columns, dtype=np.float64).T, names
 
 
-def _rounded(name: str, values: list[float], step_m: float) -> list[float]:
+def _round_to_step(name: str, values: list[float], step_m: float) -> list[float]:
     if step_m and name in IN_STEPS:
         return [round(value / step_m) * step_m for value in values]
     return [value // 2 * 2 for value in values] if step_m and name == "corners" else values

@@ -23,7 +23,7 @@ from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
 from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
 from research.home_kinds import door_kinds, house_kinds
-from research.home_measures import Seen, seen
+from research.home_measures import Seen, measure_plan
 
 SEED = 17
 USUAL_WALL_M = 0.1
@@ -34,7 +34,7 @@ MOST_SPACES = 30
 """Larger houses, one in a thousand, are left out."""
 
 
-def published(path: Path, count: int, *, last: bool = False) -> list[Seen]:
+def measure_published(path: Path, count: int, *, last: bool = False) -> list[Seen]:
     """Measure ``count`` published plans, drawn at random; those that cannot be repaired are left out.
 
     The table is made of the first ones of a drawn order; ``last`` takes others, the last ones.
@@ -46,7 +46,7 @@ def published(path: Path, count: int, *, last: bool = False) -> list[Seen]:
     found = []
     for k in sorted(chosen.tolist()):
         try:
-            found.append(seen(decode(lines[k])))
+            found.append(measure_plan(decode(lines[k])))
         except PlanError:
             continue
     return found
@@ -143,7 +143,7 @@ def _hubs(houses: list[Seen]) -> dict[str, float]:
 def main() -> None:
     """Measure and write."""
     path, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 12000
-    TABLE.write_text(json.dumps(table_of(published(path, count)), separators=(",", ":")) + "\n")
+    TABLE.write_text(json.dumps(table_of(measure_published(path, count)), separators=(",", ":")) + "\n")
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def source_of(model: Model) -> str:
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
-def judged_or_kept(kinds: list[str], members: int, seed: int, records: Path | None) -> list[Judged]:
+def judge_or_read(kinds: list[str], members: int, seed: int, records: Path | None) -> list[Judged]:
     """Return what the file of records has, where there is one; else judge, and write each plan there as it comes."""
     if records and records.exists():
         return [msgspec.json.decode(line, type=Judged) for line in records.read_bytes().splitlines()]
@@ -102,7 +102,7 @@ def main() -> None:
     parser.add_argument("--records", type=Path)
     parser.add_argument("--corpus", type=Path)
     given = parser.parse_args()
-    plans = judged_or_kept(given.kinds.split(","), given.members, given.seed, given.records)
+    plans = judge_or_read(given.kinds.split(","), given.members, given.seed, given.records)
     if given.corpus:
         plans += of_corpus(given.corpus.absolute())
     fitted, held_out = split(plans)

@@ -88,7 +88,7 @@ def _reach(
     key = f"{radius_m:.2f}"
     if float(key) == radius_m and all(key in record.reach for record in measured):
         return [record.reach[key][:2] for record in measured]
-    found = data_set.derived(f"pieces at {radius_m!r} m, 1", partial(_pieces, radius_m), workers or cores())
+    found = data_set.measure_cached(f"pieces at {radius_m!r} m, 1", partial(_pieces, radius_m), workers or cores())
     return [(int(pieces), float(share)) for pieces, share in found]
 
 

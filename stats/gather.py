@@ -103,7 +103,7 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
         Number of processes; by default one for each core.
     """
     name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record_with_audit)
-    found = data_set.derived(name, measure, workers or cores())
+    found = data_set.measure_cached(name, measure, workers or cores())
     return [msgspec.convert(values, Record) for values in found]
 
 

@@ -53,7 +53,7 @@ def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:
     """Return for each split how many of its plans also occur in each other split, possibly rotated or mirrored."""
     found: dict[str, dict[str, int]] = {}
     for name, other in permutations(sorted(gathered.splits), 2):
-        found.setdefault(name, {})[other] = gathered.splits[name].rings.shared_with(gathered.splits[other].rings)
+        found.setdefault(name, {})[other] = gathered.splits[name].rings.count_shared(gathered.splits[other].rings)
     return found
 
 

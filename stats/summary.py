@@ -76,7 +76,7 @@ class Rings:
         self.rings.update(other.rings)
         self.shapes.update(other.shapes)
 
-    def shared_with(self, other: Rings) -> int:
+    def count_shared(self, other: Rings) -> int:
         """Return how many plans have a shape that also occurs in ``other``, possibly rotated or mirrored."""
         return sum(n for shape, n in self.shapes.items() if shape in other.shapes)
 

@@ -25,7 +25,7 @@ _EXPLORES_MS = 12_000
 
 def shoot(data_set: Path, images: Path = IMAGES) -> None:
     """Write a picture of each page of a served data set."""
-    with served(data_set) as address, sync_playwright() as driver:
+    with serving(data_set) as address, sync_playwright() as driver:
         chromium = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         home = f"{address}/{data_set.name}"
         with page_of(chromium, "light") as page:
@@ -57,7 +57,7 @@ def shoot(data_set: Path, images: Path = IMAGES) -> None:
 
 
 @contextmanager
-def served(data_set: Path) -> Iterator[str]:
+def serving(data_set: Path) -> Iterator[str]:
     """Run ``houseexpo serve`` on a free port; yields its address."""
     command = [sys.executable, "-m", "houseexpo", "serve", str(data_set), "--port", "0", "--review"]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)  # noqa: S603  # our own words

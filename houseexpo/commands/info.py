@@ -60,8 +60,8 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
     return [
         ("data set", str(plans.path), str(plans.path)),
         ("plans", len(plans), f"{len(plans)}"),
-        ("rooms", _summary(rooms), f"{_spread(rooms, '')}, {sum(rooms)} in all"),
-        ("area", _summary(area), _spread(area, " m2")),
+        ("rooms", _summary(rooms), f"{_range_words(rooms, '')}, {sum(rooms)} in all"),
+        ("area", _summary(area), _range_words(area, " m2")),
         *_quality(plans.column("quality")),
         ("labels", most, ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)"),
         ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items()) or "none"),
@@ -74,7 +74,7 @@ def _quality(scores: list[float | None]) -> list[_Row]:
 
     known = [score for score in scores if score is not None]
     doubtful = sum(score < SURE for score in known)
-    said = f"{_spread(known, '')}, {doubtful} doubtful (below {SURE:g})"
+    said = f"{_range_words(known, '')}, {doubtful} doubtful (below {SURE:g})"
     return [("quality", {**_summary(known), "doubtful": doubtful}, said)] if known else []
 
 
@@ -85,7 +85,7 @@ def _summary(values: list[float]) -> dict[str, float]:
     return {"min": min(values), "max": max(values), "median": middle, "mean": mean, "sum": sum(values)}
 
 
-def _spread(values: list[float], unit: str) -> str:
+def _range_words(values: list[float], unit: str) -> str:
     if not values:
         return "none"
     found = _summary(values)

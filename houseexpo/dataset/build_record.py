@@ -65,7 +65,7 @@ class BuildRecord(msgspec.Struct, frozen=True):
     build: Build
     earlier: tuple[Build, ...] = ()
 
-    def appended_to(self, before: BuildRecord | None) -> BuildRecord:
+    def with_earlier(self, before: BuildRecord | None) -> BuildRecord:
         """Return the record of a build that added its plans to those of the builds in ``before``."""
         if before is None:
             return self

@@ -244,7 +244,7 @@ class Dataset(Sequence[FloorPlan]):
         except (OSError, msgspec.DecodeError) as error:
             raise DatasetError(f"{file}: expected a rejected input a line, found {error}; build again") from None
 
-    def derived(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
+    def measure_cached(self, name: str, measure: Callable[[FloorPlan], Any], workers: int = 1) -> list[Any]:
         """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``measure_cached``).
 
         A progress bar shows the plans still to be measured. An interrupted run continues where it stopped.

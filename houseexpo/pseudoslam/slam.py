@@ -87,7 +87,7 @@ class ScanMatcher:
         """
         pose = np.array(predicted, np.float64)
         if self._last_key is not None:
-            pose = self._matched(pose, self._ends(ranges))
+            pose = self._match(pose, self._ends(ranges))
         self._draw(self._all, pose, ranges)
         if self._is_key(pose):
             self._draw(self._keys, pose, ranges)
@@ -120,7 +120,7 @@ class ScanMatcher:
         )
         return ends
 
-    def _matched(self, pose: Floats, ends: Floats) -> Floats:
+    def _match(self, pose: Floats, ends: Floats) -> Floats:
         self.score = 0.0
         if len(ends) < FEWEST:  # R2
             return pose

@@ -33,7 +33,7 @@ class Task(ABC):
     rewards_add_up: bool = False
     """Whether ``rewards`` over several steps equals the sum over single steps, which planners' actions need."""
 
-    def configured(self, config: SimulatorConfig | None) -> SimulatorConfig:
+    def configure(self, config: SimulatorConfig | None) -> SimulatorConfig:
         """Return the configuration to use if this one is requested; for None, the task's own."""
         return config or self.default
 
@@ -210,7 +210,7 @@ class Navigation(Task):
     def __post_init__(self) -> None:
         number(self.success_reward, "success_reward")
 
-    def configured(self, config: SimulatorConfig | None) -> SimulatorConfig:
+    def configure(self, config: SimulatorConfig | None) -> SimulatorConfig:
         """Add a random goal to a configuration without one."""
         config = config or self.default
         return config if config.goal else replace(config, goal=GoalConfig())

@@ -78,7 +78,7 @@ def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
         "version": described.get("version", ""),
         "sources": described.get("sources", ""),
         "figures": figures,
-        "plans": [(table.ids[row], table.title(row)) for row in _spread(len(table), pictures)],
+        "plans": [(table.ids[row], table.title(row)) for row in _spread_evenly(len(table), pictures)],
     }
 
 
@@ -151,7 +151,7 @@ def _text(value: Any) -> str:
     return " ".join(value[:_LETTERS].split()) if isinstance(value, str) else ""
 
 
-def _spread(count: int, most: int) -> Sequence[int]:
+def _spread_evenly(count: int, most: int) -> Sequence[int]:
     """Return up to ``most`` rows, evenly spread over a data set."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist() if count else []
 

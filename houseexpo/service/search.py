@@ -278,7 +278,7 @@ def measure_table(data: Dataset) -> Table:
     (``houseexpo serve --measure``).
     """
     sides = np.stack([_column(data, "width"), _column(data, "height")])
-    shape = data.derived(_SHAPE, _shape_of)
+    shape = data.measure_cached(_SHAPE, _shape_of)
     labels = data.column("labels")
     numbers = {
         **{name: _column(data, BY_NAME[name].column) for name in ("rooms", "area", "doors", "cuts", "quality")},

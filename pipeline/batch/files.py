@@ -37,7 +37,7 @@ def folders_of(item: Input) -> list[Path]:
     return [folder_of(item), *map(Path, filter(None, named))]
 
 
-def looked_at(names: Iterable[str], item: Input, began_ns: int) -> list[Content]:
+def contents_of(names: Iterable[str], item: Input, began_ns: int) -> list[Content]:
     """Return what the files hold that were opened, and the input's own, which not every reader opens in Python."""
     path = Path(item.path)
     own = [] if item.key and not path.is_file() else [path.name]
@@ -50,7 +50,7 @@ def look_same(item: Input, files: Sequence[Content]) -> bool:
     return all(_look(folder / from_text(file.name)) == (file.size, file.mtime_ns) for file in files)
 
 
-def known_again(item: Input, files: Sequence[Content], began_ns: int) -> list[Content] | None:
+def contents_if_unchanged(item: Input, files: Sequence[Content], began_ns: int) -> list[Content] | None:
     """Return the files as they look now where they still hold what they held, else None; all are read."""
     now = _contents([file.name for file in files], item, began_ns)
     return now if [file.sha256 for file in now] == [file.sha256 for file in files] else None
@@ -60,7 +60,7 @@ def files_of(item: Input) -> list[Content]:
     """Return the files of an input of which no reader could say what it read: its own, or all in its own folders."""
     folder = folder_of(item)
     names = [str(file.relative_to(folder)) for file in folder.glob(f"*/{escape(item.key)}/*")] if item.key else []
-    return looked_at(names, item, time.time_ns())
+    return contents_of(names, item, time.time_ns())
 
 
 def _look(file: Path) -> tuple[int, int]:

@@ -18,7 +18,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from pipeline.batch.disk import transient_fault
 from pipeline.batch.entry import Entry, Kept, Outcome, Refused, label_of
-from pipeline.batch.files import folders_of, known_again, looked_at
+from pipeline.batch.files import contents_if_unchanged, contents_of, folders_of
 from pipeline.batch.plans import Plans
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
@@ -27,7 +27,7 @@ from pipeline.png import top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
-from pipeline.sources.files import record_files, told_of
+from pipeline.sources.files import record_files, with_losses
 from pipeline.timing import collect_times, time_stages
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
@@ -104,7 +104,7 @@ def work(settings: Settings, job: Job) -> Entry:
             mirror.mount()
     except OSError as error:
         return job.refusal(not_yet(error.strerror or str(error)), transient=True)
-    if job.known is not None and (files := known_again(job.item, job.known.files, began_ns)) is not None:
+    if job.known is not None and (files := contents_if_unchanged(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
     with record_files(*folders_of(job.item)) as names, collect_times() as seconds, ignore_division_warnings():
         try:
@@ -115,7 +115,7 @@ def work(settings: Settings, job: Job) -> Entry:
         input=job.name,
         source=job.source,
         recipe=job.recipe,
-        files=looked_at(names, job.item, began_ns),
+        files=contents_of(names, job.item, began_ns),
         seconds=round(time.perf_counter() - start, 4),
         plans=[outcome for outcome in outcomes if isinstance(outcome, Kept)],
         refused=[outcome for outcome in outcomes if isinstance(outcome, Refused)],
@@ -171,7 +171,7 @@ def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
-        return [Refused.of(level.id, told_of(rejection, level.provenance).with_picture(top_view(level.walls)))]
+        return [Refused.of(level.id, with_losses(rejection, level.provenance).with_picture(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, job.item))]
 

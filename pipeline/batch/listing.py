@@ -20,7 +20,7 @@ from pipeline.batch.store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
 from pipeline.sources.files import files_in
-from pipeline.sources.recognise import made_of
+from pipeline.sources.recognise import parse_made
 from pipeline.values import Input
 
 
@@ -166,7 +166,7 @@ def full_name(source: str) -> str:
     """Return a source's own name on this machine; of made houses it states the style."""
     if is_url(source):
         return source.rstrip("/")
-    made = made_of(source)
+    made = parse_made(source)
     if made is not None:
         return made.name
     return printable(str(real_path(source))) if is_path(source) else source

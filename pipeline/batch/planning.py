@@ -21,7 +21,7 @@ from pipeline.batch.listing import Listing
 from pipeline.batch.plans import Plans
 from pipeline.batch.recipe import recipe, versions
 from pipeline.batch.shards import Shard
-from pipeline.batch.stage_pictures import drawn_by_algorithm
+from pipeline.batch.stage_pictures import by_algorithm_with_pictures
 from pipeline.executors.local import Executor, Failure, Limits
 from pipeline.overrides import Override, by_input, corrected_input
 from pipeline.rejection import Reason, Rejection
@@ -84,7 +84,7 @@ class Planning:
         first = next(jobs, None)
         total, open_jobs = -(-self.listing.total() // self.shard.count), 0
 
-        def handed_over() -> Iterator[Job]:
+        def hand_over() -> Iterator[Job]:
             nonlocal open_jobs
             for job in itertools.chain([first] if first else [], jobs):
                 open_jobs += 1
@@ -92,9 +92,7 @@ class Planning:
 
         if first is not None:  # else all is done, and no worker need start
             function = partial(work, self._settings(plan))
-            for job, result in execute(
-                function, handed_over(), limits=limits, preload=["pipeline.algorithm", __name__]
-            ):
+            for job, result in execute(function, hand_over(), limits=limits, preload=["pipeline.algorithm", __name__]):
                 self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)
                 open_jobs -= 1
                 progress("planning", min(len(self.listed) - open_jobs, total), total)
@@ -128,7 +126,7 @@ class Planning:
 
     def _settings(self, plan: Plan | None) -> Settings:
         config = self.listing.config
-        usual = drawn_by_algorithm if config.build.keep_stages else by_algorithm
+        usual = by_algorithm_with_pictures if config.build.keep_stages else by_algorithm
         stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
         return Settings(
             config.planning,

@@ -82,7 +82,7 @@ def build_shard(
     return ShardDone(shard, len(planning.listed), left)
 
 
-def begun_at(out: str) -> Begun:
+def require_begun(out: str) -> Begun:
     """Return what the shards at ``out`` have in common; raise ConfigError if none has begun."""
     begun = read_begun(open_store(out))
     if begun is None:
@@ -90,7 +90,7 @@ def begun_at(out: str) -> Begun:
     return begun
 
 
-def left_of(begun: Begun, out: str) -> dict[int, list[str]]:
+def unfinished_inputs(begun: Begun, out: str) -> dict[int, list[str]]:
     """Return the ids of the inputs that are not done, by the number of their shard."""
     store = open_store(out)
     planning = Planning(Listing(begun.config), ShardJournal(store, None), Plans(store), begun.overrides)
@@ -101,7 +101,7 @@ def left_of(begun: Begun, out: str) -> dict[int, list[str]]:
 
 
 class DamagedShardsError(HouseExpoError):
-    """Stored plans are damaged; ``left`` has the ids of their inputs by shard, as ``left_of`` returns them."""
+    """Stored plans are damaged; ``left`` has the ids of their inputs by shard, as of ``unfinished_inputs``."""
 
     def __init__(self, left: dict[int, list[str]]) -> None:
         super().__init__(f"plans of {', '.join(id_ for ids in left.values() for id_ in ids)} are damaged")
@@ -124,7 +124,7 @@ def assemble_shards(begun: Begun, out: str, progress: Progress, *, partial: bool
     entries = list(ShardJournal(store, None).entries())
     with store.workplace([place for entry in entries for kept in entry.plans for place in places_of(kept)]) as root:
         if _forget_damaged(entries, FolderStore(root), store) and not partial:
-            raise DamagedShardsError(left_of(begun, out))
+            raise DamagedShardsError(unfinished_inputs(begun, out))
         yield build(
             begun.config,
             root,

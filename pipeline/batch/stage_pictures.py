@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pipeline.algorithm import Snapshot
 
 
-def drawn_by_algorithm(
+def by_algorithm_with_pictures(
     level: Level, config: PipelineConfig, rng: np.random.Generator
 ) -> Sequence[Drawn | RejectedLevel]:
     """Plan a level as ``by_algorithm`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""

@@ -39,7 +39,7 @@ def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
     found = {room.id: _of_room(plan, room, rng) for room in plan.rooms}
     while any(found.values()):
         made = _cut(plan, found)
-        wrong = set(found) if made is None else _not_reached(plan, made)
+        wrong = set(found) if made is None else _unreached_rooms(plan, made)
         if made is not None and not wrong:
             return replace(made, navigability=navigability(made))
         found = {room: pieces for room, pieces in found.items() if room not in wrong}
@@ -85,7 +85,7 @@ def _in_metres(shape: Polygon) -> Polygon:
     return shapely.transform(shape, lambda points: points / CM)
 
 
-def _not_reached(before: FloorPlan, after: FloorPlan) -> set[int]:
+def _unreached_rooms(before: FloorPlan, after: FloorPlan) -> set[int]:
     """Return the furnished rooms in which the robot does not get wherever it got before (R3)."""
     was, now = (standing_pieces(plan.free_space, ROBOT_M) for plan in (before, after))
     furnished_rooms = {thing.room for thing in after.objects if thing.room is not None}

@@ -454,7 +454,7 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
         room = waiting.pop()
         near = [mouth for mouth in every if shapely.contains(room, shapely.points(mouth.middle))]
         rows = [[other for other in near if mouth.in_row(other)] for mouth in near]
-        tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _parted_by(room, row))]
+        tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _part_at_mouths(room, row))]
         if tries:
             (_, sides), row = min(
                 tries, key=lambda each: (round(each[0][0], 6), len(each[1]), each[1][0].filling.bounds)
@@ -478,7 +478,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else NARROW)
 
 
-def _parted_by(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
+def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
     """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
     parts = [p for p in polygons_of(subtract(room, union_of(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
     if len(parts) < 2:

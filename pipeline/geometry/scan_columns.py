@@ -231,8 +231,8 @@ SPARSE = 0.15
 MAX_PIXELS = 16_000_000
 
 
-def drawn_in(points: Floats) -> Floats:
-    """Return the points (n, 3) that stand, drawn in; fewer than there were."""
+def denoise(points: Floats) -> Floats:
+    """Return the points (n, 3) that stand, each moved to the ridge of its wall by mean shift; outliers are dropped."""
     if not len(points):
         return points
     band = np.floor((points[:, 2] - points[:, 2].min()) / BAND_M).astype(np.int64)
@@ -288,7 +288,7 @@ TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float) -> Columns:
     """Return the columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
     inside = (points[:, 2] >= low_m) & (points[:, 2] < high_m)
-    standing = drawn_in(points[inside])
+    standing = denoise(points[inside])
     raster = _raster(standing[:, :2], cell_m)
     cells = raster.cells(standing[:, :2])
     step = _step(cells, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)

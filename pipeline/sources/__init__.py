@@ -12,7 +12,7 @@ from houseexpo.files import is_device
 from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
 from pipeline.sources.files import files_in
-from pipeline.sources.recognise import how_to_export, is_claimed, made_of, recognise
+from pipeline.sources.recognise import how_to_export, is_claimed, parse_made, recognise
 from pipeline.sources.storeys.scale import check_sizes
 from pipeline.values import Input, Reader
 
@@ -81,7 +81,7 @@ def is_path(source: str) -> bool:
 
 def made_count(source: str) -> int | None:
     """Return how many houses ``procedural:COUNT`` stands for; None for any other source."""
-    made = made_of(source)
+    made = parse_made(source)
     return None if made is None else made.count
 
 

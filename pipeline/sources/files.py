@@ -206,7 +206,7 @@ class LeftOut:
         return {KEY: self.note} if self._why else {}
 
 
-def told_of(rejection: Rejection, provenance: Mapping[str, Any]) -> Rejection:
+def with_losses(rejection: Rejection, provenance: Mapping[str, Any]) -> Rejection:
     """Return a rejection that also says what of the source was missing or damaged: that may be why."""
     lacks = [f"{words}: {str(provenance[key])[:_LETTERS]}" for key, words in _LACKS.items() if provenance.get(key)]
     if not lacks:

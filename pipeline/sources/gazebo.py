@@ -25,7 +25,7 @@ import numpy as np
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import merge_meshes
-from pipeline.sources.files import check_file, level_id, single_input, told_of
+from pipeline.sources.files import check_file, level_id, single_input, with_losses
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
@@ -65,7 +65,7 @@ def read(item: Input) -> Iterator[Level]:
     try:
         levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
     except Rejection as rejection:
-        raise told_of(rejection, provenance) from None
+        raise with_losses(rejection, provenance) from None
     for number, level in enumerate(levels):
         yield Level(
             id=level_id(item.id, number, len(levels)),

@@ -19,13 +19,13 @@ from pipeline.sources.homes.house import home_id, make_home
 from pipeline.sources.homes.kinds import table_digest
 from pipeline.sources.homes.level import level_of
 from pipeline.sources.procedural import scene_id, write_house
-from pipeline.sources.recognise import HOME, made_of
+from pipeline.sources.recognise import HOME, parse_made
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
-    made, seed = made_of(path), options.get("seed", "0")
+    made, seed = parse_made(path), options.get("seed", "0")
     if made is None or made.count < 1:
         expected = "expected procedural:COUNT or procedural:COUNT?style=test with a COUNT of at least 1"
         raise ConfigError(f"source {path!r}: {expected}")

@@ -225,7 +225,7 @@ class Made:
         return f"procedural:{self.count}?style={self.style}"
 
 
-def made_of(source: str) -> Made | None:
+def parse_made(source: str) -> Made | None:
     """Return what such a name asks for, or None for any other name."""
     found = _NAME.fullmatch(source)
     style = STYLES.get(found[2] or HOME) if found else None

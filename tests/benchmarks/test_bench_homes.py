@@ -11,8 +11,8 @@ import time
 from rich.console import Console
 
 from pipeline.sources.homes.house import make_home
-from research.home_comparison import STEP_M, compared, looked_at, made_plans, show, told_apart
-from research.home_statistics import published
+from research.home_comparison import STEP_M, compare_measures, cross_validate, made_plans, measure_all, show
+from research.home_statistics import measure_published
 from tests.builders.shared import DATA, needs_shared
 
 COUNT = int(os.environ.get("HOMES", "2000"))
@@ -22,10 +22,10 @@ REACHED = ("area_m2", "short_side_m", "labels", "doors_per_room", "degree", "loo
 
 @needs_shared
 def test_made_homes_are_near_published_plans() -> None:
-    theirs = published(DATA / "houseexpo" / "plans_33717.jsonl.gz", COUNT, last=True)
-    ours = looked_at(made_plans(COUNT))
-    lines = compared(ours, theirs)
-    show(lines, told_apart(ours, theirs), told_apart(ours, theirs, step_m=STEP_M, tells=False))
+    theirs = measure_published(DATA / "houseexpo" / "plans_33717.jsonl.gz", COUNT, last=True)
+    ours = measure_all(made_plans(COUNT))
+    lines = compare_measures(ours, theirs)
+    show(lines, cross_validate(ours, theirs), cross_validate(ours, theirs, step_m=STEP_M, tells=False))
     far = {line.name: line.distance for line in lines if line.name in REACHED and line.distance > (line.asked or 0.0)}
     assert not far
 

@@ -38,7 +38,7 @@ from pipeline.stages.layout import candidates
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Level
 from research.confidence_fit import LIMITS as FIT_LIMITS
-from research.confidence_fit import collected, levels_of, of_storey, storeys_of, table_of, zones_of
+from research.confidence_fit import collect_parts, levels_of, of_storey, storeys_of, table_of, zones_of
 from tests.builders.kinds.measuring import Outcome, measure, plans_of
 from tests.builders.kinds.registry import KINDS, make_member
 from tests.builders.matching import MARGIN, PIXELS, Counts, compare
@@ -200,7 +200,7 @@ def test_confidence_tells_true_parts_from_false_ones(request: pytest.FixtureRequ
     option = request.config.getoption
     kinds = option("--kinds").split(",") if option("--kinds") else list(KINDS)
     seed = option("--seed") or FITTED_SEED + 1
-    parts = collected(kinds, option("--members"), seed, None, None)
+    parts = collect_parts(kinds, option("--members"), seed, None, None)
     Console(width=120).print(table_of(parts, models()))
     assert {part.part for part in parts} == {"door", "entrance", "room"}
 

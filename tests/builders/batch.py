@@ -25,7 +25,7 @@ from pipeline.batch.assemble import DataSet
 from pipeline.batch.build import Progress, build
 from pipeline.batch.folder import Others
 from pipeline.batch.job import Drawn, Plan
-from pipeline.batch.shard_build import ShardDone, assemble_shards, begin, begun_at, build_shard
+from pipeline.batch.shard_build import ShardDone, assemble_shards, begin, build_shard, require_begun
 from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
@@ -140,7 +140,7 @@ def run_shard(config: BuildConfig, out: Path | str, shard: str, *, plan: Plan = 
 
 def run_assemble(out: Path | str) -> DataSet:
     """Put the plans of shards together."""
-    with assemble_shards(begun_at(str(out)), str(out), _quiet) as data_set:
+    with assemble_shards(require_begun(str(out)), str(out), _quiet) as data_set:
         return data_set
 
 

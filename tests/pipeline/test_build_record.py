@@ -59,13 +59,13 @@ def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> No
     a, b = Build(("a",), {"overrides": "/mine.toml"}), Build(("b",), {"add": "True"})
     added = Build(("a",), {"overrides": "/mine.toml", "add": "True"})
     first, second = BuildRecord(a), BuildRecord(b)
-    assert second.appended_to(None) == second
-    both = second.appended_to(first)
+    assert second.with_earlier(None) == second
+    both = second.with_earlier(first)
     assert both == BuildRecord(b, (added,))
     assert [words[-1] for words in both.commands(OUT)] == ["a", "b"]
-    again = BuildRecord(added).appended_to(both)
+    again = BuildRecord(added).with_earlier(both)
     assert again == BuildRecord(added, (b,))
-    assert second.appended_to(again) == both
+    assert second.with_earlier(again) == both
 
 
 def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:

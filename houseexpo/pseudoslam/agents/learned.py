@@ -100,15 +100,15 @@ class TrainedChooser:
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the explorer for an episode."""
-        return Chooser(robot, seed, self._read[0])
+        return Chooser(robot, seed, self._weights_and_notes[0])
 
     @property
     def training(self) -> Training:
         """The family of the weights, and the seed of their training."""
-        return Training(FAMILY, int(self._read[1].get("seed", 0)))
+        return Training(FAMILY, int(self._weights_and_notes[1].get("seed", 0)))
 
     @cached_property
-    def _read(self) -> tuple[Floats, dict[str, Any]]:
+    def _weights_and_notes(self) -> tuple[Floats, dict[str, Any]]:
         return read_weights(self.file)
 
 

@@ -77,7 +77,7 @@ def map_cases(track: Track, houses: list[MapHouse]) -> list[Case]:
     return found
 
 
-def _started(house: MapHouse, starts: list[Pose]) -> StartedHouse:
+def _with_starts(house: MapHouse, starts: list[Pose]) -> StartedHouse:
     return StartedHouse(house.id, house.occupied, house.frame, tuple(starts))
 
 
@@ -103,7 +103,7 @@ def _kth(folder: Path, files: list[Path], pixels_per_metre: float) -> list[MapHo
     for file in files:
         if file.stem in starts:
             house = map_house(_pixels(file) < 128, _KTH_M, name=file.stem).resample(pixels_per_metre)
-            found.append(_started(house, [_pose(house, *cell) for cell in starts[file.stem]]))
+            found.append(_with_starts(house, [_pose(house, *cell) for cell in starts[file.stem]]))
     return found
 
 
@@ -118,7 +118,7 @@ def _dungeon(file: Path, joined: int, side_m: float, pixels_per_metre: float) ->
     free = (cells > 150) | ((cells >= 50) & (cells <= 80)) if joined == 2 else cells > 150
     house = map_house(~free, side_m, name=file.stem)
     pose = _pose(house, *marked[number].tolist())
-    return _started(house.resample(pixels_per_metre), [pose])
+    return _with_starts(house.resample(pixels_per_metre), [pose])
 
 
 def _pixels(file: Path) -> npt.NDArray[Any]:

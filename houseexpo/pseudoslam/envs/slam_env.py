@@ -90,8 +90,8 @@ class SlamEnv(ExplorationEnv):
             predicted = state.believed_px.copy()
             self._odometry, self._off_px = predicted.copy(), []
         else:
-            predicted = self._predicted()
-            self._odometry = _moved(self._odometry, self._corrected, predicted)
+            predicted = self._predict_pose()
+            self._odometry = _compose_motion(self._odometry, self._corrected, predicted)
         self._truth = state.pose_px.copy()
         self._corrected = self._slam.update(predicted, self._ranges())
         state.poses_px[3:] = self._corrected
@@ -104,11 +104,13 @@ class SlamEnv(ExplorationEnv):
         truth = self._truth[:2]
         self._off_px.append((math.dist(self._corrected[:2], truth), math.dist(self._odometry[:2], truth)))
 
-    def _predicted(self) -> Floats:
+    def _predict_pose(self) -> Floats:
         """Return the pose (3,) that odometry predicts from the SLAM's last pose."""
         if self._params.errors.odometry:
             return self.state.believed_px.copy()
-        return _moved(self._corrected, self._truth, self.state.pose_px)  # the simulator then believes the truth
+        return _compose_motion(
+            self._corrected, self._truth, self.state.pose_px
+        )  # the simulator then believes the truth
 
     def _ranges(self) -> Floats:
         """Return the ranges (beams,) of the last scan with the noise of its beams, pixels."""
@@ -132,7 +134,7 @@ def _iou(one: Bools, other: Bools) -> float:
     return int(np.count_nonzero(one & other)) / union if union else 0.0
 
 
-def _moved(pose: Floats, before: Floats, after: Floats) -> Floats:
+def _compose_motion(pose: Floats, before: Floats, after: Floats) -> Floats:
     """Return a pose (3,) after the motion that leads from one pose to another, relative to the robot."""
     turn = pose[2] - before[2]
     cos, sin = math.cos(turn), math.sin(turn)

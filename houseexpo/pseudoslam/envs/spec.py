@@ -424,13 +424,13 @@ def _make_config(
     ``own_ppm`` are the cells per metre of maps, which are kept if no configuration is given.
     """
     if own_ppm is not None:
-        kept = replace(task.configured(None), pixels_per_metre=own_ppm)
+        kept = replace(task.configure(None), pixels_per_metre=own_ppm)
         config = with_preset(config, kept) if isinstance(config, str) else kept
     if isinstance(config, str):
-        config = with_preset(config, task.configured(None))
+        config = with_preset(config, task.configure(None))
     if config is not None and not isinstance(config, SimulatorConfig):
         raise ConfigError(f"config: expected a SimulatorConfig, one of {', '.join(PRESETS)}, or None; found {config!r}")
-    config = task.configured(config)
+    config = task.configure(config)
     if max_episode_steps is not None:
         whole(max_episode_steps, "max_episode_steps", at_least=1)
         config = replace(config, max_steps=max_episode_steps)

@@ -343,12 +343,12 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
 
     def _observations(self, after: Metrics) -> Observation:
         """Return the observations, as copies if ``copy`` is set."""
-        found = self._observed(after)
+        found = self._observe(after)
         if self._copy and isinstance(found, dict) and "global_map" in found:
             found["global_map"] = found["global_map"].copy()  # the view was drawn into the caller's array
         return found
 
-    def _observed(self, after: Metrics) -> Observation:
+    def _observe(self, after: Metrics) -> Observation:
         return self._env_spec.observe(self._batch.arrays, after, self._pictures, self._batch.sizes)
 
     def _infos(self, after: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
@@ -358,7 +358,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         return _with_masks(report, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
-        last = _copies_of(self._observed(after), self._ended)
+        last = _copies_of(self._observe(after), self._ended)
         masks = {"_final_obs": self._ended.copy(), "_final_info": self._ended.copy()}
         return {"final_obs": last, "final_info": self._infos(after, success, self._ended), **masks}
 

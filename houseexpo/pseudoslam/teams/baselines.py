@@ -282,7 +282,7 @@ class Chasing(Baseline):
         """Return the action of a robot by R1 to R3."""
         team = env.team
         state = team.states[robot]
-        known = np.flatnonzero(self._episode.told()[robot] & ~self._episode.caught)
+        known = np.flatnonzero(self._episode.known_people()[robot] & ~self._episode.caught)
         if len(known):  # R1
             places = self._episode.people_px()[known]
             nearest = places[int(np.argmin(np.hypot(*(places - state.pose_px[:2]).T)))]

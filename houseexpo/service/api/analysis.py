@@ -304,10 +304,10 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
         return []
     ids = [table.ids[other] for other in near.tolist()]
     try:
-        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
+        kept = now.data.only(ids).measure_cached(_FINGERPRINT, _fingerprint_of)
     except HouseExpoError:  # R4
         ids = [name for name in ids if _read(now, name) is not None]
-        kept = now.data.only(ids).derived(_FINGERPRINT, _fingerprint_of)
+        kept = now.data.only(ids).measure_cached(_FINGERPRINT, _fingerprint_of)
     if not ids:
         return []
     prints = np.array(kept, dtype=np.int32)

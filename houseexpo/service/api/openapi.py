@@ -102,7 +102,7 @@ def add_query_check(route: Route) -> None:
     known = [*found, *(_OF_PAGES if found.keys() >= set(_FILTER) else ())]
     answer = route.app
 
-    async def checked(scope: Scope, receive: Receive, send: Send) -> None:
+    async def check_parameters(scope: Scope, receive: Receive, send: Send) -> None:
         given = QueryParams(scope["query_string"])
         for name in given:
             if name not in known and name not in _ALSO:
@@ -112,7 +112,7 @@ def add_query_check(route: Route) -> None:
                 raise ConfigError(f"query: {name}: expected once, found {len(given.getlist(name))} of it")
         await answer(scope, receive, send)
 
-    route.app = checked
+    route.app = check_parameters
 
 
 def routes(service: Service) -> list[BaseRoute]:

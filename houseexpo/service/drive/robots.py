@@ -88,10 +88,10 @@ class Robot:
             "fov_deg": config.laser.fov_deg,
             "beams": BEAMS,
             "step_s": config.step_s,
-            "replay": self._told_of_replay(),
+            "replay": self._describe_replay(),
         }
 
-    def _told_of_replay(self) -> dict[str, Any] | None:
+    def _describe_replay(self) -> dict[str, Any] | None:
         if self._replayed is None:
             return None
         options = {name: getattr(self._start, name) for name in self._start.__struct_fields__}

@@ -194,7 +194,7 @@ def hosts_of(opening: Any) -> list[Any]:
     return [each.RelatingBuildingElement for each in opening.VoidsElements if each.RelatingBuildingElement]
 
 
-def filled_by(opening: Any) -> list[Any]:
+def fillings_of(opening: Any) -> list[Any]:
     """Return what stands in an opening."""
     return [each.RelatedBuildingElement for each in opening.HasFillings if each.RelatedBuildingElement]
 
@@ -547,7 +547,7 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
     """Openings in walls that hold no window, then the doors that stand in no such opening."""
     done: set[int] = set()
     for opening in elements.openings:
-        doors = [each for each in filled_by(opening) if each.is_a("IfcDoor")]
+        doors = [each for each in fillings_of(opening) if each.is_a("IfcDoor")]
         if opening.id() not in meshes or _is_window(opening):
             continue
         host = _host(opening, meshes)
@@ -565,12 +565,12 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
 def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
     for each in elements.openings:
         if each.id() in meshes and _is_window(each):
-            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(filled_by(each)[0], metres))
+            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(fillings_of(each)[0], metres))
 
 
 def _is_window(opening: Any) -> bool:
     """Return whether a window fills an opening, and no door."""
-    doors, windows = ([each for each in filled_by(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
+    doors, windows = ([each for each in fillings_of(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
     return bool(windows and not doors)
 
 

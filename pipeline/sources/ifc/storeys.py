@@ -70,13 +70,13 @@ def with_storeys(building: Building) -> Building:
             made = Storey(-1 - len(floors), f"at {height:.2f} m", height, home)
             floors[made] = height
 
-    def settled(part: Part) -> Part:
+    def to_storey_under(part: Part) -> Part:
         if part.storey is not None:
             return part
         under = _storey_under(part, floors, only)
         return part if under is None else replace(part, storey=under.key)
 
-    def laid(slab: Part) -> Part:
+    def to_storey_at(slab: Part) -> Part:
         if slab.storey is not None:
             return slab
         tops = [each for each in _of_home(slab, floors, only) if abs(slab.top - floors[each]) <= OFF_FLOOR_M]
@@ -86,9 +86,9 @@ def with_storeys(building: Building) -> Building:
     return replace(
         building,
         storeys=tuple(sorted(floors, key=lambda storey: (storey.elevation_m, storey.key))),
-        walls=tuple(map(settled, building.walls)),
-        slabs=tuple(map(laid, building.slabs)),
-        spaces=tuple(map(settled, building.spaces)),
+        walls=tuple(map(to_storey_under, building.walls)),
+        slabs=tuple(map(to_storey_at, building.slabs)),
+        spaces=tuple(map(to_storey_under, building.spaces)),
     )
 
 

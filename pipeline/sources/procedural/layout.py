@@ -150,7 +150,7 @@ def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
     return placed
 
 
-def shared_out(specs: list[Spec], shares: list[float], rng: np.random.Generator) -> list[list[Spec]]:
+def distribute_rooms(specs: list[Spec], shares: list[float], rng: np.random.Generator) -> list[list[Spec]]:
     """Distribute rooms over places, roughly in proportion to ``shares``; no place stays empty if that is possible."""
     total = sum(spec.area for spec in specs)
     left = np.array(shares) / sum(shares) * total
@@ -233,7 +233,7 @@ def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[f
     n_wings = int(rng.choice([0, 1, 2], p=[0.45, 0.42, 0.13])) if len(specs) >= 9 else int(rng.random() < 0.4)
     if len(specs) < (8 if ring else 5):
         n_wings = 0
-    parts = shared_out(specs, [1.0] + [rng.uniform(0.3, 0.55) for _ in range(n_wings)], rng)
+    parts = distribute_rooms(specs, [1.0] + [rng.uniform(0.3, 0.55) for _ in range(n_wings)], rng)
     main = _ring(parts[0], rng) if ring and len(parts[0]) >= 6 else _block(parts[0], rng)
     blocks, places = [main], [(0, 0, main.width, main.height)]
     penalty = max(misfit(main.placed), _excess_length(main))
@@ -297,7 +297,7 @@ def _straight(specs: list[Spec], width: int, height: int, lane: int, rng: np.ran
     if depth < 470 or len(specs) < 3 or rng.random() < 0.12:
         return placed + row((start, lane, end, height), specs, rng), (start, 0, end, lane)
     low = round(depth * rng.uniform(0.38, 0.62))
-    below, above = shared_out(specs, [low, depth - low], rng)
+    below, above = distribute_rooms(specs, [low, depth - low], rng)
     placed += row((start, 0, end, low), below, rng) + row((start, low + lane, end, height), above, rng)
     return placed, (start, low, end, low + lane)
 
@@ -315,7 +315,7 @@ def _ring(specs: list[Spec], rng: np.random.Generator) -> _Block:
     core_h = round(area / core_w)
     ring_w, ring_h = core_w + 2 * lane, core_h + 2 * lane
     n_sides = min(4, len(outer), int(rng.integers(2, 5)) if len(outer) < 7 else 4)
-    dealt = shared_out(outer, [1.2, 1.2, 0.8, 0.8][:n_sides], rng)
+    dealt = distribute_rooms(outer, [1.2, 1.2, 0.8, 0.8][:n_sides], rng)
     below, above, left, right = dealt + [[] for _ in range(4 - n_sides)]
     wide_l, wide_r = (round(sum(spec.area for spec in side) * 1e4 / ring_h) for side in (left, right))
     width = wide_l + ring_w + wide_r

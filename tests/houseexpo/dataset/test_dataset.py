@@ -152,8 +152,10 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
     assert plans.select(robot_radius=0.3).ids == ["wide"]
     assert plans.select(robot_radius=0.3, min_connected=0.45).ids == ["narrow", "wide", "told"]
     calls = []
-    assert plans.derived("area, test", lambda plan: calls.append(plan.id) or plan.area) == [p.area for p in plans]
-    assert plans.derived("area, test", lambda plan: calls.append(plan.id)) == [p.area for p in plans]
+    assert plans.measure_cached("area, test", lambda plan: calls.append(plan.id) or plan.area) == [
+        p.area for p in plans
+    ]
+    assert plans.measure_cached("area, test", lambda plan: calls.append(plan.id)) == [p.area for p in plans]
     assert calls == ["narrow", "wide", "told"]
     assert plans.column("navigability")[1]["0.20"]["components"] == 1
     assert plans.column("room_num") == [1, 1, 1]

@@ -34,13 +34,17 @@ def area(plan: FloorPlan) -> float:
 
 def test_workers_measure_what_one_process_does(folder):
     plans = open_dataset(folder)
-    assert plans.derived("area, alone", area) == plans.derived("area, together", area, workers=2) == [4.0, 9.0, 16.0]
+    assert (
+        plans.measure_cached("area, alone", area)
+        == plans.measure_cached("area, together", area, workers=2)
+        == [4.0, 9.0, 16.0]
+    )
 
 
 def test_workers_compute_with_one_thread_each(folder, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    found = open_dataset(folder).derived("threads", threads, workers=2)
+    found = open_dataset(folder).measure_cached("threads", threads, workers=2)
     assert found == [["1"] * len(THREADS)] * 3
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
@@ -61,7 +65,7 @@ def test_the_bar_names_the_data_set(folder, monkeypatch):
         yield from items
 
     monkeypatch.setattr(module, "show_progress", noted)
-    open_dataset(folder).derived("a key that is nobody's business, 3", area)
+    open_dataset(folder).measure_cached("a key that is nobody's business, 3", area)
     assert said == [("measuring street", 3)]
 
 
@@ -75,38 +79,38 @@ def file_of(folder: Path) -> Path:
 
 
 def test_what_was_measured_is_kept(folder):
-    open_dataset(folder).derived("area", area)
-    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+    open_dataset(folder).measure_cached("area", area)
+    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
 
 
 @pytest.mark.parametrize("place", [0, 5000])
 def test_a_damaged_file_is_made_anew(folder, place):
-    open_dataset(folder).derived("area", area)
+    open_dataset(folder).measure_cached("area", area)
     with file_of(folder).open("r+b") as stream:
         stream.seek(place)
         stream.write(b"\xff" * 3000)
     for _ in range(2):
-        assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
-    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+        assert open_dataset(folder).measure_cached("area", area) == [4.0, 9.0, 16.0]
+    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
 
 
 @pytest.mark.parametrize("commit_s", [2.0, 0.0])
 def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, commit_s):
-    open_dataset(folder).derived("area", area)
+    open_dataset(folder).measure_cached("area", area)
     monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
     monkeypatch.setattr(module, "_COMMIT_S", commit_s)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN EXCLUSIVE")
-        assert open_dataset(folder).derived("area", area) == [4.0, 9.0, 16.0]
+        assert open_dataset(folder).measure_cached("area", area) == [4.0, 9.0, 16.0]
     assert "database is locked" in caplog.text
-    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
 
 
 def test_a_file_that_cannot_be_written_keeps_what_it_has(folder, monkeypatch):
-    open_dataset(folder).derived("area", area)
+    open_dataset(folder).measure_cached("area", area)
     monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
     monkeypatch.setattr(module, "_COMMIT_S", 0.0)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN IMMEDIATE")  # others may read, and not write
-        assert open_dataset(folder).derived("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]
-    assert open_dataset(folder).derived("area", forgets) == [4.0, 9.0, 16.0]
+        assert open_dataset(folder).measure_cached("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]
+    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]

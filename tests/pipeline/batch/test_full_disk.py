@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from pipeline.cli_parts import NOT_DONE, ended_cleanly
+from pipeline.cli_parts import NOT_DONE, end_cleanly
 from tests.builders.batch import contents, lines, one_room
 from tests.builders.clusters import Disk, disks
 
@@ -68,7 +68,7 @@ def test_houses_that_the_temporary_folder_has_no_room_for_are_done_later(disk: D
 
 
 def test_a_command_that_a_full_disk_ends_says_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(typer.Exit) as end, ended_cleanly():
+    with pytest.raises(typer.Exit) as end, end_cleanly():
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "plans/index.parquet")
     assert end.value.exit_code == NOT_DONE
     said = capsys.readouterr().err
@@ -77,5 +77,5 @@ def test_a_command_that_a_full_disk_ends_says_how_to_go_on(capsys: pytest.Captur
 
 
 def test_a_folder_that_may_not_be_written_is_no_fault_of_the_moment() -> None:
-    with pytest.raises(PermissionError), ended_cleanly():
+    with pytest.raises(PermissionError), end_cleanly():
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), "plans")

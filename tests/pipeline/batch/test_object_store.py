@@ -14,7 +14,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from pipeline.batch.folder import Others
 from pipeline.batch.mirror import mirror_of
-from pipeline.batch.shard_build import begun_at, left_of
+from pipeline.batch.shard_build import require_begun, unfinished_inputs
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
 from tests.builders.clusters import BUCKET, forget, puts, s3_server
 from tests.builders.needs import need
@@ -58,7 +58,7 @@ def test_shards_in_an_object_store_give_the_bytes_of_a_serial_build(
 ) -> None:
     config, before = config_for([SOURCE]), Counter(puts(log))
     run_shard(config, OUT, "1/2")
-    assert set(left_of(begun_at(OUT), OUT)) == {0}
+    assert set(unfinished_inputs(require_begun(OUT), OUT)) == {0}
     run_shard(config, OUT, "0/2")
     run_assemble(OUT)
     assert stored(bucket, OUT) == serial

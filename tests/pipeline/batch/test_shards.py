@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.dataset.build_record import Build, BuildRecord, read_build_record
 from houseexpo.errors import ConfigError
-from pipeline.batch.shard_build import begin, begun_at, left_of
+from pipeline.batch.shard_build import begin, require_begun, unfinished_inputs
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
 from pipeline.batch.store import FolderStore, open_store
 from pipeline.overrides import Override
@@ -35,7 +35,7 @@ def test_shards_in_any_order_and_more_than_once_give_the_bytes_of_one_build(
     shutil.rmtree(
         next((tmp_path / "out/.build/shards").glob(f"{number_of('a', 3):06d}-of-*"))
     )  # an attempt that is lost
-    assert "a" in left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out"))[number_of("a", 3)]
+    assert "a" in unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out"))[number_of("a", 3)]
     run_shard(config, tmp_path / "out", shard_of_a(3))
     run_assemble(tmp_path / "out")
     assert contents(tmp_path / "out") == serial
@@ -51,7 +51,7 @@ def test_a_shard_that_was_done_is_not_done_again_unless_an_input_changed(street:
     run_shard(config, tmp_path / "out", "0/1")
     assert sorted(chunks.rglob("*.jsonl")) == before
     one_room(houses / "c.ply", 9.0)
-    assert left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")) == {0: ["c"]}
+    assert unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")) == {0: ["c"]}
     run_shard(config, tmp_path / "out", "0/1")
     run_assemble(tmp_path / "out")
     run_build([houses], tmp_path / "afresh")
@@ -62,7 +62,7 @@ def test_a_torn_chunk_costs_what_stood_in_it(street: Path, serial: dict[str, byt
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     [chunk] = (tmp_path / "out/.build/shards").rglob("*.jsonl")
     chunk.write_bytes(chunk.read_bytes()[:-40])
-    assert sum(map(len, left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+    assert sum(map(len, unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     run_assemble(tmp_path / "out")
     assert contents(tmp_path / "out") == serial
@@ -81,7 +81,7 @@ def test_a_worker_that_is_killed_in_a_shard_costs_nothing(
 def test_a_plan_that_left_the_store_is_left_to_do(street: Path, tmp_path: Path) -> None:
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     next((tmp_path / "out/.build/plans").rglob("*/*")).unlink()
-    assert sum(map(len, left_of(begun_at(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+    assert sum(map(len, unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
 
 
 def test_assemble_says_which_houses_of_which_shards_are_not_done(
@@ -149,8 +149,8 @@ def test_the_only_shard_of_a_build_hears_new_corrections(street: Path, tmp_path:
     out = str(tmp_path / "out")
     run_shard(config_for([street]), out, "0/1")
     begun = begin(config_for([street], licence="CC0-1.0"), out, 1, {"a": Override(drop=True)})
-    assert begun_at(out) == begun
-    assert left_of(begun, out) == {0: ["a"]}
+    assert require_begun(out) == begun
+    assert unfinished_inputs(begun, out) == {0: ["a"]}
     with pytest.raises(ConfigError, match="other sources"):
         begin(config_for([street], limit=2), out, 1, {})
 

@@ -68,7 +68,7 @@ class Pursuit(TeamTask):
         number(self.capture_m, "capture_m", above=0.0)
         one_of(self.reward, "reward", get_args(PursuitReward))
 
-    def configured(self, config: SimulatorConfig) -> SimulatorConfig:
+    def configure(self, config: SimulatorConfig) -> SimulatorConfig:
         """Add a person to a configuration without people."""
         return config if config.people.number else replace(config, people=replace(config.people, number=1, least=1))
 
@@ -141,7 +141,7 @@ class PursuitEpisode(TeamEpisode):
         del now
         return bool(self.caught.all())
 
-    def told(self) -> Bools:
+    def known_people(self) -> Bools:
         """Return whom each robot knows of (n, P): whom it sees, and whom those that it hears see."""
         heard = self.team.heard | np.eye(len(self.team), dtype=bool)
         return np.asarray((heard[:, :, None] & self.sees[None]).any(axis=1))
@@ -150,7 +150,7 @@ class PursuitEpisode(TeamEpisode):
         """Return the places of the people."""
         team, people = self.team, self.people_px()
         found = np.zeros((len(team), team.spec.config.people.number, 4), np.float32)
-        for k, known in enumerate(self.told()):
+        for k, known in enumerate(self.known_people()):
             rows = np.flatnonzero(known)
             found[k, rows, 0] = 1.0
             found[k, rows, 1:3] = relative_m(team.states[k].pose_px, people[rows], team.ppm)

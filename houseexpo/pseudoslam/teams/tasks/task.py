@@ -47,7 +47,7 @@ class TeamTask(ABC):
         """The task whose configuration and ``info`` each robot has: exploring, which nothing ends."""
         return _Each(None, of=self)
 
-    def configured(self, config: SimulatorConfig) -> SimulatorConfig:
+    def configure(self, config: SimulatorConfig) -> SimulatorConfig:
         """Return the configuration to use if this one is requested."""
         return config
 
@@ -83,10 +83,10 @@ class _Each(Exploration):
 
     of: TeamTask | None = None
 
-    def configured(self, config: SimulatorConfig | None) -> SimulatorConfig:
+    def configure(self, config: SimulatorConfig | None) -> SimulatorConfig:
         """Return the configuration that the team's task makes of this one, or of its own."""
         assert self.of is not None  # noqa: S101  # a default that a dataclass wants
-        return self.of.configured(config or self.of.default)
+        return self.of.configure(config or self.of.default)
 
 
 class TeamEpisode(ABC):

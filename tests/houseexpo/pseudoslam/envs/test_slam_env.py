@@ -10,7 +10,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.envs.slam_env import SlamEnv, _moved
+from houseexpo.pseudoslam.envs.slam_env import SlamEnv, _compose_motion
 from tests.builders.simulations import hut
 
 NOISY = NoiseConfig(laser_m=0.02, odometry_way=0.05, odometry_turn=0.05, odometry_deg_per_m=2.0, drop_out=0.05)
@@ -72,7 +72,7 @@ def test_equal_seeds_are_equal_to_the_bit() -> None:
 def test_a_motion_is_applied_relative_to_the_robot() -> None:
     """One cell ahead and a quarter turn to the left, from a robot that looks up the picture."""
     before, after = np.array([5.0, 5.0, 0.0]), np.array([6.0, 5.0, math.pi / 2])
-    assert _moved(np.array([2.0, 8.0, math.pi / 2]), before, after) == pytest.approx([2.0, 7.0, math.pi])
+    assert _compose_motion(np.array([2.0, 8.0, math.pi / 2]), before, after) == pytest.approx([2.0, 7.0, math.pi])
 
 
 def test_planners_actions_and_other_observations_are_refused() -> None:
