@@ -17,12 +17,9 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
-from houseexpo.progress import is_quiet, is_verbose
+from houseexpo.progress import EVERY_S, is_quiet, is_verbose
 from houseexpo.words import count_noun
 from pipeline.batch.entry import Entry
-
-EVERY_S = 10.0
-"""Seconds between two plain lines."""
 
 _REASONS = 3
 _LOG = logging.getLogger("pipeline")

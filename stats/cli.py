@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.errors import ConfigError
+from houseexpo.tolerances import ROBOT_M
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from stats.gather import Measured
 
-_RADIUS_M = 0.2
 _NAMED = 8
 """The number of unreadable plans that the terminal lists; ``--json`` lists all."""
 
@@ -36,7 +36,7 @@ def stats(
     radius: Annotated[
         float | None,
         typer.Option(
-            min=0.01, max=5, help="Radius of the robot, for --list-bad.", metavar="METRES", show_default="0.2"
+            min=0.01, max=5, help="Radius of the robot, for --list-bad.", metavar="METRES", show_default=f"{ROBOT_M:g}"
         ),
     ] = None,
     compare: Annotated[Path | None, typer.Option(help="Another data set for comparison.", show_default=False)] = None,
@@ -75,7 +75,7 @@ def stats(
         one = opened.enter_context(measure_data_set(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:
-            _list_bad(one, radius or _RADIUS_M, workers, json=json)
+            _list_bad(one, radius or ROBOT_M, workers, json=json)
             return
         if audit:
             _list_audited(one, json=json)

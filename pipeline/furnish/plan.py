@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 import shapely
@@ -20,9 +19,9 @@ from houseexpo.analysis.navigability import navigability, standing_pieces
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.tiling import grid_ring, grid_rings
 from houseexpo.plan import PlanObject, Reach, Room
+from houseexpo.tolerances import ROBOT_M
 from pipeline.furnish.room import CM, Furnishing, Standing, in_cm, is_plain
 
-ROBOT_M: Final = 0.2
 _Furniture = Mapping[int, list[Standing]]
 """By room."""
 

@@ -9,7 +9,7 @@ R2  What is called a door is a leaf: it may stand open or shut. A model called d
     building editor calls them, is a wall. What is called furniture is that, except the building.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 R4  Worlds for small robots have low walls. Where nothing stands head high, and the highest fixed body reaches
-    ``LOWEST_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
+    ``LOWEST_WALL_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
 """
 
 from __future__ import annotations
@@ -29,10 +29,8 @@ from pipeline.sources.files import check_file, level_id, single_input, with_loss
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
-from pipeline.sources.tolerances import BUILDING_SHARE, INSIDE_M
+from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, INSIDE_M, LOWEST_WALL_M, WALL_HEIGHT_M
 from pipeline.values import Input, Level, Mesh, SourceObject
-
-LOWEST_M, HEAD_M, STOREY_M = 0.3, 1.8, 2.5
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -58,10 +56,10 @@ def read(item: Input) -> Iterator[Level]:
         provenance["missing"] = ", ".join(scene.missing)
     guesses: tuple[str, ...] = ()
     low, high = (float(z) for z in np.quantile(parts.building.vertices[:, 2], (0.0, 1.0)))
-    if LOWEST_M <= high - low < HEAD_M:  # R4
-        parts = _stretch_bodies(parts, low, STOREY_M / (high - low))
+    if LOWEST_WALL_M <= high - low < CLEAR_M:  # R4
+        parts = _stretch_bodies(parts, low, WALL_HEIGHT_M / (high - low))
         guesses = ("wall height",)
-        provenance["wall_height"] = f"stretched from {high - low:.2f} m to {STOREY_M} m"
+        provenance["wall_height"] = f"stretched from {high - low:.2f} m to {WALL_HEIGHT_M} m"
     try:
         levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
     except Rejection as rejection:

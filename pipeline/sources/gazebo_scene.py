@@ -39,7 +39,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import NOTHING, clean, merge_meshes, prism
 from pipeline.sources.files import Element, LeftOut, parse_xml
-from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
+from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, convention, load_scene
 from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY
 from pipeline.values import Mesh
 
@@ -270,7 +270,6 @@ _MAKERS: dict[str, Callable[[Element, str], Mesh]] = {
 }
 
 MAX_MODELS = 5_000
-MAX_FACES = 5_000_000
 _ADVICE = "correct it, or leave the model out"
 
 

@@ -17,7 +17,7 @@ V3  Up is z, unless the fullest level layer along y is clearly fuller: floors an
 
 S1  A layer is level where it is as full as LEVEL_LAYER of the fullest: floors and ceilings are, table tops are not.
 S2  A storey goes from a level layer to the next one that is CLOUD_STOREY_M higher; what lies between is furniture.
-S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, EDGE of theirs.
+S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, CEILING_EDGE of theirs.
 S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
 """
 
@@ -38,6 +38,8 @@ from pipeline.sources.files import level_id, single_input
 from pipeline.sources.points_file import blocks
 from pipeline.sources.storeys.scale import metres_of
 from pipeline.sources.tolerances import (
+    CEILING_EDGE,
+    CEILING_NOISE_M,
     CLOUD_STOREY_M,
     CLOUD_TOP,
     FEWEST_VOXELS,
@@ -49,6 +51,7 @@ from pipeline.sources.tolerances import (
     STRAY,
     STRAY_M,
     VOXEL_M,
+    WALLS_ONLY_M,
     Y_IS_UP,
 )
 from pipeline.values import Input, Level, Mesh
@@ -142,9 +145,6 @@ def _too_large(name: str, count: int) -> Rejection:
     return Rejection("source", Reason.TOO_LARGE, detail, "cut the flat out of the cloud")
 
 
-EDGE, MARGIN_M, STOREY_NOISE_M = 1.6, 0.4, 0.16
-
-
 @dataclass(frozen=True)
 class Storey:
     """Heights in metres; ``ceiling_m`` is where the points of the ceiling begin."""
@@ -191,10 +191,10 @@ def _peaks(counts: np.ndarray) -> list[int]:
 def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
     """S3."""
     low, high = round(floor), min(round(ceiling), len(counts) - 1)
-    margin = round(MARGIN_M / VOXEL_M)
+    margin = round(WALLS_ONLY_M / VOXEL_M)
     usual = float(np.median(counts[low + margin : high - margin]))
-    below = np.arange(high - round(STOREY_NOISE_M / VOXEL_M), high + 1)
-    full = below[counts[below] > EDGE * usual]
+    below = np.arange(high - round(CEILING_NOISE_M / VOXEL_M), high + 1)
+    full = below[counts[below] > CEILING_EDGE * usual]
     return float(full[0]) - 0.5 if len(full) else high + 0.5
 
 

@@ -4,7 +4,8 @@ Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; s
 have none. A number that several readers use stands here once. Limits on the size of files, in bytes, faces or lines,
 stand beside the code that they protect. What ``homes`` and ``procedural`` draw at random stands there: it describes
 the houses that they make, not what is true of houses. The stages have numbers of their own. Those that divide a
-robot's map were fitted or chosen together and stand in ``occupancy_map``.
+robot's map were fitted or chosen together and stand in ``occupancy_map``. What a format gives to a part of which a file
+does not say it stands beside the reader of the format.
 """
 
 from __future__ import annotations
@@ -58,6 +59,7 @@ WALKED_M: Final = 1.75  # passages of an IFC file end higher
 OPENING_FOOT_M: Final = 0.4  # an object that the source calls opening starts lower if people walk through it
 OPENING_HEIGHT_M: Final = 1.7  # and is at least this high
 HATCH_M: Final = 1.2  # lower IFC doors are hatches
+IFC_DOOR_M: Final = (0.9, 2.0, 0.1)  # width, height and depth of an IFC door with neither a body nor a size
 DOOR_M: Final = 2.1  # height of a door of which the file says nothing
 # the median width of doors in a plan without a scale: ISO and national series of leaves lie around it
 DOOR_WIDTH_M: Final = 0.8
@@ -155,7 +157,7 @@ LINED: Final = 0.5  # share of a floor's outer boundary along which walls stand
 WALL_REACH_M: Final = 0.5  # a wall this near to a floor's boundary stands along it
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
-WINDOW_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
+LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_GAP_M: Final = 0.15  # gaps in a level surface up to this radius are closed
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 BEYOND: Final = 0.005  # share of the wall area that may stand outside of the house on each side
@@ -196,6 +198,8 @@ PROFILE_BINS: Final = 400  # steps of the profile over the whole height
 STANDS: Final = 0.2  # share of the greatest wall length from which a storey's walls stand
 DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys
 HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
+HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openings end
+LOW_HEADS_AT: Final = (0.15, 0.5)  # the same in its lower half: a storey that is two
 HEAD_LEVEL: Final = 0.002  # share of the plan: the undersides of a lintel or two
 MAX_HEADS: Final = 2  # heights of heads that are looked at, in each half of a storey
 # a head in the lower half adds at least this share of what the strongest one in the upper half does
@@ -267,6 +271,7 @@ SHAFT_M: Final = 0.05  # the shaft of a lift is wider than its cabin by this on 
 
 # Decisions about IFC files (``ifc``, ``rooms_and_openings``).
 
+SLABS_M: Final = (1.0, 0.3)  # slabs this far under and over a floor are steps of it, or its structure
 AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
 SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
 SLAB_VOTES: Final = 3.0  # votes of a slab, at most
@@ -293,6 +298,7 @@ SWUNG_M: Final = 0.1  # a door's body that is wider than the door by this has it
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
 
+LOWEST_WALL_M: Final = 0.3  # walls of a drawn world that are lower than a room, but higher than this, are stretched
 BUILDING_SHARE: Final = 0.6  # share of the plan box of all that is fixed, from which one model is the building
 INSIDE_M: Final = 0.3  # what stands in the building reaches at most this far outside, and stays this far under its top
 ROUND_SIDES: Final = 24  # sides of a round body
@@ -313,6 +319,9 @@ STRAY: Final = 0.002  # share of the points, or of the voxels, that a sensor saw
 STRAY_M: Final = 4.0  # what lies farther than this from the rest was seen so
 Y_IS_UP: Final = 1.4  # y is up where its fullest layer holds this many times as much as that of z
 LEVEL_LAYER: Final = 0.25  # share of the fullest layer from which a layer is a floor or a ceiling; table tops hold less
+CEILING_EDGE: Final = 1.6  # a ceiling's noise begins where a layer holds this many times as much as the walls do
+CEILING_NOISE_M: Final = 0.16  # and this far below the ceiling at most
+WALLS_ONLY_M: Final = 0.4  # layers this far from floor and ceiling hold walls, and no noise of either
 LAYER_APART_M: Final = 0.1  # full layers that are farther apart in height are two
 SLAB_BETWEEN_M: Final = 0.8  # a level layer this near over a ceiling is the floor of the next storey
 CLOUD_TOP: Final = 0.995  # share of the voxels under the top of a cloud without a ceiling

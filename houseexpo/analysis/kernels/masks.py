@@ -20,9 +20,10 @@ Offsets = npt.NDArray[np.int64]
 Fingerprints = npt.NDArray[np.int32]
 Words = npt.NDArray[np.uint64]
 
-BINS, BIN_PX = 64, 8
+# Compiled code that is kept knows when files of this folder change, and no others: hence these three stand here again.
+BINS, BIN_PX = 64, 8  # as in ``houseexpo.analysis.similarity``
+_TIE = 1e-7  # ``houseexpo.tolerances.TIE_PX``
 GROUPS = 8  # of bins, which are compared first: those of one fingerprint fit in a line of a processor's cache
-_TIE = 1e-7  # as houseexpo.grids.raster has it
 
 
 class Profiles(NamedTuple):

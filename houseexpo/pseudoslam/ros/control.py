@@ -42,7 +42,8 @@ _TIME, _STATE, _ALL = 1, 2, 255
 _FEATURES: Final = [10, 11, 20, 21, 22, 24, 25, 26, 31, 32, 40]
 """States of entities, resets of time and state, states of the simulation, steps, worlds (SimulatorFeatures)."""
 _MAP_UNKNOWN: Final = 1
-_STEPS_MOST: Final = 1_000_000
+STEPS_MOST: Final = 1_000_000
+"""The most steps that one request may ask for."""
 _UNIT: Final = 0.01
 """How far a quaternion's length may be from 1."""
 
@@ -220,8 +221,8 @@ class Control:
         steps = int(call.fields["steps"])
         if self._node.time != "paused":
             call.answer(_result(_FAILED, f"expected a simulation that is paused, found one that is {self._node.time}"))
-        elif not 1 <= steps <= _STEPS_MOST:
-            call.answer(_result(_FAILED, f"steps: expected a number from 1 to {_STEPS_MOST:,}, found {steps:,}"))
+        elif not 1 <= steps <= STEPS_MOST:
+            call.answer(_result(_FAILED, f"steps: expected a number from 1 to {STEPS_MOST:,}, found {steps:,}"))
         else:
             self._node.step(steps, lambda came: call.answer(_step_result(came)))
 

@@ -56,7 +56,7 @@ from houseexpo.pseudoslam.io.ros_messages import (
     odometry,
     transforms,
 )
-from houseexpo.pseudoslam.ros.control import Control, Time
+from houseexpo.pseudoslam.ros.control import STEPS_MOST, Control, Time
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.services import Service
@@ -77,7 +77,6 @@ _PAUSE_S: Final = 0.002
 _MAP_S: Final = 1.0
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher ones are mistakes."""
-_STEPS_MOST: Final = 1_000_000
 
 
 class Graph(Protocol):
@@ -357,7 +356,7 @@ class Node:
     def _step(self, ticks: int) -> None:
         if self.time != "paused":
             raise ConfigError(f"expected time that is paused, found time that is {self.time}; start with --stepped")
-        self.step(min(ticks, _STEPS_MOST), lambda _: None)
+        self.step(min(ticks, STEPS_MOST), lambda _: None)
 
     def _put(self, robot: int, fields: Fields) -> None:
         frame, pose = fields["header"]["frame_id"], fields["pose"]["pose"]

@@ -57,14 +57,13 @@ from pipeline.sources.tolerances import (
     OFF_FLOOR_M,
     ROUGH_M,
     RUNS_THROUGH_M,
+    SLABS_M,
     SPACE_CRACK_M,
     SPACES_TOUCH,
     UPRIGHT_M,
     WALL_FOOT_M,
 )
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
-
-UNDER_M, OVER_M = 1.0, 0.3  # of a floor: slabs in between are steps of it, or its structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +187,7 @@ def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon
     """L6."""
     lower = [each for each in floors if each < floor - CLEAR_M]
     tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_FLOOR_M for each in lower)]
-    near = [part for part in building.slabs if part.top > floor - UNDER_M and part.bottom < floor + OVER_M]
+    near = [part for part in building.slabs if part.top > floor - SLABS_M[0] and part.bottom < floor + SLABS_M[1]]
     shown, hidden = (shapely.union_all([shadow(part.mesh) for part in parts]) for parts in (tops, near))
     return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
 

@@ -46,7 +46,7 @@ import numpy.typing as npt
 from houseexpo.errors import installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
-from pipeline.sources.tolerances import AXIS_TILT
+from pipeline.sources.tolerances import AXIS_TILT, IFC_DOOR_M
 from pipeline.values import Mesh
 
 HEADER_CHARACTERS = 65_536
@@ -377,7 +377,6 @@ def _is_shape(shape: Any) -> bool:
 
 
 KERNEL: Final = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go a quick way, the rest through OCC
-DOOR_WIDTH_M, DOOR_HEIGHT_M, DOOR_DEPTH_M = 0.9, 2.0, 0.1  # of a door that has neither body nor size
 
 
 @dataclass(frozen=True)
@@ -603,8 +602,8 @@ def _box(door: Any, metres: float) -> Mesh | None:
     matrix = _placement(door, metres)
     if matrix is None:
         return None
-    width = (door.OverallWidth or 0) * metres or DOOR_WIDTH_M
-    height = (door.OverallHeight or 0) * metres or DOOR_HEIGHT_M
-    corners = np.array([(x, y, z) for x in (0, width) for y in (0, DOOR_DEPTH_M) for z in (0, height)])
+    width = (door.OverallWidth or 0) * metres or IFC_DOOR_M[0]
+    height = (door.OverallHeight or 0) * metres or IFC_DOOR_M[1]
+    corners = np.array([(x, y, z) for x in (0, width) for y in (0, IFC_DOOR_M[2]) for z in (0, height)])
     faces = np.array([(0, 4, 6), (0, 6, 2), (0, 1, 5), (0, 5, 4), (1, 3, 7), (1, 7, 5), (2, 6, 7), (2, 7, 3)])
     return Mesh(corners @ matrix[:3, :3].T + matrix[:3, 3], faces.astype(np.int64))

@@ -67,6 +67,7 @@ from pipeline.sources.tolerances import (
     HOVER_SHARE,
     LANDING_M,
     LANDING_SHARE,
+    LAYER_HALF_M,
     LIES_OVER,
     LINED,
     LINTEL_CUT_M,
@@ -96,7 +97,6 @@ from pipeline.sources.tolerances import (
     WALL_FOOT_M,
     WALL_REACH_M,
     WALLS_ENDED,
-    WINDOW_M,
 )
 from pipeline.values import Mesh
 
@@ -154,7 +154,7 @@ def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[Layer]:
         return []
     heights = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
     peaks = _peaks(heights[flats], surfaces.area[flats])
-    layers = (_layer(surfaces, flats & (np.abs(heights - peak) <= WINDOW_M), heights, grid) for peak in peaks)
+    layers = (_layer(surfaces, flats & (np.abs(heights - peak) <= LAYER_HALF_M), heights, grid) for peak in peaks)
     return sorted((layer for layer in layers if layer), key=lambda layer: layer.top)
 
 
@@ -164,7 +164,7 @@ def _peaks(heights: Floats, areas: Floats, step: float = BIN_M) -> list[float]:
     if slot.max() > 1_000_000:  # farther than 10 km from the rest: no part of a house
         keep = slot <= 1_000_000
         slot, areas = slot[keep], areas[keep]
-    reach = round(WINDOW_M / step)
+    reach = round(LAYER_HALF_M / step)
     single = np.bincount(slot, areas, minlength=2 * reach + 1)
     gathered = np.convolve(single, np.ones(2 * reach + 1), mode="same")
     peaks = []
@@ -219,7 +219,7 @@ def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], 
     """Judge one layer: what of it is clear overhead and lies among walls, and how much of its rim they line."""
     free = layer.cells.copy()
     for other in layers:
-        if layer.top + WINDOW_M < other.top < layer.top + CLEAR_M:
+        if layer.top + LAYER_HALF_M < other.top < layer.top + CLEAR_M:
             free[other.cells > 0] = 0
     free = grid.drop_narrow(free, HALF_ROOM_M)
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.

@@ -51,11 +51,13 @@ from pipeline.sources.tolerances import (
     FLATNESS_WEIGHT,
     HEAD_GROWTH,
     HEAD_LEVEL,
+    HEADS_AT,
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
     IMPOSSIBLE_WEIGHT,
     LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
+    LOW_HEADS_AT,
     MAX_HEADS,
     NAMED_DOOR_M,
     PLINTH,
@@ -77,7 +79,7 @@ UPS = {"y": 1, "z": 2}
 TRIED = "tried scale"
 """Among the guesses: no unit fits, and a storey of the usual height was taken."""
 
-MAX_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
+SAMPLED_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ def detect(
     Rejection
         BAD_UNITS where no unit, or not the given one, makes a house of the mesh.
     """
-    step = -(-len(mesh.faces) // MAX_FACES)
+    step = -(-len(mesh.faces) // SAMPLED_FACES)
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
     shapes = {axis: shape for axis in candidates if (shape := measure_shape(surfaces, UPS[axis]))}
@@ -257,9 +259,6 @@ def _bad_units(shape: Shape, axis: str, metres: float | None, wish: Wish, name: 
 # A mesh as a house that would stand on one of its axes: how wide, how high a storey, how square.
 
 
-UPPER, LOWER = (0.5, 0.96), (0.15, 0.5)  # of a storey
-
-
 @dataclass(frozen=True)
 class Shape:
     """A mesh as a house that stands on one axis, in the file's unit: two plan widths, and a storey's height."""
@@ -351,11 +350,11 @@ def _storey(
             foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
-    grown = _heads(heights, growth, UPPER, HEAD_GROWTH * usual)
+    grown = _heads(heights, growth, HEADS_AT, HEAD_GROWTH * usual)
     level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
-    undersides = _heads(heights, level_at, UPPER, HEAD_LEVEL * footprint)
+    undersides = _heads(heights, level_at, HEADS_AT, HEAD_LEVEL * footprint)
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
-    lower = _heads(heights, growth, LOWER, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
+    lower = _heads(heights, growth, LOW_HEADS_AT, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
     return storey, tuple(upper), tuple(sorted(head * storey for head in lower))
 

@@ -26,7 +26,7 @@ from shapely import Polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, storey_heights
 from pipeline.sources.files import LeftOut
-from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M, TINY, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strip
 from pipeline.values import SourceRoom
 
@@ -169,7 +169,7 @@ def _hole(line: _Line, said: Any, walls: Sequence[Polygon], scale: float) -> Hol
         return None
     if kind not in {"door", "opening"} or not np.isfinite([start, low, end, high]).all() or end <= start:
         return None
-    along = np.subtract(line.b, line.a) / max(math.dist(line.a, line.b), 1e-9)
+    along = np.subtract(line.b, line.a) / max(math.dist(line.a, line.b), TINY)
     a, b = (np.asarray(line.a) + along * at for at in (start, end))
     return hole_at(
         a.tolist(), b.tolist(), walls, has_door=kind == "door", bottom_m=float(low), top_m=float(high),

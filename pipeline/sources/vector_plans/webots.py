@@ -43,10 +43,10 @@ LARGEST_WORLD: Final = 1 << 26
 MOST_NODES: Final = 100_000
 DEEPEST: Final = 100
 Z_UP_SINCE: Final = (2021, "c")
-WALL_M: Final = (0.2, 1.0, 2.4)
+DEFAULT_WALL_M: Final = (0.2, 1.0, 2.4)
 """Thickness, width and height of a Wall or Door that does not say them."""
-WINDOW_M: Final = (0.2, 0.8, 2.4)
-FRAME_M: Final = 2.0
+DEFAULT_WINDOW_M: Final = (0.2, 0.8, 2.4)
+DEFAULT_FRAME_M: Final = 2.0
 """Height of a door's frame that is not said."""
 HIDDEN: Final = "hidden"
 """Stands before a field in which Webots saved the state of a node inside a PROTO; its name is none that is read."""
@@ -261,7 +261,7 @@ class _World:
 
     def _structure(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
         """R1."""
-        default = WINDOW_M if node.kind == "Window" else WALL_M
+        default = DEFAULT_WINDOW_M if node.kind == "Window" else DEFAULT_WALL_M
         size = self._by_axes(node.numbers("size", self._in_order(default)))
         if not (size > 0).all():
             size = np.array(default)
@@ -269,7 +269,7 @@ class _World:
         if node.kind != "Door":
             yield from self._box(("wall", *names), at, (thick, width, height), 0.0)
             return
-        frame = min(float(node.numbers("frameHeight", (FRAME_M,))[0]), height)
+        frame = min(float(node.numbers("frameHeight", (DEFAULT_FRAME_M,))[0]), height)
         yield from self._box(("door", *names), at, (thick, width, frame), 0.0)
         if height > frame:
             yield from self._box(("lintel", *names), at, (thick, width, height - frame), frame)
