@@ -61,6 +61,8 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
         raise PlanError("expected a file, found a device or a pipe; save its content to a file", str(file))
     if file.is_dir():
         raise PlanError("expected a file, found a folder; houseexpo.open_dataset opens it", str(file))
+    if "\0" in str(file):
+        raise PlanError("expected the path of a file, found one with a null character; check it", repr(str(file)))
     try:
         return decode(file.read_bytes())
     except PlanError as error:

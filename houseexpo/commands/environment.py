@@ -63,7 +63,8 @@ def environment(
         given = replace(given, observation=wanted.view)
     observation = "dict" if ranges and wanted.observation == "map" else wanted.observation
     actions = interface.actions if interface else None
-    env = make(houses, given, actions=actions, observation=observation, motion=motion)
+    masks = {"action_mask": True} if wanted.action_mask else {}
+    env = make(houses, given, actions=actions, observation=observation, motion=motion, **masks)
     return env, {"plan_id": plan} if plan else {}
 
 

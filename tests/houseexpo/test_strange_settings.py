@@ -57,6 +57,8 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, read: Callable[[Path], Any]
 def test_a_folder_is_no_plan(tmp_path: Path) -> None:
     with pytest.raises(PlanError, match=r"found a folder; houseexpo\.open_dataset opens it"):
         load_plan(tmp_path)
+    with pytest.raises(PlanError, match="expected the path of a file, found one with a null character"):
+        load_plan("plan\0.json")
 
 
 def test_aliases_do_not_make_a_small_file_large(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ class Learned:
         self._file, self._trained = file, read_policy(file)
         place, task = self._trained.config.environment, self._trained.task
         view = simulator_of(task, place).observation
-        self.interface = Interface(place.actions, place.observation, view, tasks=(task,))
+        self.interface = Interface(place.actions, place.observation, view, tasks=(task,), action_mask=place.action_mask)
         self.training = Training(_family(self._trained.about), self._trained.config.seed)
 
     def __call__(self, robot: Robot, seed: int) -> Policy:

@@ -62,6 +62,8 @@ class Interface:
         Whether the policy needs ``Robot.world``.
     tasks
         The tasks of the benchmark that the policy can do; empty for all.
+    action_mask
+        Whether the observation also has the mask of motions ("action_mask"), an argument of the environment.
     """
 
     actions: Actions = "discrete"
@@ -69,6 +71,7 @@ class Interface:
     view: ObservationConfig | None = None
     sees_truth: bool = False
     tasks: tuple[str, ...] = ()
+    action_mask: bool = False
 
     def __post_init__(self) -> None:
         for name, kinds in (("actions", Actions), ("observation", Kind)):

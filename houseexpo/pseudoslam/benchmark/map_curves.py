@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.drawing.plots import SERIES, figure_of
+from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
 from houseexpo.pseudoslam.benchmark.comparison import Compared, Entry
 from houseexpo.pseudoslam.benchmark.tables import title
 
@@ -48,11 +49,15 @@ def curves_of_maps(entry: Entry) -> MapCurves | None:
     return MapCurves(np.array(entry.results[0].curves[_OVER].at), maps)
 
 
-def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
-    """Yield a text on each picture and its SVG; none for tracks whose results have no curves of each map."""
+def map_panels(compared: Compared, colours: Colours | None = None) -> Iterator[tuple[str, io.StringIO]]:
+    """Yield a text on each picture and its SVG; none for tracks whose results have no curves of each map.
+
+    ``colours`` are those of the whole comparison; by default, the track is all of it.
+    """
+    colours = colours_of([compared]) if colours is None else colours
     lines = [
-        (number, entry, curves)
-        for number, entry in enumerate(compared.plain)
+        (SERIES[colours[key]], entry, curves)
+        for key, entry in zip(keys_of(compared), compared.plain, strict=True)
         if (curves := curves_of_maps(entry)) is not None
     ]
     if not lines:
@@ -67,10 +72,9 @@ def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
         with figure_of((columns * width, rows * height + 0.5)) as (figure, out):
             panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
             for panel, name in zip(panels.flat, shown, strict=False):
-                for number, _, curves in lines:
+                for colour, _, curves in lines:
                     places = np.flatnonzero(curves.at <= end)[:: 1 if columns == 3 else 2]
                     at, starts = curves.at[places], 100 * curves.maps[name][:, places]
-                    colour = SERIES[number % len(SERIES)]
                     if len(starts) > 1:
                         panel.plot(at, starts.T, color=colour, linewidth=0.5, alpha=0.45)
                     panel.plot(at, starts.mean(axis=0), color=colour, linewidth=1.6)
@@ -82,7 +86,7 @@ def map_panels(compared: Compared) -> Iterator[tuple[str, io.StringIO]]:
             panels[0, 0].set_ylim(0, 100)
             panels[0, 0].yaxis.set_major_formatter("{x:.0f}%")
             figure.supxlabel(_OVER, fontsize=8)
-            handles = [panels[0, 0].plot([], [], color=SERIES[n % len(SERIES)], label=title(e))[0] for n, e, _ in lines]
+            handles = [panels[0, 0].plot([], [], color=colour, label=title(e))[0] for colour, e, _ in lines]
             figure.legend(
                 handles=handles, loc="outside upper left", ncols=min(len(lines), 4), frameon=False, fontsize=8
             )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 from houseexpo.drawing.plots import SERIES, axes_of, svg_alone, svg_of
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_whole
+from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
 from houseexpo.pseudoslam.benchmark.comparison import Compared
 from houseexpo.pseudoslam.benchmark.map_curves import map_panels
 from houseexpo.pseudoslam.benchmark.tables import ABOUT, HEADING, facts, heads, markdown, row, title
@@ -55,19 +56,19 @@ def write_comparison(
     if file.suffix == ".html":
         write(file, page(found, heading, each_map=each_map).encode())
         return
-    pictures = {}
+    pictures, colours = {}, colours_of(found)
     for compared in found:
         for over, _ in compared.track.curves:
             picture = file.with_suffix("") / f"{compared.track.id}-{over}.svg"
             picture.parent.mkdir(exist_ok=True)
             with axes_of(_WIDE) as (axes, out):
-                _draw(axes, compared, over)
+                _draw(axes, compared, over, colours)
                 axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the lines
             write(picture, svg_alone(out).encode())
             pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
     more: dict[str, list[tuple[str, str]]] = {}
     for compared in found if each_map else ():
-        for number, (about, out) in enumerate(map_panels(compared), start=1):
+        for number, (about, out) in enumerate(map_panels(compared, colours), start=1):
             picture = file.with_suffix("") / f"{compared.track.id}-maps-{number}.svg"
             picture.parent.mkdir(exist_ok=True)
             write(picture, svg_alone(out).encode())
@@ -86,10 +87,11 @@ def page(found: Sequence[Compared], heading: str = HEADING, *, each_map: bool = 
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    colours = colours_of(found)
     sections = [
         (
-            *(each, facts(each), list(_tables(each)), _legend(each), list(_curves(each))),
-            [(about, svg_of(out)) for about, out in map_panels(each)] if each_map else [],
+            *(each, facts(each), list(_tables(each)), _legend(each, colours), list(_curves(each, colours))),
+            [(about, svg_of(out)) for about, out in map_panels(each, colours)] if each_map else [],
         )
         for each in found
     ]
@@ -101,25 +103,26 @@ def _tables(compared: Compared) -> Iterator[Table]:
         yield Table(heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)])
 
 
-def _legend(compared: Compared) -> list[tuple[int, str]]:
-    """Return the number of each row's colour, and its name."""
-    return [(number % len(SERIES), title(entry)) for number, entry in enumerate(compared.plain)]
+def _legend(compared: Compared, colours: Colours) -> list[tuple[int, str]]:
+    """Return the number of the colour and the name of each row that has curves."""
+    rows = zip(keys_of(compared), compared.plain, strict=True)
+    return [(colours[key], title(entry)) for key, entry in rows if key in colours]
 
 
-def _curves(compared: Compared) -> Iterator[tuple[str, str]]:
+def _curves(compared: Compared, colours: Colours) -> Iterator[tuple[str, str]]:
     """Yield the quantity over which coverage is drawn, and the drawing."""
     for over, _ in compared.track.curves:
         with axes_of(_SIZE) as (axes, out):
-            _draw(axes, compared, over)
+            _draw(axes, compared, over, colours)
         yield over, svg_of(out)
 
 
-def _draw(axes: Axes, compared: Compared, over: str) -> None:
+def _draw(axes: Axes, compared: Compared, over: str, colours: Colours) -> None:
     """Draw the curves of all rows, with their bands."""
-    for number, entry in enumerate(compared.plain):
+    for key, entry in zip(keys_of(compared), compared.plain, strict=True):
         if not entry.has_curve(over):
             continue
-        curve, colour = entry.curve(over), SERIES[number % len(SERIES)]
+        curve, colour = entry.curve(over), SERIES[colours[key]]
         low, mean, high = ([100 * value for value in part] for part in (curve.low, curve.mean, curve.high))
         axes.fill_between(curve.at, low, high, color=colour, alpha=0.18, linewidth=0)
         axes.plot(curve.at, mean, color=colour, linewidth=1.8, label=title(entry))

@@ -212,7 +212,12 @@ def _policy_of(said: dict[str, Any], player: Player) -> NamedPolicy:
     shown, made = said["interface"], said["training"]
     view = None if shown["view"] is None else ObservationConfig(**shown["view"])
     interface = Interface(
-        shown["actions"], shown["observation"], view, bool(shown["sees_truth"]), tuple(map(str, shown["tasks"]))
+        shown["actions"],
+        shown["observation"],
+        view,
+        bool(shown["sees_truth"]),
+        tuple(map(str, shown["tasks"])),
+        bool(shown["action_mask"]),
     )
     training = None if made is None else Training(str(made["family"]), int(made["seed"]))
     return NamedPolicy(str(said["name"]), _Factory(player, interface, training), str(said["source"]), said["sha256"])
@@ -342,6 +347,7 @@ def _describe(named: NamedPolicy) -> dict[str, Any]:
             "view": view,
             "sees_truth": shown.sees_truth,
             "tasks": list(shown.tasks),
+            "action_mask": shown.action_mask,
         },
         "training": None if made is None else {"family": made.family, "seed": made.seed},
     }

@@ -91,7 +91,8 @@ class Track:
         }
         config = self.config if interface.view is None else replace(self.config, observation=interface.view)
         houses: Houses | FloorPlan = plans if self.needs_plans else ROOM
-        shown = {"actions": interface.actions, "observation": interface.observation}
+        shown: dict[str, Any] = {"actions": interface.actions, "observation": interface.observation}
+        shown |= {"action_mask": True} if interface.action_mask else {}
         return make["slam" if self.slam else self.task](houses, config, **self.arguments, **shown)
 
     def record(self) -> dict[str, Any]:

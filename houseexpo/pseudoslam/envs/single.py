@@ -48,6 +48,15 @@ if TYPE_CHECKING:
 _WANTED = np.full(1, STEP, np.uint8)
 
 
+class _RenderModes(list[str]):
+    """The names of render modes; asked for what is no text, it says so, where gymnasium.make would fail."""
+
+    def __contains__(self, mode: object) -> bool:
+        if not isinstance(mode, str):
+            raise ConfigError(f"render_mode: expected one of {list(self)}, found {mode!r}")
+        return super().__contains__(mode)
+
+
 class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     """A gymnasium environment: a robot with a task in a house.
 
@@ -87,7 +96,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         An argument, an option or an action is invalid.
     """
 
-    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
+    metadata = {"render_modes": _RenderModes(("rgb_array", "human")), "render_fps": 10}  # noqa: RUF012  # as gymnasium declares it
 
     def __init__(
         self,
@@ -102,7 +111,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         render_mode: str | None = None,
         **more: Unpack[EnvOptions],
     ) -> None:
-        if render_mode not in {None, *self.metadata["render_modes"]}:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ConfigError(f"render_mode: expected one of {self.metadata['render_modes']}, found {render_mode!r}")
         check_options(type(self), more)
         if more.get("max_episode_steps") is None:

@@ -452,6 +452,6 @@ def check_vector_arguments(
     if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
         modes = ", ".join(mode.value for mode in AutoresetMode)
         raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")
-    if render_mode not in {None, "rgb_array"}:
+    if not (render_mode is None or (isinstance(render_mode, str) and render_mode == "rgb_array")):
         raise ConfigError(f"render_mode: expected 'rgb_array' or None, found {render_mode!r}")
     return AutoresetMode(autoreset_mode)

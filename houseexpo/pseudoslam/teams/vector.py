@@ -195,7 +195,9 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         for key in own[0] if own else ():
             team[key] = np.array([np.nan if report[key] is None else report[key] for report in own], np.float64)
         infos["hears"] = np.stack([self.team_at(i).heard for i in range(self.num_envs)])
-        infos["plan_id"], infos["team"] = self._plan_ids.copy(), team
+        if self._env_spec.text_info:
+            infos["plan_id"] = self._plan_ids.copy()
+        infos["team"] = team
         return {**infos, **{f"_{key}": which.copy() for key in infos}}
 
     def team_at(self, i: int) -> Team:

@@ -11,6 +11,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import Case
+from houseexpo.pseudoslam.benchmark.colours import colours_of
 from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
 from houseexpo.pseudoslam.benchmark.map_curves import PANELS, curves_of_maps
@@ -236,6 +237,31 @@ def test_each_map_has_a_panel_and_each_policy_a_line(tmp_path: Path) -> None:
     assert (tmp_path / "page.html").read_text().count("floor_20") == 1
     write_comparison(found, tmp_path / "plain.md")
     assert "maps-1" not in (tmp_path / "plain.md").read_text()
+
+
+def test_a_policy_has_one_colour_in_all_pictures(tmp_path: Path) -> None:
+    """They went by the rank of a policy in its table, so that its colour differed from picture to picture."""
+    names = ("frontier", "chooser", "mine", "other")
+    budgets = [budget_result(name, 0.9 - 0.1 * rank) for rank, name in enumerate(names)]
+    maps = [map_result(name, {"a": [0.01 * (1 + rank)]}) for rank, name in enumerate(names)]  # the order turns round
+    found = read_results(written(tmp_path, *budgets, *maps))
+    assert [entry.name for entry in found[0].entries] != [entry.name for entry in found[1].entries]
+    write_comparison(found, tmp_path / "page.md", each_map=True)
+    drawn = [_colours_in((tmp_path / "page" / f"{file}.svg").read_text()) for file in
+             (f"{BUDGET.id}-steps", f"{BUDGET.id}-metres", "kth-v1-metres", "kth-v1-maps-1")]  # fmt: skip
+    assert all(set(each) == set(names) for each in drawn)
+    assert all(each == drawn[0] for each in drawn)
+    assert len(set(drawn[0].values())) == len(names)
+    alone = colours_of(read_results(written(tmp_path, budget_result("frontier", 0.1), budget_result("chooser", 0.2))))
+    assert [alone["frontier", 0], alone["chooser", 0]] == [0, 1]
+
+
+def _colours_in(svg: str) -> dict[str, str]:
+    """The colour of each line of the legend, which stands before its text."""
+    found = {}
+    for text in re.finditer(r">(frontier|chooser|mine|other)</text>", svg):
+        found[text[1]] = re.findall(r"stroke: (#[0-9a-f]{6})", svg[: text.start()])[-1]
+    return found
 
 
 def test_results_without_curves_of_maps_are_left_out(tmp_path: Path) -> None:

@@ -263,3 +263,24 @@ def test_a_coverage_above_one_and_a_mean_that_is_not_that_of_its_episodes_are_re
         file.write_bytes(msgspec.json.encode(whole))
         with pytest.raises(ConfigError, match=said):
             read_result(file)
+
+
+MASKED = """
+from houseexpo.pseudoslam.agents.protocol import Interface
+
+class policy:
+    interface = Interface(action_mask=True)
+
+    def __init__(self, robot, seed):
+        assert robot.observation_space["action_mask"].n == 3
+
+    def __call__(self, observation, info):
+        assert not info["collided"]
+        return 0 if observation["action_mask"][0] else 1
+"""
+
+
+def test_a_policy_gets_the_mask_of_motions_that_it_asks_for(tmp_path: Path) -> None:
+    with Player(policy_file(tmp_path, MASKED)) as player:
+        outcome = runner_of(player).run(case())
+    assert outcome.values["coverage"] > 0.9

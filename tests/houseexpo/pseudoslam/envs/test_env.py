@@ -167,6 +167,14 @@ def test_what_cannot_be_is_refused() -> None:
     assert houseexpo.pseudoslam.SimulatorConfig is SimulatorConfig
 
 
+def test_a_render_mode_that_is_no_text_is_refused_in_words() -> None:
+    for given in (5, ["human"]):
+        with pytest.raises(ConfigError, match=r"render_mode: expected one of \['rgb_array', 'human'\], found"):
+            make(render_mode=given)
+        with pytest.raises(ConfigError, match="render_mode: expected 'rgb_array' or None, found"):
+            gymnasium.make_vec(ID, 1, render_mode=given, dataset=PLANS)
+
+
 def test_after_a_start_that_fails_there_is_no_episode_until_another_starts() -> None:
     """The old one would go on under the new house's name."""
     env = make(render_mode="rgb_array")

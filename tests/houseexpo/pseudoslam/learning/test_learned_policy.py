@@ -46,6 +46,21 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
         load_policy(str(tmp_path / "other.pt"))
 
 
+def test_a_policy_that_learned_with_masks_runs_in_the_benchmark(tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.benchmark.cases import room_cases
+    from houseexpo.pseudoslam.benchmark.episodes import Runner
+    from houseexpo.pseudoslam.benchmark.player import Player
+    from houseexpo.pseudoslam.benchmark.tracks import track_of
+
+    place = EnvironmentConfig(simulator={"max_steps": 20}, action_mask=True)
+    run(tmp_path / "a", replace(tiny(steps=64), policy="cnn", environment=place))
+    track = track_of("avoidance")
+    with Player(str(tmp_path / "a" / "policy.pt")) as player:
+        assert player.policy.interface.action_mask
+        (case,) = room_cases(track.id, ROOM.id, 1)
+        assert Runner(track, player.policy, [ROOM], 0, player).run(case).values["steps"] == 200
+
+
 @pytest.mark.parametrize("damage", [b"", b"no policy", None])
 def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> None:
     from houseexpo.pseudoslam.learning.policy_file import read_policy, write_policy

@@ -115,3 +115,20 @@ def test_reset_takes_plans_poses_and_a_mask() -> None:
     with pytest.raises(ConfigError, match="options: unknown key 'poses'"):
         envs.reset(options={"poses": []})
     envs.close()
+
+
+def test_without_texts_infos_hold_numbers_only() -> None:
+    for text_info in (True, False):
+        envs = parallel_vector_env(
+            num_envs=2, robots=2, dataset=PLANS, config=SHORT, threads=1, radio="sight", text_info=text_info
+        )
+        _, infos = envs.reset(seed=0)
+        *_, later = envs.step(np.zeros((2, 2), int))
+        for found in (infos, later):
+            parts = {**found, **found["team"]}
+            texts = {
+                key for key, part in parts.items() if isinstance(part, np.ndarray) and part.dtype.kind not in "bif"
+            }
+            assert texts == ({"plan_id"} if text_info else set())
+            assert ("_plan_id" in found) == text_info
+        envs.close()
