@@ -1,14 +1,20 @@
-"""Move each number of ``pipeline.stages`` and ``pipeline.geometry`` alone, and count the plans that change.
+"""Move each number of ``pipeline``'s stages, geometry and tolerances alone, and count the plans that change.
 
 ::
 
-    python -m research.threshold_effects --members 3 --files ../shared/data/wild/*.glb --records effects.jsonl
+    python -m research.threshold_effects --members 2 --files ../shared/data/wild/*.glb --records trials.jsonl
 
 A number is a constant of a module. It is moved by a fifth either way, and to nothing and a thousandfold, which switches
 its rule off. A level is planned again only where it runs a line that reads the number, from the level as its
-reader gave it: what readers do with the number is not seen. Without ``--all`` a number is moved no further once a plan
-has changed. What changes no plan at any factor decides nothing in these houses: its rule may go. Times are of the
-processor, so that a busy machine gives the same table.
+reader gave it: what readers do with the number is not seen. Of a trial only the stages run that read the number, and
+what follows the first of them whose result changes.
+
+A plan changes where its bytes do, to a centimetre. A house changes where rooms or doors come, go or turn outside, or
+where the area of a room changes by more than a twentieth. What changes no plan at any factor decides nothing in these
+houses: its rule may go. What changes no house at 0.8 and 1.2 may have another value near its own.
+
+Trials go in rounds, each of more levels, for every number that has changed no house yet; without ``--all`` a number
+that has is done. Whoever stops early knows something of all of them, and a second run goes on from the records.
 """
 
 from __future__ import annotations
@@ -16,21 +22,26 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import dataclasses
 import hashlib
 import importlib
-import multiprocessing
+import os
 import resource
 import signal
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from enum import IntEnum
+from functools import partial
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 import msgspec
 import numpy as np
+import shapely
 from rich.console import Console
 from rich.table import Table
 
@@ -38,23 +49,30 @@ import pipeline
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.algorithm import plan_level
+from pipeline import algorithm
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
-from pipeline.values import Level
+from pipeline.values import Level, RejectedLevel, Spaces
 from research.confidence_fit import levels_of
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 
 PACKAGES = ("stages", "geometry")
-FACTORS = (0.0, 1000.0, 0.8, 1.2)
-"""The first two mostly change something at once, so that most numbers are done early."""
-LONGEST_S = 4
+SHARED = "pipeline.tolerances"
+OFF = (1000.0, 0.0)
+NEAR = (0.8, 1.2)
+FACTORS = (*OFF, *NEAR)
+LONGEST_S = 2.0
 """A level that takes longer than this to plan, each line watched, is left out."""
-SLOWER = 2
-"""A plan that takes so many times as long, beside one whose lines were watched, counts as changed."""
-QUICKEST = 3
-"""Of the levels that read a number, so many are planned at all factors before any other is."""
+SLOWER = 3
+"""A plan that takes so many times as long, beside one whose lines were watched, counts as another house."""
+ROUNDS = (3, 4, 6, 10, 20, 40)
+"""So many levels more a round."""
 MEMORY = 6 << 30
+SAME_AREA = 0.05
+FIRST_STAGES = {"evidence": "gather", "planes": "cut_planes", "layout": "lay_out"}
+"""The stages whose results are kept, and the function of ``pipeline.algorithm`` that makes each."""
+WHOLE = ("evidence", "planes", "layout", "doors", "contour", "cells", "isolated")
+"""The stages before a level is divided into buildings."""
 Place = tuple[str, int]
 
 
@@ -71,22 +89,31 @@ class Number(msgspec.Struct, frozen=True):
         return f"{self.module.removeprefix('pipeline.')}.{self.name}"
 
 
-class Effect(msgspec.Struct, frozen=True):
-    """How many plans, of ``read`` that read the number, changed at each factor, and the first that did."""
+class Result(IntEnum):
+    """What a trial has changed."""
+
+    NOTHING = 0
+    PLAN = 1
+    HOUSE = 2
+
+
+class Trial(msgspec.Struct, frozen=True):
+    """What became of a level when a number was moved."""
 
     number: str
-    value: str
-    read: int
-    changed: dict[str, int]
-    first: str = ""
+    level: str
+    factor: float
+    result: Result
 
 
 class Planned(msgspec.Struct, frozen=True):
-    """The plans of a level as a hash, the seconds they took, and the lines that ran."""
+    """A level planned once: the hash, lines, value and seconds of each stage, and the house that it came to."""
 
-    digest: str
-    seconds: float
-    lines: frozenset[Place] = frozenset()
+    hashes: dict[str, str]
+    lines: dict[str, frozenset[Place]]
+    kept: dict[str, Any]
+    seconds: dict[str, float]
+    house: Any
 
 
 def numbers() -> list[Number]:
@@ -94,6 +121,7 @@ def numbers() -> list[Number]:
     root = Path(pipeline.__file__).parent
     paths = sorted(path for package in PACKAGES for path in (root / package).glob("*.py"))
     trees = {f"pipeline.{path.parent.name}.{path.stem}": ast.parse(path.read_text()) for path in paths}
+    trees[SHARED] = ast.parse((root / "tolerances.py").read_text())
     reads = {module: lines_of(tree, module) for module, tree in trees.items()}
     imported: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for here, tree in trees.items():
@@ -202,39 +230,143 @@ def times(value: Any, factor: float) -> Any:
     return value * factor
 
 
-def plan(level: Level) -> str:
-    """Return a hash of a level's plans, or of why there are none."""
+def plan(level: Level, known: Planned | None = None, readers: Sequence[str] = ()) -> tuple[dict[str, str], Any]:
+    """Plan a level; return a hash of each stage's result and the house that it came to.
+
+    With ``known``, stages before the first of the ``readers`` are taken from there, and nothing more is done once the
+    last of the readers has the result that is known.
+    """
+    hashes: dict[str, str] = {}
+    spaces: dict[str, Spaces] = {}
+    with contextlib.ExitStack() as stack:
+        for stage, function in FIRST_STAGES.items():
+            if known is None or stage in readers or stage not in known.kept:
+                break
+            stack.enter_context(_replaced(function, known.kept[stage]))
+        last = max((WHOLE.index(r) if r in WHOLE else len(WHOLE) for r in readers), default=len(WHOLE))
+        try:
+            for snapshot in algorithm.stages(level, PipelineConfig(), np.random.default_rng(0)):
+                if snapshot.stage == "refine" and isinstance(snapshot.value, Spaces):
+                    spaces[snapshot.id] = snapshot.value
+                hashes[f"{snapshot.stage} {snapshot.id}"] = key = digest(snapshot.value)
+                at = WHOLE.index(snapshot.stage) if snapshot.stage in WHOLE else len(WHOLE)
+                if known and last <= at < len(WHOLE) and known.hashes[f"{snapshot.stage} {snapshot.id}"] == key:
+                    return known.hashes, known.house
+        except Rejection as rejection:
+            hashes["rejected"] = str(rejection.reason)
+    return hashes, (hashes.get("rejected", ""), [house_of(each) for each in spaces.values()])
+
+
+@contextlib.contextmanager
+def _replaced(function: str, value: Any) -> Iterator[None]:
+    """Have a stage return what it returned before."""
+    old = getattr(algorithm, function)
+    setattr(algorithm, function, lambda *_: value)
     try:
-        made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
-    except Rejection as rejection:
-        return str(rejection.reason)
-    texts = [encode(each) if isinstance(each, FloorPlan) else str(each.rejection.reason).encode() for each in made]
-    return hashlib.sha256(b"".join(texts)).hexdigest()
+        yield
+    finally:
+        setattr(algorithm, function, old)
+
+
+def house_of(spaces: Spaces) -> tuple[list[float], int, int, int]:
+    """Return the areas of rooms, sorted, in m2, and the counts of doors, entrances and cuts."""
+    outer = sum(p.leads_outside for p in spaces.passages)
+    cuts = sum(p.kind == "cut" for p in spaces.passages)
+    return sorted(room.area for room in spaces.rooms), len(spaces.passages) - outer, outer, cuts
+
+
+def are_alike(one: Any, other: Any) -> bool:
+    """Return whether two houses, as ``plan`` returns them, have the same rooms and doors."""
+    if one[0] != other[0] or len(one[1]) != len(other[1]):
+        return False
+    return all(
+        a[1:] == b[1:]
+        and len(a[0]) == len(b[0])
+        and all(abs(p - q) <= SAME_AREA * max(p, q) for p, q in zip(a[0], b[0], strict=True))
+        for a, b in zip(one[1], other[1], strict=True)
+    )
+
+
+def digest(value: Any) -> str:
+    """Return a hash of a stage's result."""
+    found = hashlib.sha256()
+    _feed(found, value, set())
+    return found.hexdigest()[:16]
+
+
+def _feed(into: Any, value: Any, seen: set[int]) -> None:
+    match value:
+        case FloorPlan():
+            into.update(encode(value))
+        case RejectedLevel():
+            into.update(str(value.rejection.reason).encode())
+        case shapely.Geometry():
+            into.update(shapely.to_wkb(value))
+        case np.ndarray():
+            into.update(value.tobytes())
+        case dict():
+            for key in sorted(value, key=str):
+                into.update(str(key).encode())
+                _feed(into, value[key], seen)
+        case list() | tuple():
+            into.update(str(len(value)).encode())
+            for each in value:
+                _feed(into, each, seen)
+        case _ if dataclasses.is_dataclass(value):
+            for field in dataclasses.fields(value):
+                _feed(into, getattr(value, field.name), seen)
+        case str() | int() | float() | None:
+            into.update(repr(value).encode())
+        case _:
+            into.update(type(value).__name__.encode())
 
 
 def first_plan(level: Level) -> Planned | None:
     """Plan a level, watching the lines that it runs; None where it takes too long or fails."""
-    ran: set[Place] = set()
+    ran: defaultdict[str, set[Place]] = defaultdict(set)
+    seconds: dict[str, float] = {}
+    kept: dict[str, Any] = {}
+    hashes: dict[str, str] = {}
+    spaces: dict[str, Spaces] = {}
+    here: set[Place] = set()
 
     def calls(frame: FrameType, *_: object) -> Any:
         return lines if module_of(frame.f_code) else None
 
     def lines(frame: FrameType, event: str, _: object) -> Any:
         if event == "line":
-            ran.add((module_of(frame.f_code), frame.f_lineno))
+            here.add((module_of(frame.f_code), frame.f_lineno))
         return lines
 
     try:
         with at_most(LONGEST_S):
             start = time.process_time()
             sys.settrace(calls)
-            digest = plan(level)
-            seconds = time.process_time() - start
+            try:
+                for snapshot in algorithm.stages(level, PipelineConfig(), np.random.default_rng(0)):
+                    sys.settrace(None)
+                    stage = snapshot.stage if snapshot.stage in WHOLE else "rest"
+                    seconds[stage] = seconds.get(stage, 0.0) + time.process_time() - start
+                    ran[stage] |= here
+                    here.clear()
+                    if stage in FIRST_STAGES:
+                        kept[stage] = snapshot.value
+                    if snapshot.stage == "refine" and isinstance(snapshot.value, Spaces):
+                        spaces[snapshot.id] = snapshot.value
+                    hashes[f"{snapshot.stage} {snapshot.id}"] = digest(snapshot.value)
+                    start = time.process_time()
+                    sys.settrace(calls)
+            except Rejection as rejection:
+                hashes["rejected"] = str(rejection.reason)
+                stage = next((s for s in WHOLE if s not in ran), "rest")
+                seconds[stage] = seconds.get(stage, 0.0) + time.process_time() - start
+            ran[stage] |= here
     except (TimeoutError, MemoryError, ValueError, HouseExpoError):
         return None
     finally:
         sys.settrace(None)
-    return Planned(digest, seconds, frozenset(ran))
+    house = hashes.get("rejected", ""), [house_of(each) for each in spaces.values()]
+    return Planned(hashes, {k: frozenset(v) for k, v in ran.items()}, kept, seconds, house)
 
 
 MODULES: dict[str, str] = {}
@@ -267,33 +399,46 @@ def at_most(seconds: float) -> Iterator[None]:
 
 HOUSES: dict[str, Level] = {}
 BEFORE: dict[str, Planned] = {}
-"""What every worker inherits as a copy of the process that read the houses."""
 
 
-def effect_of(number: Number, most: int, *, every: bool) -> Effect:
-    """Count the plans that change, of ``most`` at most; without ``every``, up to the first."""
-    read = [name for name, b in BEFORE.items() if number.lines is None or number.lines & b.lines]
-    read.sort(key=lambda name: BEFORE[name].seconds)
-    changed: dict[str, int] = {}
-    first = ""
-    for some in (read[:QUICKEST], read[QUICKEST:most]):
-        for factor in FACTORS:
-            with moved(number, factor):
-                for name in some:
-                    if (every or not changed) and changes(name):
-                        changed[f"{factor:g}"] = changed.get(f"{factor:g}", 0) + 1
-                        first = first or f"{name} x {factor:g}"
-    value = str(getattr(sys.modules[number.module], number.name)).replace("\n", " ")
-    return Effect(number.title, value, len(read), changed, first)
+def readers_of(number: Number, known: Planned) -> list[str]:
+    """Return the stages of a level that read a number."""
+    return [stage for stage, lines in known.lines.items() if number.lines is None or number.lines & lines]
 
 
-def changes(name: str) -> bool:
-    """Plan a house again; what fails, or takes far longer, has changed."""
+def costs(number: Number, known: Planned) -> float:
+    """Return how long a trial takes, s, where it changes nothing."""
+    order = [*WHOLE, "rest"]
+    which = [order.index(stage) for stage in readers_of(number, known)]
+    first = min(which) if min(which) < len(FIRST_STAGES) else len(FIRST_STAGES)
+    return sum(known.seconds.get(stage, 0.0) for stage in order[first : max(which) + 1])
+
+
+def levels_for(number: Number) -> list[str]:
+    """Return the levels that read a number: the quickest of each kind first."""
+    read = [name for name, known in BEFORE.items() if readers_of(number, known)]
+    read.sort(key=lambda name: costs(number, BEFORE[name]))
+    rank: defaultdict[str, int] = defaultdict(int)
+    ranks = {}
+    for name in read:
+        kind = name.split(" ")[0]
+        ranks[name] = rank[kind]
+        rank[kind] += 1
+    return sorted(read, key=lambda name: (ranks[name], costs(number, BEFORE[name])))
+
+
+def try_out(number: Number, name: str, factor: float) -> Result:
+    """Plan a level again with a number moved; what fails or takes far longer is another house."""
+    known = BEFORE[name]
     try:
-        with at_most(SLOWER * BEFORE[name].seconds + 2):
-            return plan(HOUSES[name]) != BEFORE[name].digest
+        with moved(number, factor), at_most(SLOWER * sum(known.seconds.values()) + 1):
+            hashes, house = plan(HOUSES[name], known, readers_of(number, known))
     except Exception:  # noqa: BLE001 (whatever goes wrong, it did not before)
-        return True
+        return Result.HOUSE
+    if not are_alike(house, known.house):
+        return Result.HOUSE
+    plans = [{k: v for k, v in each.items() if k.startswith("plan")} for each in (hashes, known.hashes)]
+    return Result.NOTHING if plans[0] == plans[1] else Result.PLAN
 
 
 def houses(kinds: Sequence[str], members: int, seed: int, files: Sequence[Path]) -> Iterator[tuple[str, Level]]:
@@ -304,60 +449,97 @@ def houses(kinds: Sequence[str], members: int, seed: int, files: Sequence[Path])
                 path = make_member(kind, number, seed, Path(folder) / kind).path
                 yield from ((f"{kind} {number}.{k}", level) for k, level in enumerate(levels_of(path)))
     for path in files:
-        with contextlib.suppress(HouseExpoError, TimeoutError, MemoryError), at_most(60):
-            yield from ((f"{path.name}.{k}", level) for k, level in enumerate(levels_of(path)))
+        with contextlib.suppress(Exception, TimeoutError, MemoryError), at_most(20):
+            yield from ((f"file{path.suffix} {path.name}.{k}", level) for k, level in enumerate(levels_of(path)))
 
 
-def _worker(task: tuple[Number, int, bool]) -> Effect:
-    return effect_of(task[0], task[1], every=task[2])
+def in_child(work: Any) -> None:
+    """Do something in a copy of this process: what it breaks or crashes stays there."""
+    child = os.fork()
+    if child:
+        os.waitpid(child, 0)
+        return
+    try:
+        work()
+    finally:
+        os._exit(0)
 
 
-def _of_house(name: str) -> tuple[str, Planned | None]:
-    return name, first_plan(HOUSES[name])
+def trials_of(number: Number, names: Sequence[str], done: Sequence[Trial], stream: Any, *, every: bool) -> None:
+    """Write the trials of a number in these levels that are not done yet."""
+    results = {(t.level, t.factor): t.result for t in done if t.number == number.title}
+    house = {
+        factors: any(r == Result.HOUSE for (_, f), r in results.items() if f in factors) for factors in (OFF, NEAR)
+    }
+    for name in names:
+        for factor in FACTORS:
+            factors = OFF if factor in OFF else NEAR
+            if (name, factor) in results or (not every and (house[factors] or house[NEAR])):
+                continue
+            result = try_out(number, name, factor)
+            house[factors] |= result == Result.HOUSE
+            stream.write(msgspec.json.encode(Trial(number.title, name, factor, result)) + b"\n")
+            stream.flush()
 
 
-def table_of(effects: Sequence[Effect]) -> Table:
-    """A row a number, those that change least first."""
-    table = Table(title=f"What {len(effects)} numbers change")
-    for k, heading in enumerate(("number", "value", "plans that read it", *(f"x {f:g}" for f in FACTORS), "first")):
-        table.add_column(heading, justify="right" if 2 <= k < 3 + len(FACTORS) else "left")
-    for effect in sorted(effects, key=lambda e: (sum(e.changed.values()), e.read, e.number)):
-        counts = [str(effect.changed.get(f"{f:g}", "")) for f in FACTORS]
-        table.add_row(effect.number, effect.value, str(effect.read), *counts, effect.first)
+def table_of(trials: Sequence[Trial], wanted: Sequence[Number]) -> Table:
+    """A row a number, those that change least first: of how many trials how many changed the plan, and the house."""
+    table = Table(title=f"What {len(wanted)} numbers change: plans, houses of trials")
+    for heading in ("number", "value", "levels that read it", *(f"x {f:g}" for f in FACTORS)):
+        table.add_column(heading)
+    rows = []
+    for number in wanted:
+        cells, least = [], [0, 0]
+        for factor in FACTORS:
+            own = [t.result for t in trials if t.number == number.title and t.factor == factor]
+            counts = sum(r >= Result.PLAN for r in own), sum(r == Result.HOUSE for r in own)
+            least = [a + b for a, b in zip(least, reversed(counts), strict=True)]
+            cells.append(f"{counts[0]}, {counts[1]} of {len(own)}")
+        value = str(getattr(sys.modules[number.module], number.name)).replace("\n", " ")
+        rows.append((least, number.title, value, str(len(levels_for(number))), *cells))
+    for _, *row in sorted(rows):
+        table.add_row(*row)
     return table
 
 
 def main() -> None:
-    """Print the table, and keep it as JSON lines."""
+    """Try, keep the trials as JSON lines, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--members", type=int, default=3)
+    parser.add_argument("--members", type=int, default=2)
     parser.add_argument("--kinds", default=",".join({**KINDS, **RAW}))
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--files", nargs="*", type=Path, default=[])
     parser.add_argument("--only", help="numbers whose name holds this text; a comma parts several")
-    parser.add_argument("--most", type=int, default=10_000, help="of the levels that read a number, so many at most")
+    parser.add_argument("--rounds", type=int, default=len(ROUNDS))
     parser.add_argument("--all", action="store_true")
-    parser.add_argument("--records", type=Path)
+    parser.add_argument("--records", type=Path, required=True)
     given = parser.parse_args()
-    HOUSES.update(houses(given.kinds.split(","), given.members, given.seed, given.files))
+    console = Console(width=180)
     for package in PACKAGES:
         for path in sorted((Path(pipeline.__file__).parent / package).glob("*.py")):
             importlib.import_module(f"pipeline.{package}.{path.stem}")
     wanted = [n for n in numbers() if not given.only or any(text in n.title for text in given.only.split(","))]
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    fork = multiprocessing.get_context("fork")
-    console = Console(width=180)
-    with fork.Pool(2) as pool:
-        BEFORE.update({name: found for name, found in pool.imap(_of_house, HOUSES) if found})
-    console.print(f"{len(BEFORE)} of {len(HOUSES)} levels, {sum(b.seconds for b in BEFORE.values()):.0f} s")
-    effects = []
-    with fork.Pool(2, maxtasksperchild=8) as pool:
-        for effect in pool.imap_unordered(_worker, [(number, given.most, given.all) for number in wanted]):
-            effects.append(effect)
-            if given.records:
-                with given.records.open("ab") as stream:
-                    stream.write(msgspec.json.encode(effect) + b"\n")
-    console.print(table_of(effects))
+    for name, level in houses(given.kinds.split(","), given.members, given.seed, given.files):
+        known = first_plan(level)
+        if known:
+            HOUSES[name], BEFORE[name] = level, known
+    console.print(f"{len(BEFORE)} levels, {sum(sum(b.seconds.values()) for b in BEFORE.values()):.0f} s")
+    given.records.touch()
+    done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
+    order = {number.title: levels_for(number) for number in wanted}
+    console.print("read by no level:", *(title for title, names in order.items() if not names))
+    with given.records.open("ab") as stream:
+        most = 0
+        for more in ROUNDS[: given.rounds]:
+            most += more
+            done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
+            for number in wanted:
+                names = order[number.title][:most]
+                in_child(partial(trials_of, number, names, done, stream, every=given.all))
+            console.print(f"{time.strftime('%H:%M')} {most} levels each")
+    done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
+    console.print(table_of(done, wanted))
 
 
 if __name__ == "__main__":

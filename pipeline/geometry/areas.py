@@ -14,14 +14,15 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pipeline.tolerances import OVERLAY_GRID_M, SPECK_M2
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Overlays of areas that give areas: the lines and points that a touching pair leaves behind are dropped.
 # ---------------------------------------------------------------------------------------------------------------------
 
 EMPTY = Polygon()
-FALLBACK_GRID_M = 1e-6
 Shapes = npt.NDArray[np.object_]
-_POLYGON, _MULTIPOLYGON = 3, 6
+_AREAS = (shapely.GeometryType.POLYGON, shapely.GeometryType.MULTIPOLYGON)
 
 
 def polygons_of(shape: BaseGeometry) -> list[Polygon]:
@@ -46,7 +47,7 @@ def dot(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
 
 def areas(shape: BaseGeometry) -> BaseGeometry:
     """Return only the areas of a geometry."""
-    if shapely.get_type_id(shape) in (_POLYGON, _MULTIPOLYGON):
+    if shapely.get_type_id(shape) in _AREAS:
         return shape
     return MultiPolygon(polygons_of(shape))
 
@@ -103,7 +104,7 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
     try:
         return operation(*shapes)
     except shapely.errors.GEOSException:
-        return operation(*(_mend(shape) for shape in shapes), grid_size=FALLBACK_GRID_M)
+        return operation(*(_mend(shape) for shape in shapes), grid_size=OVERLAY_GRID_M)
 
 
 def _overlay_pairs(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
@@ -129,7 +130,6 @@ def _mend(shape: Any) -> Any:
 
 OUTSIDE = -1
 WALL = -2
-SPECK_M2 = 0.05
 
 
 def enclosed_pieces(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:

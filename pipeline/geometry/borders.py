@@ -1,6 +1,6 @@
 """Borders: where two rooms that a source draws meet between the ends of a wall, with neither wall nor door.
 
-R1  A border lies in the middle between two rooms, at most ``DEEPEST_M`` apart, where nothing stands. It is straight
+R1  A border lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is straight
     and wide enough to walk through.
 R2  Walls stand at both of its ends, and at one end or both a wall goes on that parts the same two rooms: somebody drew
     the wall and left the way open. Two rooms without any wall between them have no border: they are one space that the
@@ -19,17 +19,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import buffer_mitred, overlap, polygons_of
+from pipeline.tolerances import NEARLY_ALL, SHEET_M, SHOULDERS_M, STAND_M, THICK_WALL_M, THIN_WALL_M
 
-DEEPEST_M = 0.6
-"""The thickest wall, at the ends of which two rooms face each other."""
-HALF_BAND_M = 0.05
-"""Half the depth of a border's strip."""
-NARROWEST_M = 0.6
-STRAIGHT = 0.9
-"""The least share of its rectangle that a straight piece fills."""
-STAND_M = 0.03
-JAMB_M = 0.15
-"""How far beyond its ends walls are looked for: right there, and where a wall goes on."""
 NEAR_M = 0.06
 """A border may lie so far beside its wall: at a face of it, where a room is drawn with its doorways."""
 
@@ -71,11 +62,11 @@ def borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -
     if len(rooms) < 2 or free.is_empty or walls.is_empty:
         return []
     shapely.prepare(walls)
-    pairs = shapely.STRtree(rooms).query(rooms, predicate="dwithin", distance=DEEPEST_M).T.tolist()
+    pairs = shapely.STRtree(rooms).query(rooms, predicate="dwithin", distance=THICK_WALL_M).T.tolist()
     found = []
     for one, other in sorted((i, j) for i, j in pairs if i < j):
         apart = float(rooms[one].distance(rooms[other]))
-        near = [buffer_mitred(rooms[k], apart / 2 + HALF_BAND_M) for k in (one, other)]
+        near = [buffer_mitred(rooms[k], apart / 2 + SHEET_M) for k in (one, other)]
         for piece in polygons_of(overlap(overlap(near[0], near[1]), free)):
             border = _straight(piece, apart)
             if border is not None and _is_between(border, (rooms[one], rooms[other]), walls):
@@ -86,13 +77,13 @@ def borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -
 def _straight(piece: Polygon, apart: float) -> Border | None:
     """R1."""
     box = shapely.oriented_envelope(piece)
-    if box.geom_type != "Polygon" or piece.area < STRAIGHT * box.area:
+    if box.geom_type != "Polygon" or piece.area < NEARLY_ALL * box.area:
         return None
     corners = shapely.get_coordinates(box)[:4]
     sides = corners[1] - corners[0], corners[2] - corners[1]
     lengths = [float(np.hypot(*side)) for side in sides]
     k = int(lengths[1] > lengths[0])
-    if lengths[k] < NARROWEST_M or lengths[1 - k] > 2 * HALF_BAND_M + STAND_M:
+    if lengths[k] < SHOULDERS_M or lengths[1 - k] > 2 * SHEET_M + STAND_M:
         return None
     return Border(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
 
@@ -102,7 +93,7 @@ def _is_between(border: Border, rooms: tuple[Polygon, Polygon], walls: BaseGeome
     sides = [(border.middle + sign * border.along * border.width_m / 2, sign * border.along) for sign in (-1, 1)]
     if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), NEAR_M) for end, out in sides):
         return False
-    beside = (_rooms_beside(end + JAMB_M * out, border.across, rooms, walls) for end, out in sides)
+    beside = (_rooms_beside(end + THIN_WALL_M * out, border.across, rooms, walls) for end, out in sides)
     return any(found in ((0, 1), (1, 0)) for found in beside)
 
 
@@ -110,11 +101,11 @@ def _rooms_beside(
     at: Floats, across: Floats, rooms: tuple[Polygon, Polygon], walls: BaseGeometry
 ) -> tuple[int | None, ...]:
     """Return which of the rooms lie on the two sides of the wall at a point; nothing where no wall stands there."""
-    line = shapely.linestrings([at - DEEPEST_M * across, at + DEEPEST_M * across])
+    line = shapely.linestrings([at - THICK_WALL_M * across, at + THICK_WALL_M * across])
     pieces = [piece for piece in shapely.get_parts(shapely.intersection(line, walls)) if piece.length > 0]
     wall = min(pieces, key=shapely.points(at).distance, default=None)
     if wall is None or wall.distance(shapely.points(at)) > NEAR_M:
         return ()
     places = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(wall)))
-    beside = at + (np.array([[places.min() - STAND_M], [places.max() + STAND_M]]) - DEEPEST_M) * across
+    beside = at + (np.array([[places.min() - STAND_M], [places.max() + STAND_M]]) - THICK_WALL_M) * across
     return tuple(next((k for k in (0, 1) if shapely.intersects_xy(rooms[k], *point)), None) for point in beside)

@@ -15,17 +15,13 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, dot, locate, outlines, overlaps
+from pipeline.tolerances import AROUND_M, CRACK_M, NEARLY_ALL, PLACE_M, SHEET_M, STAND_M, THIN_WALL_M, TWICE
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A bridge: the straight strip through a wall that joins two spaces, and rows of such strips.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BESIDE_M = 0.15
-STAND_M = 0.03
-TOUCH_M = 0.5
 PARALLEL = np.cos(np.deg2rad(20.0))
-DEEPER = 2.0
-"""What is so many times deeper than a wider strip beside it hangs before the wall: a step, a cabinet."""
 Vector = npt.NDArray[np.float64]
 
 
@@ -68,8 +64,8 @@ class Bridge:
         """Return whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
         shapely.prepare(door_plane)
         for end, on in zip(self.segment, (-self.along, self.along), strict=True):
-            beside = self.across * (self.depth / 2 + BESIDE_M)
-            stub = end + BESIDE_M / 2 * on
+            beside = self.across * (self.depth / 2 + THIN_WALL_M)
+            stub = end + THIN_WALL_M / 2 * on
             wall, left, right = shapely.intersects(door_plane, shapely.points([stub, stub + beside, stub - beside]))
             if wall and not left and not right:
                 return True
@@ -95,7 +91,7 @@ def join_rows(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
     """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
-    whole is as deep as the deepest of them, except what is ``DEEPER`` than the widest.
+    whole is as deep as the deepest of them, except what is ``TWICE`` than the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Bridge] = []
@@ -116,7 +112,7 @@ def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
 
 def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
     apart = distance_in_row(whole, other)
-    if apart is None or apart > TOUCH_M:
+    if apart is None or apart > PLACE_M:
         return False
     if apart <= 0:
         return True
@@ -139,7 +135,7 @@ def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
 def _hull(whole: Bridge, other: Bridge) -> Bridge:
     start, end, aside = _offsets(whole, other)
     near, far = -whole.depth / 2, whole.depth / 2
-    if other.depth < DEEPER * whole.depth:
+    if other.depth < TWICE * whole.depth:
         near, far = min(near, aside - other.depth / 2), max(far, aside + other.depth / 2)
     wider = whole.part_between(min(start, -whole.width / 2), max(end, whole.width / 2))
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
@@ -173,12 +169,7 @@ def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 
 
 STEP_M = 0.08
 DETAIL_M = 0.004
-REACH_M = 0.02
 DEEPEST_M = 1.2
-NEAR_M = 1.0
-FILLED = 0.9
-"""At least this share of a strip is the piece or stands in the door plane."""
-SHORT_M = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +210,7 @@ def bridges(
     strips = strips_of([whole for _, whole in facing])
     filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
     standing = overlaps(strips, near[of_piece])
-    real = filled + shapely.area(standing) >= FILLED * shapely.area(strips)
+    real = filled + shapely.area(standing) >= NEARLY_ALL * shapely.area(strips)
     found: list[list[Bridge]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
@@ -231,7 +222,7 @@ def _pieces_near(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
     """For each piece what stands near it."""
     found = np.empty(len(pieces), np.object_)
     for k, (x1, y1, x2, y2) in enumerate(shapely.bounds(pieces)):
-        found[k] = clip_to_box(door_plane, x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
+        found[k] = clip_to_box(door_plane, x1 - AROUND_M, y1 - AROUND_M, x2 + AROUND_M, y2 + AROUND_M)
     return found
 
 
@@ -253,10 +244,10 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     along = b - a
     length = np.hypot(*along.T)
     outwards = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.where(length > 0, length, 1.0)[:, None]
-    faces = locate((a + b) / 2 + REACH_M * outwards, rooms, walls)
+    faces = locate((a + b) / 2 + CRACK_M * outwards, rooms, walls)
     change = np.flatnonzero((np.diff(edges) != 0) | (np.diff(faces) != 0)) + 1
     first, last = np.concatenate([[0], change]), np.concatenate([change, [len(a)]]) - 1
-    long = np.hypot(*(b[last] - a[first]).T) > SHORT_M
+    long = np.hypot(*(b[last] - a[first]).T) > SHEET_M
     for i, j in zip(first[long & (faces[first] != WALL)], last[long & (faces[first] != WALL)], strict=True):
         found[outline.area[edges[i]]].append(_Stretch(a[i], b[j], int(faces[i])))
     return found
@@ -276,7 +267,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Bridge | None:
     depth = float(dot((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
     low = max(dot(first.a, along), dot(second.b, along))
     high = min(dot(first.b, along), dot(second.a, along))
-    if not 0 < depth <= DEEPEST_M or high - low < SHORT_M:
+    if not 0 < depth <= DEEPEST_M or high - low < SHEET_M:
         return None
     middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle

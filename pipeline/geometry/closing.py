@@ -35,19 +35,32 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.bridges import REACH_M, Bridge, bridges, strips_of
+from pipeline.geometry.bridges import Bridge, bridges, strips_of
+from pipeline.tolerances import (
+    BESIDE_M,
+    BLOCK_M,
+    CM_M,
+    CRACK_M,
+    HAIR_M,
+    HAND_M,
+    LAP_M,
+    MM_M,
+    MOST,
+    MOSTLY,
+    QUARTER,
+    SLIVER_M,
+    SOME,
+    STAND_M,
+    THICK_WALL_M,
+    TWICE,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Pieces that close the door plane, as the straight strips they consist of.
 # ---------------------------------------------------------------------------------------------------------------------
 
 IN_LINE_M = 0.8
-LAP_M = 0.002
-"""A piece laps so far over what it joins, so that no crack of rounding stays open between them."""
 ROUNDING_M2 = 1e-9
-EPS_M = 1e-5
-TOUCH_M = 1e-3
-CONTACT_M = 1e-5
 SHARES = np.array([[-0.3], [0.0], [0.3]])
 """Where along a face is looked, from its middle, in widths of the bridge."""
 
@@ -105,7 +118,7 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     for strip in strips:
         left = subtract(left, strip)
     # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    return [polygons_of(buffer_mitred(p, EPS_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
+    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
 def _divide_at_crossing(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
@@ -128,8 +141,8 @@ def needed_to_separate(
     spaces = [*rooms, _outside(plane)]
     others = union_of(closer.polygon for closer in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
-    shapes = [areas(shape) for shape in each_opened(bare, 4 * EPS_M)]
-    grown = shapely.buffer(shapes, TOUCH_M, join_style="mitre")
+    shapes = [areas(shape) for shape in each_opened(bare, 4 * HAIR_M)]
+    grown = shapely.buffer(shapes, MM_M, join_style="mitre")
     meets = networkx.Graph()
     meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
     meets.add_edges_from((("piece", k), ("piece", other)) for k, other in _touching(grown, shapes) if k != other)
@@ -165,7 +178,7 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     tree = shapely.STRtree(others)
     pairs = tree.query(grown, predicate="intersects")
     shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
-    return [(int(k), int(other)) for k, other in pairs.T[shared > TOUCH_M * CONTACT_M]]
+    return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
 
 
 def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
@@ -189,7 +202,7 @@ def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry)
 
 def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
     """Three places (2, 3, 2) before each of the two faces of a bridge."""
-    off = bridge.across * (bridge.depth / 2 + 2 * REACH_M)
+    off = bridge.across * (bridge.depth / 2 + 2 * CRACK_M)
     along = bridge.centre + bridge.along * bridge.width * SHARES
     return np.array([along - off, along + off])
 
@@ -213,27 +226,12 @@ def _most_seen(faces: npt.NDArray[np.int64]) -> int:
 # R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 # ---------------------------------------------------------------------------------------------------------------------
 
-THICKEST_M = 0.6
 SQUARE = np.sin(np.deg2rad(25.0))
-LONGER = 2.0
-"""A wall is at least this many times longer than thick; less is a pillar or a piece of furniture."""
-NIB_M = 0.04
-"""Beside a corner a wall may end as soon as this, seen from one side; from the other it is long."""
 DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
 DOUBLE_DOOR_M = 1.5
 """The widest such gap where a leaf hangs at the end."""
-LEAST_OVERLAP = 0.3
-"""Two ends overlap if they do so by this share of the thinner wall; else the gap is as deep as both walls."""
-ASIDE_M = 0.1
-"""Two ends of one wall stand no farther aside of each other than this, seen along the wall."""
-ALIKE = 0.5
 OPPOSITE = 0.9
-GAP_IN_LINE_M = 0.03
-HINGE_M = 0.1
-DETAIL_M = 0.002
-GAP_LAP_M = 0.01
-BEFORE_M = 0.01  # so close before an end nothing stands, for a crack of twice this is closed already
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,17 +256,17 @@ class WallEnd:
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
         beside = abs(dot(other.centre - self.centre, aside))
-        return bool(dot(other.out, self.out) < -OPPOSITE and max(abs(width - other_width), beside) < GAP_IN_LINE_M)
+        return bool(dot(other.out, self.out) < -OPPOSITE and max(abs(width - other_width), beside) < STAND_M)
 
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
     """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
     parts = polygons_of(walls)
     if parts:
-        yield from (end for end in _ends_of(outlines(parts, DETAIL_M)) if nibs or not end.is_nib)
+        yield from (end for end in _ends_of(outlines(parts, LAP_M)) if nibs or not end.is_nib)
 
 
-def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEnd]:
+def _ends_of(walls: Outlines, thickest_m: float = THICK_WALL_M) -> Iterator[WallEnd]:
     """Yield all that looks like an end, ring by ring."""
     points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
@@ -277,8 +275,8 @@ def _ends_of(walls: Outlines, thickest_m: float = THICKEST_M) -> Iterator[WallEn
     came = unit[before]
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
-    end = square & square[after] & (length <= thickest_m) & (np.minimum(length[before], length[after]) >= NIB_M)
-    long = np.maximum(length[before], length[after]) >= LONGER * length
+    end = square & square[after] & (length <= thickest_m) & (np.minimum(length[before], length[after]) >= SLIVER_M)
+    long = np.maximum(length[before], length[after]) >= TWICE * length
     juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
     for k in np.flatnonzero(end & (long | juts)):
         out = np.array([unit[k, 1], -unit[k, 0]])
@@ -319,9 +317,9 @@ def gaps(
     ends = list(wall_ends(tall, nibs=True))
     if not ends:
         return []
-    before = shapely.points([end.centre + BEFORE_M * end.out for end in ends])
+    before = shapely.points([end.centre + CM_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
-    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HINGE_M)[0].tolist())
+    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HAND_M)[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:
@@ -341,7 +339,7 @@ def _each_once(found: Sequence[Polygon]) -> list[int]:
     """A gap between two ends is found from both; the first stands for what lies mostly in it. Return those kept."""
     kept: list[int] = []
     for k, gap in enumerate(found):
-        if not any(overlap(gap, found[j]).area > ALIKE * min(gap.area, found[j].area) for j in kept):
+        if not any(overlap(gap, found[j]).area > MOST * min(gap.area, found[j].area) for j in kept):
             kept.append(k)
     return kept
 
@@ -357,7 +355,7 @@ def _strip_before_end(end: WallEnd, reach_m: float) -> Polygon:
 
 def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: float) -> Polygon | None:
     """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
-    near = shapely.buffer(gap, ASIDE_M, cap_style="square", join_style="mitre")
+    near = shapely.buffer(gap, HAND_M, cap_style="square", join_style="mitre")
     found = []
     for other in ends:
         if dot(other.out, end.out) >= -OPPOSITE:
@@ -365,7 +363,7 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
         if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
         away = dot(other.centre - end.centre, end.out)
-        if not 0 < away <= reach_m + GAP_LAP_M:
+        if not 0 < away <= reach_m + CM_M:
             continue
         sure = end.faces(other) or not (end.is_nib or other.is_nib)  # R3
         if sure and (strip := _strip(end, other)) is not None:
@@ -378,9 +376,9 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     aside = np.array([-end.out[1], end.out[0]])
     (a, b), (c, d) = (np.sort([dot(side, aside) for side in (each.a, each.b)]) for each in (end, other))
     low, high = max(a, c), min(b, d)
-    if low - high > ASIDE_M:
+    if low - high > HAND_M:
         return None
-    if high - low < LEAST_OVERLAP * min(b - a, d - c):
+    if high - low < SOME * min(b - a, d - c):
         low, high = min(a, c), max(b, d)
     start = min(dot(end.a, end.out), dot(end.b, end.out)) - 0.005
     stop = max(dot(other.a, end.out), dot(other.b, end.out)) + 0.01
@@ -401,8 +399,6 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
 
 NARROW = 0.5
 NARROW_IN_WALL = 0.65
-DEEPEST_MOUTH_M = 2.5
-"""The thickest block between two rooms of which the end is looked at."""
 WIDEST_MOUTH_M = 8.0
 MOUTH_ROOM_M2 = 4.0
 WIDER = 1.5
@@ -411,8 +407,6 @@ LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
 MOUTH_DEPTH_M = 0.2
 """A mouth in a thicker block is closed in its middle, so that each room gets its half of the way through."""
-ROW_M = 0.3
-"""Mouths in one wall lie no farther aside of each other than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -433,7 +427,7 @@ class _Mouth:
         """Return whether two mouths lie in one wall."""
         off = other.middle - self.middle
         aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
-        return bool(aside < ROW_M and abs(dot(self.along, other.along)) > OPPOSITE)
+        return bool(aside < BESIDE_M and abs(dot(self.along, other.along)) > OPPOSITE)
 
 
 def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
@@ -444,8 +438,8 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
     solid = polygons_of(walls)
     if not (solid and rooms):
         return []
-    ends = list(_ends_of(outlines(solid, DETAIL_M), DEEPEST_MOUTH_M))
-    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > EPS_M]
+    ends = list(_ends_of(outlines(solid, LAP_M), BLOCK_M))
+    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > HAIR_M]
     every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
     every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
     found: list[list[Polygon]] = []
@@ -474,7 +468,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
     filling = Polygon([near - aside, near + aside, far + aside, far - aside])
     met = end.centre + end.out * width
-    in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < ROW_M for other in ends)
+    in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
     return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else NARROW)
 
 
@@ -508,7 +502,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(overlap(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
     wide = WIDER * mouth.width
-    if mouth.depth > THICKEST_M and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
+    if mouth.depth > THICK_WALL_M and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
         return None
     return k, sum(piece.area for piece in seen) / look
 
@@ -517,20 +511,12 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
 # A boundary for a house that its walls leave open.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BAND_M = 0.1
 NEAR_M = 0.25
-WALLED = 0.5
-"""At least this share of an open room's edge has to be wall; a slab in a garden is no room."""
 FARTHEST_M = 10.0
-SURROUNDED = 0.8
-"""A place that walls surround along this share of its hull is a room, whose one side is a front."""
 FRONT_M = 6.0
-HELD = 0.5
-"""A room of which walls enclose less than this share lies open."""
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 JOINED = 3
 """A hall joins so many parts of a house; two wings on both sides of a court may be two houses."""
-OPEN = 0.25
 
 
 def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -549,7 +535,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
     near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
     for part in large:
         edge = part.exterior
-        if shapely.intersection(edge, near_walls).length < WALLED * edge.length:
+        if shapely.intersection(edge, near_walls).length < MOST * edge.length:
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
         going_on = [
@@ -559,7 +545,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
         rest = shapely.difference(bare, shapely.buffer(union_of(going_on), NEAR_M, cap_style="flat"))
         if rest.length > NEAR_M:
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
-            band = shapely.buffer(lines, BAND_M, cap_style="square", join_style="mitre")
+            band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, union_of([floor, ground])))
     return bands
 
@@ -572,11 +558,11 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
     if not named:
         return []
     known = union_of(rooms)
-    lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < HELD * room.area]
+    lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < MOST * room.area]
     if not lying_open:
         return []
     return polygons_of(
-        subtract(union_of(buffer_mitred(room, BAND_M) for room in lying_open), union_of([*named, ground]))
+        subtract(union_of(buffer_mitred(room, HAND_M) for room in lying_open), union_of([*named, ground]))
     )
 
 
@@ -594,7 +580,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     so_far = enclosed_area(ground)
     hull = shapely.convex_hull(tall).area
     for candidate in candidates:
-        if so_far > WALLED * hull:
+        if so_far > MOST * hull:
             break
         trial = union_of([ground, candidate])
         area = enclosed_area(trial)
@@ -607,7 +593,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
 def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
 
-    There are none where walls stand along less than ``SURROUNDED`` of it (a corner piece, a stage), or where a front is
+    There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
     wider than ``FRONT_M``.
     """
     hull = shapely.convex_hull(tall)
@@ -615,10 +601,10 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
         return []
     bare = shapely.difference(hull.exterior, shapely.buffer(tall, NEAR_M, quad_segs=2))
     fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
-    if bare.length > (1 - SURROUNDED) * hull.length or any(front.length > FRONT_M for front in fronts):
+    if bare.length > (1 - MOSTLY) * hull.length or any(front.length > FRONT_M for front in fronts):
         return []
     bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
-    inner = shapely.buffer(hull, -BAND_M, join_style="mitre")
+    inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
     return [part for band in bands for part in polygons_of(subtract(band, union_of([inner, tall])))]
 
 
@@ -627,14 +613,14 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
 
     ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
     that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``JOINED`` parts or
-    more, whose openings take ``OPEN`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
+    more, whose openings take ``QUARTER`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
     """
     if len({part for _, part in ways}) < JOINED:
         return []
     air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
     for radius in DISCS_M:
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
-        reached = shapely.buffer(union_of(wide), radius + EPS_M)
+        reached = shapely.buffer(union_of(wide), radius + HAIR_M)
         bands: list[Polygon] = []
         for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * NEAR_M)):
             into = {part for way, part in ways if way.distance(hall) < NEAR_M}
@@ -642,7 +628,7 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
                 continue
             bare = shapely.difference(hall.exterior, shapely.buffer(ground, NEAR_M / 2, quad_segs=2))
             edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > NEAR_M]
-            if sum(edge.length for edge in edges) < OPEN * hall.length:
+            if sum(edge.length for edge in edges) < QUARTER * hall.length:
                 bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
         if bands:
             return bands
@@ -653,7 +639,7 @@ def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
     """Return the straight band between the walls that are nearest to the ends of an open edge."""
     ends = [shapely.get_point(edge, 0), shapely.get_point(edge, -1)]
     line = shapely.linestrings([shapely.get_coordinates(shapely.shortest_line(ground, end))[0] for end in ends])
-    return subtract(shapely.buffer(line, BAND_M / 2, cap_style="square"), ground)
+    return subtract(shapely.buffer(line, HAND_M / 2, cap_style="square"), ground)
 
 
 def enclosed_area(walls: BaseGeometry) -> float:
@@ -671,9 +657,9 @@ def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) ->
     within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
     if shapely.intersection(line, ground).length > within_ends + 0.05:
         return None
-    return polygons_of(shapely.buffer(line, BAND_M / 2, cap_style="square"))[0]
+    return polygons_of(shapely.buffer(line, HAND_M / 2, cap_style="square"))[0]
 
 
 def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
     """Return whether the rooms fill half of what the walls span: then the house counts as closed."""
-    return bool(sum(r.area for r in rooms) > WALLED * shapely.convex_hull(tall).area)
+    return bool(sum(r.area for r in rooms) > MOST * shapely.convex_hull(tall).area)

@@ -16,6 +16,7 @@ from pipeline.geometry.areas import clip_to_box, dot, polygons_of
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import Passage
+from pipeline.tolerances import AROUND_M, CM_M, HAND_M, LARGELY, NEARLY_ALL, PLACE_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A doorway cut through a wall: straight, at right angles to it, where the line between two points meets it.
@@ -23,17 +24,10 @@ from pipeline.geometry.spaces import Passage
 
 Vector = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float64]
-SLIDE_M = 0.1
 FARTHEST_SLIDE_M = 2.0
 APPROACH_M = 0.45
 """So much free floor is asked for before and behind a cut."""
-ALIKE_M = 0.5
-BESIDE_M = 1.0
-THINNEST_M = 0.01
 FREE = 0.97
-SLIM = 0.7
-FLOOR_IN = 0.02
-WALL_IN = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +35,7 @@ class CutRules:
     """What a cut may go through: ``deepest_m`` at most, and whether only wall or also the gap between two houses.
 
     It stands at most ``slide_m`` beside its line, and of all such places where the wall is thinnest, if that is less
-    than ``SLIM`` of what it mostly is: a leaf or a niche is a better place than bare wall.
+    than ``LARGELY`` of what it mostly is: a leaf or a niche is a better place than bare wall.
     """
 
     width_m: float
@@ -56,7 +50,7 @@ def cuts_on_lines(
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
     Only walls are cut that stand between two of the ``pieces`` in which a robot can stand: a line may cross many rooms.
-    The thinnest wall of each line comes first. Lines that meet a wall at about the same place (``ALIKE_M``) stand for
+    The thinnest wall of each line comes first. Lines that meet a wall at about the same place (``PLACE_M``) stand for
     each other.
     """
     tried: set[tuple[int, ...]] = set()
@@ -65,7 +59,7 @@ def cuts_on_lines(
         walls_met = [p for p in shapely.get_parts(crossed) if p.length > 1e-6]
         for wall in sorted(walls_met, key=lambda p: (p.length, p.bounds)):
             start, end = shapely.get_coordinates(wall)[[0, -1]]
-            place = tuple(np.round(np.concatenate([start, end]) / ALIKE_M).astype(int).tolist())
+            place = tuple(np.round(np.concatenate([start, end]) / PLACE_M).astype(int).tolist())
             if place in tried:
                 continue
             tried.add(place)
@@ -79,7 +73,7 @@ def cuts_on_lines(
 def _straight_cut(
     start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Bridge | None:
-    along = _face_direction(start, _clip_around(start, floor, BESIDE_M))
+    along = _face_direction(start, _clip_around(start, floor, AROUND_M))
     if along is None:
         return None
     across = np.array([-along[1], along[0]])
@@ -87,16 +81,16 @@ def _straight_cut(
         along, across = -along, -across
     reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
     near = _clip_around(start, floor, reach)
-    steps = np.arange(0.0, rules.slide_m, SLIDE_M)
+    steps = np.arange(0.0, rules.slide_m, HAND_M)
     slides = np.array(sorted({*steps, *-steps}, key=lambda s: (abs(s), s)))
     feet = start + slides[:, None] * along
     depth = _depths(feet, across, near, rules.deepest_m)
-    through = np.flatnonzero(depth > THINNEST_M)
+    through = np.flatnonzero(depth > CM_M)
     cuts = [Bridge(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
     clean = _are_clean(cuts, near, _clip_around(start, walls, reach), rules)
     if not clean.any():
         return None
-    slim = clean & (depth[through] < SLIM * np.median(depth[through]))
+    slim = clean & (depth[through] < LARGELY * np.median(depth[through]))
     return cuts[int(np.argmax(slim if slim.any() else clean))]
 
 
@@ -139,9 +133,9 @@ def _are_clean(cuts: list[Bridge], floor: BaseGeometry, walls: BaseGeometry, rul
         ]
         clean &= _shares(before, floor) >= FREE
     strips = [c for c, free in zip(cuts, clean, strict=True) if free]
-    walled = _shares(strips, floor) <= FLOOR_IN
+    walled = _shares(strips, floor) <= SPECK
     if rules.only_walls:
-        walled &= _shares(strips, walls) >= WALL_IN
+        walled &= _shares(strips, walls) >= NEARLY_ALL
     clean[clean] = walled
     return clean
 
@@ -162,7 +156,6 @@ def _shares(strips: list[Bridge], shape: BaseGeometry) -> Floats:
 
 WIDTH_M = (0.5, 2.5)
 REACH_M = 0.8
-BESIDE_WAY_M = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +183,7 @@ def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: b
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_of(shape)
-        if not WIDTH_M[0] <= box.width <= WIDTH_M[1] or len(ways.query(shape, "dwithin", BESIDE_WAY_M)):
+        if not WIDTH_M[0] <= box.width <= WIDTH_M[1] or len(ways.query(shape, "dwithin", AROUND_M)):
             continue
         yield CutPlace(_line(box.centre, box.across, REACH_M), why)
         if leaf:

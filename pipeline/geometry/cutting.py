@@ -10,6 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.geometry.meshes import Mesh, closed_pieces, label_pieces
+from pipeline.tolerances import FOOT_M, LAP_M, LARGELY, SHEET_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -27,7 +28,6 @@ STEEP = 0.5
 
 SMALL_M = 0.2
 """A face with shorter edges is judged together with its neighbours."""
-WALL_SHARE = 0.7
 LYING = 1e-3
 """A face whose unit normal has |z| above this may be a body's top or bottom."""
 
@@ -121,7 +121,7 @@ class Cutter:
         length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
         count = int(self._body.max()) + 1
         share = np.bincount(body, length * upright, count) / np.maximum(np.bincount(body, length, count), 1e-12)
-        return np.asarray(np.where(self._is_closed[body], share[body] > WALL_SHARE, upright), np.bool_)
+        return np.asarray(np.where(self._is_closed[body], share[body] > LARGELY, upright), np.bool_)
 
     @cached_property
     def _is_closed(self) -> npt.NDArray[np.bool_]:
@@ -208,12 +208,11 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 # face that looks down.
 # ---------------------------------------------------------------------------------------------------------------------
 
-OVER_FLOOR_M = 0.3
 SLOPE = (0.3, 0.985)
 """|z| of a roof's unit normal: from 70 to 10 degrees."""
 LOW_M, SLOPE_M2 = 1.7, 1.0
 """So low, a roof's plane has this area in plan, at least; bedding and cushions have smaller ones."""
-PLANE_TILT, PLANE_M = 0.02, 0.05
+PLANE_TILT = 0.02
 """Triangles whose unit normals and distances from the origin round to the same are of one plane."""
 PLANE_KEY = np.array([1 << 50, 1 << 40, 1 << 30, 1])
 """Makes one number of a plane's rounded normal and distance; numbers sort ten times faster than rows."""
@@ -236,7 +235,7 @@ class Caps:
         """For each plan point (n, 2) whether it lies, at this height, between a bottom and a top of a body."""
         return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
 
-    def slopes_over(self, points: Floats, reach_m: float, over_m: float = OVER_FLOOR_M) -> npt.NDArray[np.bool_]:
+    def slopes_over(self, points: Floats, reach_m: float, over_m: float = FOOT_M) -> npt.NDArray[np.bool_]:
         """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
 
         A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand. A slope
@@ -261,7 +260,7 @@ class Caps:
         unit = normal / np.linalg.norm(normal, axis=1)[:, None]
         unit *= np.where(unit[:, 2] < 0, -1.0, 1.0)[:, None]
         sloped = (unit[:, 2] > SLOPE[0]) & (unit[:, 2] < SLOPE[1])
-        planes = np.round(np.column_stack([unit / PLANE_TILT, (unit * a).sum(axis=1) / PLANE_M])[sloped])
+        planes = np.round(np.column_stack([unit / PLANE_TILT, (unit * a).sum(axis=1) / SHEET_M])[sloped])
         plane = np.unique(planes.astype(np.int64) @ PLANE_KEY, return_inverse=True)[1]
         area = np.bincount(plane, np.abs(normal[sloped, 2]) / 2)
         found = np.zeros(len(a))
@@ -301,9 +300,6 @@ def _height_at(triangles: Floats, point: Floats) -> Floats:
 # Heights to cut at: never through coplanar faces, for the plane at the top of a cube gives nothing.
 # ---------------------------------------------------------------------------------------------------------------------
 
-CLEARANCE_M = 0.002
-"""A cut keeps this far from every vertex height, where the mesh leaves room for it."""
-
 
 def distinct_heights(z: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
     """Vertex heights between ``low`` and ``high`` (metres), sorted, to the millimetre."""
@@ -321,7 +317,7 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     z
         (n,) vertex heights of the mesh, metres.
     """
-    if not z.size or np.abs(z - wanted).min() >= CLEARANCE_M:
+    if not z.size or np.abs(z - wanted).min() >= LAP_M:
         return wanted
     low, high = 0.5 * wanted, 1.5 * wanted
     edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
@@ -337,7 +333,7 @@ def clear_of(wanted: float, z: npt.NDArray[np.float64], *, step: float = 0.005, 
     near_by = z[np.abs(z - wanted) < (most + 1) * step]
     for k in range(most):
         for height in (wanted - k * step, wanted + k * step):
-            if not near_by.size or np.abs(near_by - height).min() >= CLEARANCE_M:
+            if not near_by.size or np.abs(near_by - height).min() >= LAP_M:
                 return height
     return wanted
 
@@ -365,8 +361,8 @@ def section_heights(
 
 def near_gap(wanted: float, edges: npt.NDArray[np.float64]) -> float:
     """Move a height off a vertex height by the smallest step that keeps it clear."""
-    if np.abs(edges - wanted).min() >= CLEARANCE_M / 2:
+    if np.abs(edges - wanted).min() >= LAP_M / 2:
         return wanted
     k = int(np.searchsorted(edges, wanted))
     above = edges[k : k + 2]
-    return float(above.mean()) if len(above) == 2 else wanted + CLEARANCE_M
+    return float(above.mean()) if len(above) == 2 else wanted + LAP_M

@@ -21,20 +21,14 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import clip_to_box, dot, overlap
 from pipeline.geometry.meshes import Box
+from pipeline.tolerances import AROUND_M, HAND_M, LAP_M, SHEET_M, SLIVER_M, STAND_M, THIN_WALL_M
 
 PLAY_M = 0.35
 """A leaf ends at most so far from the jamb: the play and the frame are between."""
-INTO_M = 0.04
-SKEW_M = 0.05
-PLATE_M = 0.1
 THICKEST_M = 1.05
 """Stone walls of old houses; what goes on farther from a door is a wall that crosses."""
-NEAR_M = 1.0
 ASKEW = np.tan(np.deg2rad(15.0))
-ALIKE_M = 0.03
-FARTHER_M = 0.15
 SAME_SLOPE = 0.04
-EPS_M = 0.002
 
 Floats = npt.NDArray[np.float64]
 
@@ -84,7 +78,7 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
 
     Either walls meet both of its ends within ``PLAY_M``, or it stands in a wall that runs on through it.
     """
-    reach = box.width / 2 + PLAY_M + NEAR_M
+    reach = box.width / 2 + PLAY_M + AROUND_M
     (x, y) = box.centre
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
     if near.is_empty:
@@ -95,18 +89,18 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
         if end is None:
             return None
         ends.append(end)
-        face = _faces(box, sign * (end + INTO_M), near)
+        face = _faces(box, sign * (end + SLIVER_M), near)
         if face is not None:
             faces.append(face)
     if not faces:
         return None
     low, high = min(f[0] for f in faces), max(f[1] for f in faces)
-    if high - low > SKEW_M + min(f[1] - f[0] for f in faces):
+    if high - low > SHEET_M + min(f[1] - f[0] for f in faces):
         turned = _doorway_across(box, ends, faces, near)  # R1
         if turned is not None:
             return turned
         low, high = min(faces, key=lambda f: f[1] - f[0])  # R2
-    if high < -box.thickness / 2 - INTO_M or low > box.thickness / 2 + INTO_M:
+    if high < -box.thickness / 2 - SLIVER_M or low > box.thickness / 2 + SLIVER_M:
         return None
     centre = box.centre + (ends[1] - ends[0]) / 2 * box.along + (low + high) / 2 * box.across
     return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
@@ -114,23 +108,23 @@ def doorway(box: Box, walls: BaseGeometry) -> Box | None:
 
 def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
     """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf, or None if these are two walls."""
-    if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > ALIKE_M:
+    if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > STAND_M:
         return None
-    at = [-ends[0] - INTO_M, ends[1] + INTO_M]
+    at = [-ends[0] - SLIVER_M, ends[1] + SLIVER_M]
     slope = float(np.mean(faces[1]) - np.mean(faces[0])) / (at[1] - at[0])
     middle = (ends[1] - ends[0]) / 2
     aside = float(np.mean(faces[0])) + slope * (middle - at[0])
-    if abs(slope) > ASKEW or abs(aside) > box.thickness / 2 + INTO_M:
+    if abs(slope) > ASKEW or abs(aside) > box.thickness / 2 + SLIVER_M:
         return None
     for end, face in zip(at, faces, strict=True):
-        farther = _faces(box, end + np.sign(end) * FARTHER_M, walls)
-        goes_on = None if farther is None else np.sign(end) * (np.mean(farther) - np.mean(face)) / FARTHER_M
+        farther = _faces(box, end + np.sign(end) * THIN_WALL_M, walls)
+        goes_on = None if farther is None else np.sign(end) * (np.mean(farther) - np.mean(face)) / THIN_WALL_M
         if goes_on is not None and abs(goes_on - slope) > SAME_SLOPE:
             return None
     longer = float(np.hypot(1.0, slope))
     centre = box.centre + middle * box.along + aside * box.across
     along = (box.along + slope * box.across) / longer
-    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * EPS_M  # or a hair of the wall would be left
+    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * LAP_M  # or a hair of the wall would be left
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
 
 
@@ -138,12 +132,12 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
     """Return how far from the box's centre the wall begins at one end, or None if none does within reach."""
     half = box.width / 2
     on = sign * box.along
-    aside_m = 0.3 * min(box.thickness, PLATE_M)
+    aside_m = 0.3 * min(box.thickness, HAND_M)
     offsets = (0.0, -aside_m, aside_m)
     found = []
     for aside in offsets:
         start = box.centre + aside * box.across
-        if shapely.intersects_xy(walls, *(start + (half - INTO_M) * on)) and shapely.intersects_xy(
+        if shapely.intersects_xy(walls, *(start + (half - SLIVER_M) * on)) and shapely.intersects_xy(
             walls, *(start + (half / 2) * on)
         ):
             found.append(half)  # it stands in a wall that runs on
@@ -152,7 +146,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
             found.append(float(np.min(dot(shapely.get_coordinates(hit) - start, on))))
-    return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < INTO_M) else None
+    return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < SLIVER_M) else None
 
 
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:

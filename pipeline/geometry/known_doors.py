@@ -15,6 +15,21 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import buffer_mitred, clip_to_box, dot, drop_thinner, overlap, polygons_of, union_of
 from pipeline.geometry.doorways import Doorway, box_of, doorway, fit_into_wall, rectangle
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
+from pipeline.tolerances import (
+    CM_M,
+    CRACK_M,
+    FOOT_M,
+    HAND_M,
+    IN_ONE_LINE,
+    LARGELY,
+    MOST,
+    QUARTER,
+    SHEET_M,
+    SLIVER_M,
+    SOME,
+    STAND_M,
+    THIN_WALL_M,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
@@ -32,12 +47,7 @@ PLATE_M = 0.12
 DEEPEST_M = 0.45
 TALL_M = 1.7
 HIGHEST_M = 3.4
-CEILING_M = 0.1
-FOOT_M = 0.3
-HOLLOW = 0.5
-"""A frame fills less than this share of the box around it."""
 TOUCH_M = 0.06
-SHEET_M = 0.02
 IN_ROW_M = 0.2
 PARALLEL = np.cos(np.deg2rad(10.0))
 SQUARE = np.sin(np.deg2rad(10.0))
@@ -58,7 +68,7 @@ class Leaf:
 
 def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     """Return all that is shaped as a door; heights count from the level's floor."""
-    boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - CEILING_M, HIGHEST_M))}
+    boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
     parts |= casings
@@ -124,8 +134,8 @@ def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
     corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     sides = 1.0 if box.thickness < 1e-3 else 2.0
-    return bool(area > HOLLOW * sides * box.width * box.height) and (
-        box.thickness < SHEET_M or _volume(bodies, body) > HOLLOW * box.width * box.thickness * box.height
+    return bool(area > MOST * sides * box.width * box.height) and (
+        box.thickness < CRACK_M or _volume(bodies, body) > MOST * box.width * box.thickness * box.height
     )
 
 
@@ -148,7 +158,7 @@ def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
         return False
     if box.thickness <= PLATE_M and box.width >= WIDTH_M[0]:
         return True
-    return box.thickness <= TOUCH_M or _volume(bodies, body) < HOLLOW * box.width * box.thickness * box.height
+    return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
@@ -206,10 +216,7 @@ def _in_row(one: Box, other: Box) -> bool:
 CUBICLE_WIDTH_M = (0.5, 1.0)
 MIN_M = 1.2
 CUBICLE_PLATE_M = 0.06
-HIGHER_M = 0.05
 CUBICLE_HIGHEST_M = 2.4
-IN_LINE_M = 0.05
-CUBICLE_PARALLEL = np.cos(np.deg2rad(4.0))
 
 
 def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
@@ -237,8 +244,8 @@ def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
     """R2."""
     low, high = bodies.low, bodies.high
     near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
-    top = min(ceiling_m - CEILING_M, CUBICLE_HIGHEST_M)
-    near &= (high[:, 2] >= box.high + HIGHER_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
+    top = min(ceiling_m - HAND_M, CUBICLE_HIGHEST_M)
+    near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
     partitions = [rectangle(each, depth=max(each.thickness, CUBICLE_PLATE_M)) for each in _in_line(near, box, bodies)]
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
@@ -249,8 +256,8 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
     for k in np.flatnonzero(near):
         each = bodies.box(int(k))
         aside = abs(dot(each.centre - box.centre, box.across))
-        parallel = abs(dot(each.along, box.along)) > CUBICLE_PARALLEL
-        if each.thickness <= CUBICLE_PLATE_M and aside < IN_LINE_M and parallel:
+        parallel = abs(dot(each.along, box.along)) > IN_ONE_LINE
+        if each.thickness <= CUBICLE_PLATE_M and aside < SHEET_M and parallel:
             yield each
 
 
@@ -261,10 +268,7 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
 RECESS_WIDTH_M = (0.45, 2.8)
 DEPTH_M = (0.015, 0.6)
 LEAF_M = 0.09
-STRAIGHT = 0.7
-JOIN_M = 0.01
 SEAM_M = 0.12
-JAMB_M = 0.03
 LOOKS = np.linspace(-0.4, 0.4, 5)
 
 Floats = npt.NDArray[np.float64]
@@ -284,9 +288,9 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
 def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
     """Return whether wall stands at both ends of a lintel, in line with it."""
     box = box_of(lintel)
-    reach = (box.width / 2 + JAMB_M) * box.along
+    reach = (box.width / 2 + STAND_M) * box.along
     ends = shapely.points([box.centre - reach, box.centre + reach])
-    return bool((shapely.distance(ends, walls) < JAMB_M).all())
+    return bool((shapely.distance(ends, walls) < STAND_M).all())
 
 
 def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
@@ -303,7 +307,7 @@ def _recesses(
     for lintel in polygons_of(lintels):
         box = box_of(lintel)
         slim = DEPTH_M[0] <= box.thickness <= DEPTH_M[1] and width_m[0] <= box.width <= width_m[1]
-        if not slim or lintel.area < STRAIGHT * box.width * box.thickness:
+        if not slim or lintel.area < LARGELY * box.width * box.thickness:
             continue
         x1, y1, x2, y2 = lintel.bounds
         near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
@@ -316,7 +320,7 @@ def _recesses(
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
     """A leaf and the lintel beside it as one area."""
-    return buffer_mitred(buffer_mitred(union_of([leaf, lintel]), JOIN_M), -JOIN_M)
+    return buffer_mitred(buffer_mitred(union_of([leaf, lintel]), CM_M), -CM_M)
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
@@ -357,15 +361,7 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 #     doorway.
 # ---------------------------------------------------------------------------------------------------------------------
 
-PROUD_M = 0.04
-FRAME_M = 0.01
 CLOSE_M = 0.005
-LEAST_DEPTH_M = 0.05
-ABOVE = 0.5
-SAME = 0.3
-HINGE_M = 0.15
-ALIKE = 0.25
-IN_ONE_LINE = np.cos(np.deg2rad(4.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -386,15 +382,15 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     things: list[Polygon] = []
     for leaf in leaves:
         way = doorway(leaf.box, walls)
-        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, LEAST_DEPTH_M))
+        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
         if leaf.box.thickness <= PLATE_M and _stands_ajar(leaf.box, hanging):  # R7
             found.append(plan)
             continue
         over = _thickness_above(leaf.box, hanging)
-        if way is not None and leaf.box.thickness >= way.thickness + PROUD_M and leaf.plate_m < way.thickness:  # R1
+        if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(rectangle(way), "leaf"))
             found.append(plan)
-        elif 0 < over <= 1.25 * max(leaf.plate_m, LEAST_DEPTH_M) and not _is_framed(leaf, over):  # R2
+        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not _is_framed(leaf, over):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(rectangle(way), "leaf"))
@@ -410,14 +406,14 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
 
 def _is_framed(leaf: Leaf, wall_m: float) -> bool:
     """R2: return whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
-    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + FRAME_M, wall_m - CLOSE_M)
+    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + CM_M, wall_m - CLOSE_M)
 
 
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
     near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
-    if overlap(rectangle(box, depth=LEAST_DEPTH_M), near).area < ABOVE * box.width * LEAST_DEPTH_M:
+    if overlap(rectangle(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
         return 0.0
     wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
     return float(wide.area / box.width)
@@ -425,27 +421,27 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
 
 def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     """Return whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
-    reach = box.width / 2 + HINGE_M
+    reach = box.width / 2 + THIN_WALL_M
     x, y = box.centre
     near = clip_to_box(hanging, x - reach, y - reach, x + reach, y + reach)
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     if near.is_empty:
         return False
-    beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < HINGE_M]
-    return any(abs(box_of(p).width - box.width) < ALIKE * box.width for p in beside)
+    beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < THIN_WALL_M]
+    return any(abs(box_of(p).width - box.width) < QUARTER * box.width for p in beside)
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
     """R7."""
-    plan = rectangle(box, depth=max(box.thickness, LEAST_DEPTH_M))
+    plan = rectangle(box, depth=max(box.thickness, SHEET_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
-    parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < HINGE_M]
+    parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
     lintels = [(p, box_of(p)) for p in parts]
     own = any(abs(dot(lintel.along, box.along)) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
     return not own and any(
-        shapely.distance(ends, p).min() < HINGE_M
+        shapely.distance(ends, p).min() < THIN_WALL_M
         and abs(dot(lintel.along, box.along)) < IN_ONE_LINE
-        and abs(lintel.width - box.width) < ALIKE * box.width
+        and abs(lintel.width - box.width) < QUARTER * box.width
         for p, lintel in lintels
     )
 
@@ -457,7 +453,7 @@ def known_doorways(
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
     for box in (box for mesh in doors for box in _boxes(mesh)):
-        leaves.append(rectangle(box, depth=max(box.thickness, LEAST_DEPTH_M)))
+        leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
         way = None if _stands_ajar(box, lintels) else doorway(box, walls)  # R7
         if way is not None:
             found.append(Doorway(rectangle(way), "named"))
@@ -471,7 +467,7 @@ def _each_once(doorways: list[Doorway]) -> list[Doorway]:
     kept: list[Doorway] = []
     for doorway_ in doorways:
         area = doorway_.polygon.area
-        if not any(overlap(doorway_.polygon, k.polygon).area > SAME * min(area, k.polygon.area) for k in kept):
+        if not any(overlap(doorway_.polygon, k.polygon).area > SOME * min(area, k.polygon.area) for k in kept):
             kept.append(doorway_)
     return kept
 

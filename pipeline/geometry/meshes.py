@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, areas
+from pipeline.tolerances import MM_M, POINT_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Triangles in space.
@@ -67,7 +68,6 @@ def closed_pieces(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) ->
 #     these are joined where their corners are at one place.
 # ---------------------------------------------------------------------------------------------------------------------
 
-WELD_M = 1e-4
 MAX_FACES = 500_000
 """A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
 
@@ -166,7 +166,7 @@ def box_around(points: Floats) -> Box:
 
 def _places(vertices: Floats) -> npt.NDArray[np.int64]:
     """For each corner the number of its place."""
-    cells = np.round(vertices / WELD_M).astype(np.int64)
+    cells = np.round(vertices / POINT_M).astype(np.int64)
     return np.asarray(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
 
 
@@ -175,7 +175,6 @@ def _places(vertices: Floats) -> npt.NDArray[np.int64]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 EXACT_FACES = 2000
-GRID_M = 1e-3
 
 
 def footprint(mesh: Mesh) -> BaseGeometry:
@@ -186,4 +185,4 @@ def footprint(mesh: Mesh) -> BaseGeometry:
     if len(mesh.faces) > EXACT_FACES:
         return areas(shapely.convex_hull(shapely.multipoints(np.unique(corners.reshape(-1, 2), axis=0))))
     triangles = shapely.polygons(corners)
-    return areas(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=GRID_M))
+    return areas(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=MM_M))

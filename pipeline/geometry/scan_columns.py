@@ -10,6 +10,7 @@ import numpy.typing as npt
 import scipy.ndimage
 
 from pipeline.geometry.meshes import Mesh
+from pipeline.tolerances import AROUND_M, CM_M, LARGELY, NEARLY_ALL, NOISE_M, SOME, THIN_WALL_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # What stands over each spot of a scanned surface, height by height: a raster of columns.
@@ -22,16 +23,12 @@ from pipeline.geometry.meshes import Mesh
 #     that the cut touches, and their neighbours: noise moves a wall from height to height.
 # ---------------------------------------------------------------------------------------------------------------------
 
-STEP_M = 0.03
-"""From plane to plane."""
 FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
-UPRIGHT_SHARE = 0.7
 FEW = 3000
-MARGIN_M = 1.0
-SLOT_M, SAMPLE = 0.03, 30_000
+SAMPLE = 30000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
 MAX_CELLS = 4_000_000
 SPREAD = 1
@@ -104,7 +101,7 @@ def is_scan(mesh: Mesh) -> bool:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     upright = np.abs(normal[:, 2]) < 0.5 * area
-    return bool(area[upright & (edges < DENSE_M)].sum() > UPRIGHT_SHARE * area[upright].sum() > 0)
+    return bool(area[upright & (edges < DENSE_M)].sum() > LARGELY * area[upright].sum() > 0)
 
 
 def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
@@ -113,7 +110,7 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     flat = np.abs(normal[:, 2]) > FLAT * area
-    heights = np.arange(low_m, high_m, STEP_M)
+    heights = np.arange(low_m, high_m, NOISE_M)
     ends, plane = _cuts(corners[~flat], heights)
     along = sharpest_direction(ends.mean(axis=1), _main_direction(ends))
     raster = raster_over(ends.reshape(-1, 2), along, cell_m)
@@ -152,8 +149,8 @@ def raster_over(plan: Floats, along: Floats, cell_m: float) -> Raster:
     """R1: a raster over plan points (n, 2) with a margin, its cells larger where they would be too many."""
     axes = np.array([along, [-along[1], along[0]]])
     turned = plan @ axes.T
-    low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - MARGIN_M
-    high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + MARGIN_M
+    low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - AROUND_M
+    high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + AROUND_M
     while np.prod((high - low) / cell_m) > MAX_CELLS:
         cell_m *= 1.25
     columns, rows = (np.ceil((high - low) / cell_m).astype(int) + 1).tolist()
@@ -183,7 +180,7 @@ def sharpest_direction(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DE
         tried = np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
         seen = 0.0
         for axis in (tried, np.array([-tried[1], tried[0]])):
-            at = np.floor(points @ axis / SLOT_M).astype(np.int64)
+            at = np.floor(points @ axis / NOISE_M).astype(np.int64)
             seen += float((np.bincount(at - at.min()) ** 2.0).sum()) if len(at) else 0.0
         if seen > most:
             best, most = tried, seen
@@ -222,11 +219,7 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
 # ---------------------------------------------------------------------------------------------------------------------
 
 BAND_M = 0.3
-PIXEL_M = 0.01
-REACH_M = 0.03
-"""The Gaussian's; the two faces of a thin wall are three times as far apart."""
 STEPS = 4
-DENSE = 0.9
 SPARSE = 0.15
 MAX_PIXELS = 16_000_000
 
@@ -243,22 +236,22 @@ def denoise(points: Floats) -> Floats:
 def _of_band(points: Floats) -> Floats:
     if not len(points):
         return points
-    low = points[:, :2].min(axis=0) - 4 * REACH_M
-    size = points[:, :2].max(axis=0) + 4 * REACH_M - low
-    pixel = max(PIXEL_M, float(np.sqrt(np.prod(size) / MAX_PIXELS)))
+    low = points[:, :2].min(axis=0) - 4 * NOISE_M
+    size = points[:, :2].max(axis=0) + 4 * NOISE_M - low
+    pixel = max(CM_M, float(np.sqrt(np.prod(size) / MAX_PIXELS)))
     columns, rows = (np.ceil(size / pixel).astype(int) + 1).tolist()
     at = (points[:, :2] - low) / pixel
     cell = np.floor(at).astype(np.int64)
     flat = cell[:, 1] * columns + cell[:, 0]
     sums = [np.bincount(flat, weight, rows * columns) for weight in (None, at[:, 0], at[:, 1])]
-    mass, x, y = (_blur(each.reshape(rows, columns).astype(np.float64), REACH_M / pixel) for each in sums)
+    mass, x, y = (_blur(each.reshape(rows, columns).astype(np.float64), NOISE_M / pixel) for each in sums)
     middle = np.stack([x, y], axis=2) / np.maximum(mass, 1e-6)[:, :, None]
     for _ in range(STEPS):  # R1
         cell = np.floor(at).astype(np.int64)
         at = middle[cell[:, 1], cell[:, 0]]
     cell = np.floor(at).astype(np.int64)
     close = mass[cell[:, 1], cell[:, 0]]
-    kept = close > SPARSE * np.quantile(close, DENSE)  # R2
+    kept = close > SPARSE * np.quantile(close, NEARLY_ALL)  # R2
     return np.column_stack([at[kept] * pixel + low, points[kept, 2]])
 
 
@@ -275,12 +268,10 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # R3  Ground is where the points about the floor's height lie as close as most of them do; outliers lie far apart.
 # ---------------------------------------------------------------------------------------------------------------------
 
-THICKEST_M = 0.15
 ENOUGH = 3.0
 USUAL = 0.98
 """Of the cells that hold points this share holds fewer than a wall's."""
 GROUND_M = 0.08
-FAINT = 0.3
 BLUR = 5
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
@@ -316,10 +307,10 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
     """R2."""
     mass = np.bincount(cells)
     if not len(cells):
-        return STEP_M
+        return NOISE_M
     beside = 2 * SPREAD + 1
-    per_metre = beside * float(np.quantile(mass[mass > 0], USUAL)) / max(height_m, STEP_M)
-    return float(np.clip(ENOUGH / per_metre, STEP_M, THICKEST_M))
+    per_metre = beside * float(np.quantile(mass[mass > 0], USUAL)) / max(height_m, NOISE_M)
+    return float(np.clip(ENOUGH / per_metre, NOISE_M, THIN_WALL_M))
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:
@@ -332,4 +323,4 @@ def _ground_points(floor: Floats, raster: Raster) -> Bools:
     mass = np.bincount(at[:, 1] * columns + at[:, 0], minlength=rows * columns).reshape(raster.shape)
     close = np.asarray(cv2.blur(mass.astype(np.float32), (BLUR, BLUR)), np.float32)
     usual = float(np.median(close[at[:, 1], at[:, 0]]))
-    return np.asarray(close > FAINT * usual)
+    return np.asarray(close > SOME * usual)

@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import areas, buffer_mitred, subtract, union_of
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
+from pipeline.tolerances import HAND_M, MOST, RUN_M, SLIVER_M, SOME, STANDS, STUB_M, THIN_WALL_M, WALL_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Masks on a raster: grown, closed, opened, and the parts of them that meet something.
@@ -96,8 +97,6 @@ TURNS = 24
 PASSES, FILLING = 6, 2
 """The first passes also fill what is rough."""
 ALONGSIDE = 2
-RUN_M = 0.3
-"""A wall that goes on is at least this long, ..."""
 OBLIQUE_RUN_M = 1.2
 """... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
 TRACED = 0.2
@@ -109,7 +108,6 @@ JAMB_M, HOLE_WALLS_M = 0.075, (0.15, 0.38)
 SHORT_WALL_M = 2.6
 CLOSE_BY_M = (0.42, 0.8)
 """From the back of a thick wall to that of a deep cupboard."""
-ALONG = 0.5
 
 
 def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
@@ -206,7 +204,7 @@ def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
     for walls, standing, marked in ((reaching, body, found), (reaching.T, body.T, found.T)):
         beside = _close_by(walls, raster)
         for row, first, last in _short_walls(walls, standing, raster):
-            if beside[row, first:last].mean() < ALONG:
+            if beside[row, first:last].mean() < MOST:
                 marked[row, first:last] = True
     return _as_sheets(found, reaching)
 
@@ -234,7 +232,7 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
             if gap is None or not least <= gap[1] - gap[0] <= most:
                 continue
             parts = solid[row, first : first + gap[0]], solid[row, first + gap[1] : last]
-            jambs = [len(part) >= jamb and part.mean() > ALONG for part in parts]
+            jambs = [len(part) >= jamb and part.mean() > MOST for part in parts]
             ends = in_line[row, first - 1], in_line[row, last]
             if all(jambs) or (jambs[0] and ends[1]) or (jambs[1] and ends[0]):
                 yield int(row), first, last
@@ -262,25 +260,13 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 
 FOOT_M, HEAD_M = 0.2, 1.85
 TOP_BAND_M = 0.2
-RIM_M = 0.04
-"""So much of the top is frayed."""
 MIN_TOP_M = 2.0
-CEILING_BAND_M = 0.1
-"""Where the ceiling was seen, all that reaches it is wall, and a lintel may be as low as this."""
 TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
 """In a high house, more of the wall can be looked at above all doors."""
-FULL = 0.5
-STANDS = 0.4
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-WALL_M = 0.38
 OUTER_M = 0.2
 LEAK_M = 1.0
-SEEN = 0.3
-SHORTEST_M = 0.5
-SPECK_M = 0.3
-RIMMED = 0.4
-HALF = 0.5
 FILLED = 0.6
 BEFORE = 4
 """So many cells before a wall its air is looked at."""
@@ -299,21 +285,19 @@ def top_of_walls(columns: Columns) -> float:
     """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
     amount = columns.amount
     middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
-    high = columns.heights[amount > RIMMED * middle]
+    high = columns.heights[amount > STANDS * middle]
     return float(high.max()) if len(high) else 0.0
 
 
 def wall_masks(columns: Columns) -> WallMasks:
     """Judge all columns."""
-    raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - RIM_M
+    raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
     body = columns.share(FOOT_M, HEAD_M)
-    if columns.ceiling_m is not None:
-        lowest = top - CEILING_BAND_M
-    else:
-        lowest = max(top - TOP_BAND_M, min(MIN_TOP_M, top - RIM_M))
-    high = columns.share(lowest, top) >= FULL
+    seen_m = max(top - TOP_BAND_M, min(MIN_TOP_M, top - SLIVER_M))
+    lowest = seen_m if columns.ceiling_m is None else top - HAND_M  # a lintel may be as low
+    high = columns.share(lowest, top) >= MOST
     if lowest > ABOVE_DOORS_M:
-        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= FULL
+        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= MOST
     reaching = _without_specks(high, raster)  # R1
     seen = (body >= PASSED) | (columns.share(lowest, top) > 0)
     reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
@@ -332,7 +316,7 @@ def wall_masks(columns: Columns) -> WallMasks:
 def _without_specks(mask: Bools, raster: Raster) -> Bools:
     """Without what is shorter than any wall."""
     count, label, boxes, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    long = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= raster.size(SPECK_M)
+    long = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= raster.size(RUN_M)
     long[0] = False
     return np.asarray(long[label]) if count else mask
 
@@ -348,11 +332,11 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
 
 def _unseen_cells(air: Bools, columns: Columns) -> Bools:
     """R5; where little ground was seen at all, it says nothing."""
-    if not air.any() or columns.ground[air].mean() < SEEN:
+    if not air.any() or columns.ground[air].mean() < SOME:
         return np.zeros_like(air)
     count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)
     share = scipy.ndimage.mean(columns.ground, label, np.arange(count))
-    hidden = np.asarray(share) < SEEN
+    hidden = np.asarray(share) < SOME
     hidden[0] = False
     return np.asarray(hidden[label])
 
@@ -371,10 +355,10 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
     found = []
     for k in range(1, count):
         x, y, w, h, pixels = (int(v) for v in boxes[k])
-        if max(w, h) < raster.size(SHORTEST_M):
+        if max(w, h) < raster.size(STUB_M):
             continue
         box = _box(np.argwhere(label[y : y + h, x : x + w] == k)[:, ::-1] + (x, y), pixels)
-        if all(_share(air, side) > HALF for side in _sides(box)):
+        if all(_share(air, side) > MOST for side in _sides(box)):
             found.append(_stretch_to_jambs(box))
     return tuple(found)
 
@@ -424,7 +408,6 @@ SMOOTH = 5
 EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 AXIS = np.tan(np.deg2rad(12.0))
-CUT_M = 0.15
 SLACK_M = 0.07
 """An edge is put along the raster if none of its ends moves more than that."""
 
@@ -454,7 +437,7 @@ def _ring(points: Floats, raster: Raster) -> Floats:
     loose = ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
     return (
-        _square_edges(_sharpen_corners(corners, CUT_M / raster.cell_m), SLACK_M / raster.cell_m)
+        _square_edges(_sharpen_corners(corners, THIN_WALL_M / raster.cell_m), SLACK_M / raster.cell_m)
         if len(corners) >= 3
         else corners
     )

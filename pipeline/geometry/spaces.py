@@ -29,6 +29,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.bridges import Bridge, Vector, strips_of
 from pipeline.geometry.walls import close_cracks
+from pipeline.tolerances import CM_M, CRACK_M, MM_M, MOST, SHOULDERS_M, STAND_M, STUB_M, THIN_WALL_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A house as rooms and the ways between them.
@@ -115,8 +116,6 @@ def cells(spaces: Spaces) -> list[list[int]]:
 # Passages fitted between the faces of the two spaces that each joins.
 # ---------------------------------------------------------------------------------------------------------------------
 
-REACH_M = 0.15
-
 
 def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
     """Return the bridges with their faces where the rooms' are now; on the outside, where they were."""
@@ -132,9 +131,9 @@ def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Br
 
 
 def _ray(bridge: Bridge, k: int) -> list[Vector]:
-    """From one face of a bridge across to its other one, number ``k``, and ``REACH_M`` further."""
+    """From one face of a bridge across to its other one, number ``k``, and ``THIN_WALL_M`` further."""
     near, far = -bridge.depth / 2, bridge.depth / 2
-    ends = (far, near - REACH_M) if k == 0 else (near, far + REACH_M)
+    ends = (far, near - THIN_WALL_M) if k == 0 else (near, far + THIN_WALL_M)
     return [bridge.centre + at * bridge.across for at in ends]
 
 
@@ -148,7 +147,7 @@ def _bridge_between_faces(bridge: Bridge, low: float, high: float) -> Bridge:
 def opening_polygons(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Polygon]:
     """The area between the two faces of each bridge, corner to corner, also where they are not quite parallel."""
     entrance = np.array([OUTSIDE in bridge.sides for bridge in bridges], np.bool_)
-    strips = np.where(entrance, strips_of(bridges), strips_of(bridges, deeper_m=REACH_M))
+    strips = np.where(entrance, strips_of(bridges), strips_of(bridges, deeper_m=THIN_WALL_M))
     rest = strips.copy()
     for k in (0, 1):
         inner = [i for i, bridge in enumerate(bridges) if bridge.sides[k] != OUTSIDE]
@@ -171,10 +170,6 @@ def _holding(bridge: Bridge, pieces: list[Polygon]) -> Polygon:
 # R3  What is left of a room beside the hole is a room if a person can stand on it; the upper half of a hall is none.
 # ---------------------------------------------------------------------------------------------------------------------
 
-EDGE_M = 0.02
-NARROWEST_VOID_M = 0.6
-SHOWN = 0.5
-STANDING_M = 0.6
 MIN_M2 = 0.7
 
 
@@ -184,12 +179,12 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
     ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
     own rooms cover; plan areas in the level frame.
     """
-    bare = drop_thinner(subtract(room, union_of([buffer_mitred(floor, EDGE_M), named])), NARROWEST_VOID_M)  # R2
-    voids = [hole for hole in polygons_of(bare) if overlap(hole, below).area > SHOWN * hole.area]  # R1
+    bare = drop_thinner(subtract(room, union_of([buffer_mitred(floor, CRACK_M), named])), SHOULDERS_M)  # R2
+    voids = [hole for hole in polygons_of(bare) if overlap(hole, below).area > MOST * hole.area]  # R1
     if not voids:
         return [room]
-    left = polygons_of(subtract(room, buffer_mitred(union_of(voids), EDGE_M)))
-    return [part for part in left if part.area > MIN_M2 and not drop_thinner(part, STANDING_M).is_empty]  # R3
+    left = polygons_of(subtract(room, buffer_mitred(union_of(voids), CRACK_M)))
+    return [part for part in left if part.area > MIN_M2 and not drop_thinner(part, SHOULDERS_M).is_empty]  # R3
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -200,8 +195,6 @@ SMALLEST_M2, LARGEST_M2 = 1.5, 200.0
 NARROWEST_ROOM_M = 0.85
 RAGGED = 0.15  # 4 pi area / length of the edge squared; a square has 0.79, a corridor of 1 : 10 has 0.26
 THICKEST_M = 0.4
-THINNEST_M = 0.03
-SHORTEST_M = 0.5
 
 Bools = npt.NDArray[np.bool_]
 
@@ -215,7 +208,7 @@ def misshapen_rooms(rooms: list[Polygon]) -> Bools:
 
 
 def with_loose_ends(rooms: list[Polygon]) -> Bools:
-    """Into which rooms (n,) a wall juts by more than ``SHORTEST_M`` and ends: most walls go on to the next one."""
+    """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
     whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
     closed = buffer_mitred(buffer_mitred(whole, THICKEST_M / 2), -THICKEST_M / 2)
     juts, room = shapely.get_parts(shapely.difference(closed, whole), return_index=True)
@@ -223,7 +216,7 @@ def with_loose_ends(rooms: list[Polygon]) -> Bools:
     if len(juts):
         half = shapely.length(juts) / 2
         thickness = shapely.area(juts) / np.maximum(half, 1e-9)
-        found[room[(thickness > THINNEST_M) & (half - thickness > SHORTEST_M)]] = True
+        found[room[(thickness > STAND_M) & (half - thickness > STUB_M)]] = True
     return found
 
 
@@ -233,16 +226,13 @@ def with_loose_ends(rooms: list[Polygon]) -> Bools:
 
 SPECK_M2 = 1e-3
 """Smaller pieces, in m2, need no door; those that a plan counts have 0.1 m2 (``houseexpo.navigability``)."""
-LAP_M = 0.01
-SEAM_M = 1e-3
-"""Rooms that meet without a wall may stand so far apart by rounding."""
 
 
 def floor_of(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
-    strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=LAP_M)
+    strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
     floor = union_of([*spaces.rooms, *strips])
-    return close_cracks(floor, SEAM_M) if spaces.joins else floor
+    return close_cracks(floor, MM_M) if spaces.joins else floor
 
 
 def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:

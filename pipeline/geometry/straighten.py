@@ -21,9 +21,9 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.areas import dot, polygons_of
+from pipeline.tolerances import RUN_M
 
 Floats = npt.NDArray[np.float64]
-LONG_M = 0.3
 REACH_M = 1.0
 """Edges on one line, further apart than this, are different walls."""
 
@@ -77,7 +77,7 @@ def _simple(room: Polygon, tolerance_m: float) -> Polygon:
 def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
     angle, length = edges.angle, edges.length
     result = angle.copy()
-    free = length >= LONG_M
+    free = length >= RUN_M
     while free.any():
         leader = int(np.argmax(np.where(free, length, 0.0)))
         near = free & (_angle_between(angle, angle[leader]) <= tolerance)
@@ -85,7 +85,7 @@ def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
         quarter = np.round(shared / (np.pi / 2)) * (np.pi / 2)
         shared = quarter if abs(shared - quarter) <= tolerance else shared
         close = _angle_between(angle, shared)
-        takes = (close <= 2 * tolerance) & (np.sin(close) * length / 2 <= offset_m) & (near | (length < LONG_M))
+        takes = (close <= 2 * tolerance) & (np.sin(close) * length / 2 <= offset_m) & (near | (length < RUN_M))
         turned = np.cos(angle - shared) < 0
         result[takes] = (shared + np.pi * turned[takes]) % (2 * np.pi)
         free &= ~near

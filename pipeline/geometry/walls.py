@@ -25,9 +25,24 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.cutting import OVER_FLOOR_M, Cutter, Segments, winding_number
+from pipeline.geometry.cutting import Cutter, Segments, winding_number
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.meshes import Mesh
+from pipeline.tolerances import (
+    BESIDE_M,
+    CM_M,
+    CRACK_M,
+    FOOT_M,
+    MM_M,
+    MOST,
+    NEARLY_ALL,
+    POINT_M,
+    SLIVER_M,
+    SOME,
+    SPECK_M2,
+    THIN_WALL_M,
+    WALL_M,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # From the raw segments of a section to the area of its walls: solids and sheets in one file.
@@ -49,21 +64,9 @@ from pipeline.geometry.meshes import Mesh
 #     make strips too short to be doors of every lintel.
 # ---------------------------------------------------------------------------------------------------------------------
 
-GRID_M = 1e-4
-"""Segment ends closer than this are one point (lost loops: trimesh #1944, #2224)."""
 _OFF_GRID = 0.137
 """Cells of the grid begin here, so that no edge of a cell lies on a round number, where models have their vertices."""
-SLIM = 0.9  # of a sheet's thickness: what is thinner gets a sheet's
-SLIT_M = 0.01
-"""Two sheets that leave a face slimmer than this between them are one: coincident ones do, once turned or rounded."""
-TIP_M = 1e-3
-DENSE_M = 0.15
-"""Shorter segments follow the mesh and not the house, where they are the rule."""
-DETAIL_M = 0.01
-"""No finer than the grid of a plan."""
 BOX_CORNERS = 5  # of a rectangle's closed ring
-CRACK_M = 0.02
-"""Walls that come closer than this touch."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -85,19 +88,19 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
 
     Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab.
     """
-    snapped = (np.floor(cut.ends / GRID_M + _OFF_GRID) + 0.5 - _OFF_GRID) * GRID_M
+    snapped = (np.floor(cut.ends / POINT_M + _OFF_GRID) + 0.5 - _OFF_GRID) * POINT_M
     real = np.any(snapped[:, 0] != snapped[:, 1], axis=1)
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):
         return Section(EMPTY, EMPTY)
     if _is_dense(snapped):
         return _arrange(replace(cut, ends=snapped, body=body), _lines_of(snapped), sheet_m, solid_m, sheets=sheets)
-    rings, rest = closed_rings(snapped, body, GRID_M, solid_m / 2)
+    rings, rest = closed_rings(snapped, body, POINT_M, solid_m / 2)
     if rings is None:
         return _arrange(
             replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
         )
-    strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < SLIM * sheet_m), sheet_m))
+    strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < NEARLY_ALL * sheet_m), sheet_m))
     thin = united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
     if not rest.any():
         return Section(thin, EMPTY)
@@ -109,20 +112,20 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
 def _is_dense(segments: Floats) -> bool:
     """Return whether the section follows a mesh of small faces: half of all its length lies in short segments."""
     length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
-    return bool(length[length < DENSE_M].sum() > length.sum() / 2)
+    return bool(length[length < THIN_WALL_M].sum() > length.sum() / 2)
 
 
 def _lines_of(segments: Floats) -> npt.NDArray[np.object_]:
-    """R5: return the segments as lines with as few corners as ``DETAIL_M`` allows."""
+    """R5: return the segments as lines with as few corners as ``CM_M`` allows."""
     order = np.lexsort((segments[:, :, 1], segments[:, :, 0]), axis=1)
     once = np.unique(np.take_along_axis(segments, order[:, :, None], axis=1), axis=0)  # two sheets may coincide
     merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(once)))
-    return np.asarray(shapely.simplify(shapely.get_parts(merged), DETAIL_M))
+    return np.asarray(shapely.simplify(shapely.get_parts(merged), CM_M))
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
     """R4: return the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
-    slim = 2 * shapely.area(faces) / shapely.length(faces) < SLIM * sheet_m  # of a long strip: its thickness
+    slim = 2 * shapely.area(faces) / shapely.length(faces) < NEARLY_ALL * sheet_m  # of a long strip: its thickness
     return np.concatenate([faces, _strips(faces[slim], sheet_m)]) if slim.any() else faces
 
 
@@ -147,7 +150,7 @@ def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
 
 
 def _arrange(cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
-    lines = shapely.get_parts(shapely.union_all(drawn, grid_size=GRID_M))
+    lines = shapely.get_parts(shapely.union_all(drawn, grid_size=POINT_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
@@ -155,12 +158,12 @@ def _arrange(cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, soli
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
     solids = union_of(faces[solid])
     massive = drop_thinner(solids, solid_m)
-    thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > SLIT_M)
+    thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > CM_M)
     body = union_of([*_not_too_slim(faces[thin], sheet_m), drop_thinner(subtract(solids, massive), CRACK_M)])
     if not sheets:
         return Section(close_cracks(body), massive)
     closed = union_of([*faces[thin], solids])
-    loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * GRID_M))
+    loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
     walls = close_cracks(union_of([body, thicken(loose, sheet_m)]))
     return Section(walls, massive, closets(faces[thin], solids, cut.ends))
 
@@ -172,7 +175,7 @@ def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
     merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(lines)))
     tips = _turning_points(merged)
     if len(tips):
-        apart = shapely.difference(merged, shapely.union_all(shapely.buffer(tips, TIP_M)))
+        apart = shapely.difference(merged, shapely.union_all(shapely.buffer(tips, MM_M)))
         merged = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(apart)))
     return shapely.buffer(merged, thickness_m / 2, cap_style="flat", join_style="mitre", mitre_limit=2.0)
 
@@ -340,7 +343,6 @@ def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 MIN_DEPTH_M = 0.4  # the shallowest closet; less is the cavity of a wall
-AROUND_CLOSET_M = 0.02
 ALL_ROUND = 0.95
 
 
@@ -357,7 +359,7 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
     if not len(spaces):
         return EMPTY
     walls = union_of([*faces[winds > 0], solids])
-    around = shapely.difference(buffer_mitred(spaces, AROUND_CLOSET_M), spaces)
+    around = shapely.difference(buffer_mitred(spaces, CRACK_M), spaces)
     closed = np.array([overlap(band, walls).area > ALL_ROUND * band.area for band in around], np.bool_)
     return union_of(spaces[closed])
 
@@ -371,57 +373,46 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
 #     where more wall stands against it.
 # ---------------------------------------------------------------------------------------------------------------------
 
-WIDEST_SLIT_M = 0.38
-"""The widest slit inside a wall: narrower than any door."""
-THINNEST_M = 0.01
-"""Slits thinner than this are cracks, and closed as such."""
-SLIVER_M = 0.04
 SLIT_CRACK_M = 0.005
 LIKE_A_SHEET = 1.3
-EPS_M = 1e-4
-CLOSED = 0.3
-FEW_M2 = 0.05
 
 
 def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
     thick = drop_thinner(walls, LIKE_A_SHEET * sheet_m)
     sheets = drop_thinner(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
-    if sheets.area < FEW_M2:
+    if sheets.area < SPECK_M2:
         return walls
-    slits = union_of(p for p in _slits(sheets, walls) if _walled_share(p, walls) > CLOSED)  # R1
+    slits = union_of(p for p in _slits(sheets, walls) if _walled_share(p, walls) > SOME)  # R1
     if slits.is_empty:
         return walls
-    around = buffer_mitred(slits, sheet_m + EPS_M)
+    around = buffer_mitred(slits, sheet_m + POINT_M)
     outer = overlap(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
-    more = drop_thinner(subtract(walls, buffer_mitred(slits, sheet_m + 2 * EPS_M)), SLIVER_M)
+    more = drop_thinner(subtract(walls, buffer_mitred(slits, sheet_m + 2 * POINT_M)), SLIVER_M)
     left = subtract(union_of([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
     return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
 
 
 def long_slits(walls: BaseGeometry) -> BaseGeometry:
     """Return the slits between walls that are longer than any is wide."""
-    return union_of(p for p in _slits(walls, walls) if box_of(p).width > WIDEST_SLIT_M)
+    return union_of(p for p in _slits(walls, walls) if box_of(p).width > WALL_M)
 
 
 def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
-    closed = buffer_mitred(buffer_mitred(faces, WIDEST_SLIT_M / 2), -WIDEST_SLIT_M / 2)
-    return polygons_of(drop_thinner(subtract(closed, walls), THINNEST_M))
+    closed = buffer_mitred(buffer_mitred(faces, WALL_M / 2), -WALL_M / 2)
+    return polygons_of(drop_thinner(subtract(closed, walls), CM_M))
 
 
 def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
     """Return the share of a slit's edge that lies along walls."""
     x1, y1, x2, y2 = slit.bounds
     near = clip_to_box(walls, x1 - SLIVER_M, y1 - SLIVER_M, x2 + SLIVER_M, y2 + SLIVER_M)
-    return float(shapely.intersection(slit.exterior, shapely.buffer(near, EPS_M)).length / slit.exterior.length)
+    return float(shapely.intersection(slit.exterior, shapely.buffer(near, POINT_M)).length / slit.exterior.length)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The sections of one storey, each made once: what stands at a height, floors and slabs left out.
 # ---------------------------------------------------------------------------------------------------------------------
-
-STANDING = 0.5
-"""Share of a massive body's section at the floor, with which it is a wall or a chimney and no slab."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,7 +451,7 @@ class Sections:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
         if height not in self._made:
             found, walls = self._section(height, upright_only=True)
-            massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > STANDING * part.area]
+            massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > MOST * part.area]
             self._closets[height] = found.closets
             self._made[height] = union_of([walls, *massive]) if massive else walls
         return self._made[height]
@@ -475,7 +466,6 @@ class Sections:
 # Where things end: below the walls beside them, with them, or at a sloped roof.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BESIDE_TOP_M = 0.3
 GOES_ON = 0.75
 KNEE_M = 0.4
 """A roof begins so far above the wall that carries it, at most."""
@@ -537,7 +527,7 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
 
     Under a sloped roof the wall on one side of a door goes on and the other does not: both have to.
     """
-    beside = overlap(shapely.buffer(part, BESIDE_TOP_M, quad_segs=2), _around(part, walls))
+    beside = overlap(shapely.buffer(part, BESIDE_M, quad_segs=2), _around(part, walls))
     if beside.is_empty:
         return alone
     return bool(overlap(beside, _around(part, higher)).area > GOES_ON * beside.area)
@@ -553,7 +543,7 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
     return union_of(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
-def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = OVER_FLOOR_M) -> bool:
+def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = FOOT_M) -> bool:
     """Return whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
     meets = cutter.caps.slopes_over(inside, KNEE_M, stood_m)

@@ -15,10 +15,10 @@ import networkx as nx
 import shapely
 
 from pipeline.config import IsolatedConfig
+from pipeline.tolerances import SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
 
 OPEN_AIR_M = 1.0
-TOUCH_M = 0.05
 
 
 def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
@@ -56,7 +56,7 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
 def _outlines_with_entrance(spaces: Spaces) -> set[int]:
     """Return which outlines have an entrance of their own (R1)."""
     doors = [shapely.Point(p.bridge.centre) for p in spaces.passages if p.leads_outside]
-    return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < TOUCH_M for door in doors)}
+    return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < SHEET_M for door in doors)}
 
 
 def building_id(level_id: str, number: int) -> str:

@@ -39,6 +39,7 @@ from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import GAPS
 from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
+from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -48,12 +49,8 @@ NARROW_M: Final = (0.7, 0.35)
 """Narrower than the first is narrow; by the second is wholly so. The same form below."""
 WIDE_M: Final = (1.1, 1.5)
 DEEP_M: Final = (0.35, 0.6)
-FRONT_M: Final = 0.6
-"""So deep is the floor in front of a passage that is looked at."""
-LEAF_BESIDE_M: Final = 0.3
 SMALL_M2: Final = (4.0, 3.0)
 LARGE_M2: Final = (40.0, 120.0)
-EDGE_M: Final = 0.05
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
 GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
@@ -124,7 +121,7 @@ def passage_features(planned: Planned) -> list[Features]:
         found.append(
             {
                 **_kind(passage, known=known, named=level.named_openings),
-                "leaf": float(len(leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)) > 0),
+                "leaf": float(len(leaves.query(bridge.strip(), predicate="dwithin", distance=BESIDE_M)) > 0),
                 "narrow": _ramp(NARROW_M[0] - bridge.width, NARROW_M[1]),
                 "wide": _ramp(bridge.width - WIDE_M[0], WIDE_M[1]),
                 "deep": _ramp(bridge.depth - DEEP_M[0], DEEP_M[1]),
@@ -157,7 +154,7 @@ def room_features(planned: Planned) -> list[Features]:
     found = []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.bridge.sides]
-        edge = shapely.buffer(room, EDGE_M).exterior
+        edge = shapely.buffer(room, SHEET_M).exterior
         found.append(
             {
                 "small": _ramp(SMALL_M2[0] - room.area, SMALL_M2[1]),
@@ -205,7 +202,9 @@ def _of_plan(grounds: Mapping[str, float]) -> Features:
 
 def _front(bridge: Bridge, side: int) -> Polygon:
     """Return the floor in front of a passage, on one side."""
-    ahead = replace(bridge, centre=bridge.centre + side * bridge.across * (bridge.depth + FRONT_M) / 2, depth=FRONT_M)
+    ahead = replace(
+        bridge, centre=bridge.centre + side * bridge.across * (bridge.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M
+    )
     return ahead.strip()
 
 

@@ -8,7 +8,7 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
     kept: the pictures plan its path by A*, which no plan needs.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
-    than ``DEEPEST_M``.
+    than ``BLOCK_M``.
 R6  A place with some evidence of a door (``geometry.cuts``) is cut before any bare wall, where that joins two
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
@@ -34,13 +34,11 @@ from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
 from pipeline.geometry.spaces import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
+from pipeline.tolerances import BLOCK_M, PLACE_M
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
 
 MAX_PAIRS = 300
 DEEPEST_WALL_M = 1.5
-DEEPEST_M = 2.5
-BESIDE_M = 0.5
-"""So far beside the evidence for it a cut may stand."""
 AROUND = 4.0
 """So many radii of the disc beyond a cut the floor is looked at."""
 NO_EVIDENCE = "no evidence: the nearest wall"
@@ -96,7 +94,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
-    outer = union_of([p.bridge.strip(deeper_m=BESIDE_M, wider_m=BESIDE_M) for p in spaces.passages if p.leads_outside])
+    outer = union_of([p.bridge.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
     return all(shape.within(outer) for shape in seen)
 
 
@@ -150,7 +148,7 @@ def _at_evidence(
     evidence: Evidence, spaces: Spaces, pieces: list[Polygon], floor: BaseGeometry, config: ConnectivityConfig
 ) -> _Cut | None:
     """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
-    rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=BESIDE_M)
+    rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
     for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
         for line, cut in cuts_on_lines(place.line[None], pieces, floor, spaces.walls, rules):
@@ -169,7 +167,7 @@ def _next_cut(
     """Return the next cut to make, or None if no clean cut is possible (R3, R5)."""
     lines = _pairs_apart(points, piece_of(points, pieces))
     walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
-    anything = CutRules(config.cut_width_m, DEEPEST_M, only_walls=False)
+    anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
         for pair, cut in cuts_on_lines(lines, pieces, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):

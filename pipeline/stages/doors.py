@@ -22,11 +22,11 @@ from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
 from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, union_of
 from pipeline.geometry.bridges import Bridge, distance_in_row
-from pipeline.geometry.closing import GAPS, LAP_M
+from pipeline.geometry.closing import GAPS
+from pipeline.tolerances import BESIDE_M, LAP_M
 from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
-LEAF_BESIDE_M = 0.3
 
 
 def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig) -> Spaces:
@@ -73,7 +73,7 @@ def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree)
     if closer.kind in {"door", "opening"}:
         return "door" if closer.kind == "door" else "opening"
     if closer.kind in GAPS:
-        beside = leaves.query(bridge.strip(), predicate="dwithin", distance=LEAF_BESIDE_M)
+        beside = leaves.query(bridge.strip(), predicate="dwithin", distance=BESIDE_M)
         return "door" if len(beside) else "opening"
     return None if level.named_openings else "door"
 

@@ -39,14 +39,12 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.closing import LAP_M
 from pipeline.geometry.cutting import Cutter, clear_of, section_heights
 from pipeline.geometry.doorways import box_of, doorway
 from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, glazed_recesses, judge_leaves, known_doorways
 from pipeline.geometry.meshes import Bodies, footprint
 from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.walls import (
-    WIDEST_SLIT_M,
     Sections,
     close_cracks,
     ending_below,
@@ -56,21 +54,15 @@ from pipeline.geometry.walls import (
     without_headroom,
 )
 from pipeline.stages.scan_evidence import gather_scan
+from pipeline.tolerances import CM_M, CRACK_M, LAP_M, LARGELY, SHEET_M, SLIVER_M, STAND_M, STANDS, WALL_M
 from pipeline.values import Evidence, Level
 
 MAX_HEIGHTS = 8
-SMALLEST_GAP_M = 0.03
-HANDRAIL_M = 0.02  # a handrail may be no higher, and closes what its balusters do not
 WIDEST_RAIL_M = 0.3
-SLIVER_M = 0.04  # less than a sheet gets, more than a baluster has
-CREASE_M = 0.01
 SLIGHT_M = 0.12
 CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
-ALIKE = 0.7
-BESIDE_M = 0.05
-SHEET_M = 0.06
-ENDS = 0.4
+FACADE_M = 0.06
 DEEP_M = 0.5
 
 
@@ -95,7 +87,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
     cupboards = union_of(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
-        full = drop_thinner(subtract(full, cupboards), CREASE_M)
+        full = drop_thinner(subtract(full, cupboards), CM_M)
     hanging = subtract(hanging_free(above, union_of([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
@@ -153,9 +145,9 @@ class _Heights:
     def of(cls, cutter: Cutter, level: Level, config: EvidenceConfig) -> _Heights:
         z = cutter.heights
         sill, breast, head = (clear_of(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
-        top = max(level.ceiling_m, config.head_m + SMALLEST_GAP_M)
-        above = section_heights(z, config.head_m, top, smallest_gap=SMALLEST_GAP_M, most=MAX_HEIGHTS)
-        railings = section_heights(z, config.sill_m, config.head_m, smallest_gap=HANDRAIL_M, most=MAX_HEIGHTS // 2)
+        top = max(level.ceiling_m, config.head_m + STAND_M)
+        above = section_heights(z, config.head_m, top, smallest_gap=STAND_M, most=MAX_HEIGHTS)
+        railings = section_heights(z, config.sill_m, config.head_m, smallest_gap=CRACK_M, most=MAX_HEIGHTS // 2)
         return cls(sill, breast, head, above, railings)
 
     @property
@@ -166,7 +158,7 @@ class _Heights:
 def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
     slits = drop_thinner(overlap(long_slits(full), above), SLIVER_M)
-    long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WIDEST_SLIT_M]
+    long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WALL_M]
     return union_of([full, *long]) if long else full
 
 
@@ -194,7 +186,7 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
         return False
     box = box_of(whole)
     between = doorway(box, rest)
-    return between is None or between.thickness < ALIKE * box.thickness
+    return between is None or between.thickness < LARGELY * box.thickness
 
 
 def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
@@ -205,5 +197,5 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     """
     if drop_thinner(part, DEEP_M).area > part.area / 2:
         return False
-    ends = polygons_of(overlap(subtract(buffer_mitred(part, BESIDE_M), part), drop_thinner(walls, SHEET_M)))
-    return len(ends) > 1 and sum(end.area for end in ends) / BESIDE_M < ENDS * part.exterior.length
+    ends = polygons_of(overlap(subtract(buffer_mitred(part, SHEET_M), part), drop_thinner(walls, FACADE_M)))
+    return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length

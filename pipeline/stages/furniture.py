@@ -19,11 +19,11 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import drop_thinner, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.spaces import floor_of
+from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
 STEP_OVER_M = 0.5
 SMALLEST_M2 = 0.01
-CRACK_M = 0.04
 UNNAMED = "object"
 
 
@@ -35,7 +35,7 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     if not inside:
         return spaces, ()
     taken = union_of(o.polygon for o in inside)
-    parts = [polygons_of(drop_thinner(subtract(room, taken), CRACK_M)) for room in spaces.rooms]
+    parts = [polygons_of(drop_thinner(subtract(room, taken), SLIVER_M)) for room in spaces.rooms]
     left = replace(spaces, rooms=tuple(part for room in parts for part in room))
     reached = polygons_of(floor_of(left))
     if not reached:
@@ -62,7 +62,7 @@ def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:
     if level.sills:
         return []
     named = union_of(footprint(each.mesh) for each in level.furniture)
-    parts = polygons_of(drop_thinner(subtract(union_of([evidence.furniture, evidence.rails]), named), CRACK_M))
+    parts = polygons_of(drop_thinner(subtract(union_of([evidence.furniture, evidence.rails]), named), SLIVER_M))
     return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
 
 
@@ -70,6 +70,6 @@ def _height(part: BaseGeometry, level: Level) -> float:
     points = level.walls.vertices
     x1, y1, x2, y2 = part.bounds
     near = points[(points[:, 0] >= x1) & (points[:, 0] <= x2) & (points[:, 1] >= y1) & (points[:, 1] <= y2)]
-    standing = near[(near[:, 2] > 0) & (near[:, 2] < level.ceiling_m - CRACK_M)]
-    within = standing[shapely.intersects_xy(shapely.buffer(part, CRACK_M), *standing[:, :2].T)]
+    standing = near[(near[:, 2] > 0) & (near[:, 2] < level.ceiling_m - SLIVER_M)]
+    within = standing[shapely.intersects_xy(shapely.buffer(part, SLIVER_M), *standing[:, :2].T)]
     return float(np.max(within[:, 2])) if len(within) else 0.0

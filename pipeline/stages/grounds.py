@@ -33,19 +33,14 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
+from pipeline.tolerances import CRACK_M, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2
 MAX_LEFT_OUT: Final = 3
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
-FLOORED: Final = 0.5
-THICKEST_M: Final = 0.6
 DOOR_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
-LINTEL_M: Final = 0.6
-IN_USE: Final = 0.3
-CRACK_M: Final = 0.02
-NEAR_M: Final = 0.1
 
 
 def weigh(
@@ -103,14 +98,14 @@ def _floors(
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
     between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
     return {
-        "floorless_room": float(shares.max()) if missing.area < (1 - FLOORED) * rooms.area else 0.0,
+        "floorless_room": float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0,
         "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
     }
 
 
 def walls_far_from_rooms(walls: BaseGeometry, rooms: Sequence[BaseGeometry]) -> BaseGeometry:
-    """Return the walls that stand beside none of the rooms (R5). A wall is at most ``THICKEST_M`` thick."""
-    return subtract(walls, buffer_mitred(union_of(rooms), THICKEST_M))
+    """Return the walls that stand beside none of the rooms (R5). A wall is at most ``THICK_WALL_M`` thick."""
+    return subtract(walls, buffer_mitred(union_of(rooms), THICK_WALL_M))
 
 
 def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, far_walls: BaseGeometry | None) -> float:
@@ -125,13 +120,13 @@ def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, fa
 def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     """R6."""
     x1, y1, x2, y2 = rooms.bounds
-    here = shapely.box(x1 - NEAR_M, y1 - NEAR_M, x2 + NEAR_M, y2 + NEAR_M)
-    wide = [p for p in polygons_of(lintels) if p.length > 2 * LINTEL_M and box_of(p).width > LINTEL_M]
+    here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
+    wide = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and box_of(p).width > SHOULDERS_M]
     wide = [p for p in wide if p.intersects(here)]
     if not wide:
         return 0.0
     used = union_of(closer.polygon for closer in layout.closers)
-    return _share(sum(overlap(p, used).area < IN_USE * p.area for p in wide), len(wide))
+    return _share(sum(overlap(p, used).area < SOME * p.area for p in wide), len(wide))
 
 
 def _odd_doors(passages: tuple[Passage, ...]) -> float:

@@ -26,22 +26,15 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import EMPTY, OUTSIDE, fill_enclosed, overlap, overlaps, too_narrow, union_of
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
+from pipeline.tolerances import CRACK_M, LARGELY, MM_M, MOST, MOSTLY, QUARTER, STANDS
 from pipeline.values import Closer, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
-KNOWN_FLOOR = 0.5
-FLOORED = 0.25
-CLOSED = 0.8
 SEVERAL = 2
-FENCED = 0.5
-OUTER_FENCE, OUTER_M = 0.4, 0.4
-COVERED = 0.7
-ROOFED = 0.5
+OUTER_M = 0.4
 HEAD_M = 1.9
 SPECK_M2 = 1e-4
-GRID_M = 1e-3
 SHAFT_M = 0.7
-BESIDE_EDGE_M = 0.02
 
 
 def habitable(
@@ -53,18 +46,18 @@ def habitable(
     area = shapely.area(rooms)
     covered = _shares(rooms, evidence.floor)
     low = _shares(rooms, evidence.low)
-    known = evidence.floor is not None and bool((covered * area).sum() > KNOWN_FLOOR * area.sum())
+    known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
     doors = [c.polygon for c in closers if c.kind in KNOWN]
     lintels = [c.polygon for c in closers if c.kind == "lintel"]
-    walls = cache(lambda: shapely.buffer(union_of([planes.door, *doors]), BESIDE_EDGE_M, quad_segs=2))
-    over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), BESIDE_EDGE_M, quad_segs=2))
-    fences = shapely.buffer(planes.rails, BESIDE_EDGE_M, quad_segs=2)
+    walls = cache(lambda: shapely.buffer(union_of([planes.door, *doors]), CRACK_M, quad_segs=2))
+    over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
+    fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(union_of([planes.door, planes.rails, *rooms]))
     outer = overlap(fences, shapely.buffer(house.boundary, OUTER_M, quad_segs=2))
-    edge = shapely.buffer(union_of([c.polygon for c in closers if c.kind == "floor_edge"]), BESIDE_EDGE_M, quad_segs=2)
-    beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > FENCED}
+    edge = shapely.buffer(union_of([c.polygon for c in closers if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
+    beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
-    railed = {k for k, room in enumerate(rooms) if _along(room, outer) > OUTER_FENCE}
+    railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= _under_the_sky(rooms, railed, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
@@ -76,9 +69,9 @@ def habitable(
         if room.intersects(refused):
             continue
         around = over if into[k] >= SEVERAL else walls
-        floored = not known or share >= FLOORED or (_along(room, around()) > CLOSED and not _is_shaft(room))
-        fenced = k not in entered and (_along(room, fences) > FENCED or k in railed)
-        outside = fenced or low[k] > COVERED
+        floored = not known or share >= QUARTER or (_along(room, around()) > MOSTLY and not _is_shaft(room))
+        fenced = k not in entered and (_along(room, fences) > MOST or k in railed)
+        outside = fenced or low[k] > LARGELY
         if (floored and not outside and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
@@ -90,9 +83,9 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     if not (railed and others):
         return set()
     roofed = sum(overlap(room, cover_over(room, level.walls)).area for room in others)
-    if roofed < ROOFED * sum(room.area for room in others):
+    if roofed < MOST * sum(room.area for room in others):
         return set()
-    return {k for k in railed if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < ROOFED}
+    return {k for k in railed if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < MOST}
 
 
 def _gardens(
@@ -102,9 +95,9 @@ def _gardens(
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
-    band = shapely.buffer(union_of([planes.rails, evidence.lower]), BESIDE_EDGE_M, quad_segs=2)
-    fenced = {k for k in large if _along(rooms[k], band) > FENCED}
-    return {k for k in fenced if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < ROOFED}
+    band = shapely.buffer(union_of([planes.rails, evidence.lower]), CRACK_M, quad_segs=2)
+    fenced = {k for k in large if _along(rooms[k], band) > MOST}
+    return {k for k in fenced if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < MOST}
 
 
 def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
@@ -114,7 +107,7 @@ def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
     x1, y1, x2, y2 = room.bounds
     near = (corners.min(axis=1) < (x2, y2)).all(axis=1) & (corners.max(axis=1) > (x1, y1)).all(axis=1)
     triangles = shapely.polygons(corners[near])
-    return shapely.union_all(triangles[shapely.area(triangles) > SPECK_M2], grid_size=GRID_M)
+    return shapely.union_all(triangles[shapely.area(triangles) > SPECK_M2], grid_size=MM_M)
 
 
 def _is_shaft(room: Polygon) -> bool:
@@ -131,7 +124,7 @@ def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     if level.below is None or level.floor is None:
         return rooms
     covered = sum(overlap(room, level.floor).area for room in rooms)
-    if covered < KNOWN_FLOOR * sum(room.area for room in rooms):
+    if covered < MOST * sum(room.area for room in rooms):
         return rooms
     named = union_of([room.polygon for room in level.rooms if room.polygon is not None])
     return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]

@@ -56,8 +56,6 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.borders import borders
 from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
-    EPS_M,
-    LAP_M,
     bridges_and_rests,
     closed_plane,
     closes_most,
@@ -75,27 +73,19 @@ from pipeline.geometry.closing import (
 from pipeline.geometry.doorways import box_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import cover_over, habitable, on_floor
+from pipeline.tolerances import HAIR_M, HAND_M, LAP_M, LARGELY, MOST, MOSTLY, NEARLY_ALL, SPECK
 from pipeline.values import Closer, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 STROKES = 3
-COVERED = 0.7
-IN_ROOM = 0.9
 CLOSET_M2 = 0.9
-JAMBS = 0.8
-FLOORED = 0.5
 SLOT_M = 0.45
 SLIT_M = 0.25
-EAVES = 0.7
 STROKE_M = 1.0
-SPECK = 0.02
 LETTER = 0.35
-APART = 0.8
 PASSABLE_M = 0.4
 BESIDE_M = 0.25
-BORDER_DEPTH_M = 0.1
-HALF = 0.5
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -149,15 +139,15 @@ def _at_borders(
 ) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
     """Return the openings at the borders of named rooms, and the closed plane with its spaces (R16)."""
     found = borders(named, union_of(rooms), walls)
-    depths = [max(BORDER_DEPTH_M - border.apart_m, 0.0) / 2 for border in found]
+    depths = [max(HAND_M - border.apart_m, 0.0) / 2 for border in found]
     strips = [border.strip(deeper_m=depth, wider_m=LAP_M) for border, depth in zip(found, depths, strict=True)]
     while strips:
         pieces = [Closer(strip, "opening") for strip in strips]
         closed, parts = enclosed_pieces(closed_plane(ground, pieces))
-        held = [any(overlap(room, part).area > HALF * room.area for room in named) for part in parts]
+        held = [any(overlap(room, part).area > MOST * room.area for room in named) for part in parts]
         ways = bridges_and_rests(ground, pieces, closed, parts)[0]
         parting = [way.polygon for way in ways if _parts_two(way, held)]
-        kept = [strip for strip in strips if overlap(strip, union_of(parting)).area > HALF * strip.area]
+        kept = [strip for strip in strips if overlap(strip, union_of(parting)).area > MOST * strip.area]
         if len(kept) == len(strips):
             return ways, closed, parts
         strips = kept
@@ -200,13 +190,13 @@ def _boundaries(
 def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
-    parts = [overlap(buffer_mitred(piece, SLIT_M / 2 + EPS_M), room) for piece in pieces]
+    parts = [overlap(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
     large = [part for part in parts if part.area >= least_m2]
     if len(large) < 2:
         return []
     between = [overlap(one, other) for one, other in combinations(large, 2)]
     rest = polygons_of(subtract(room, union_of(parts)))
-    between += [slit for slit in rest if sum(slit.distance(part) < EPS_M for part in large) > 1]
+    between += [slit for slit in rest if sum(slit.distance(part) < HAIR_M for part in large) > 1]
     return grow_by_lap([slit for shape in between for slit in polygons_of(shape)])
 
 
@@ -257,8 +247,8 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Closer], confi
         for room in enclosed_pieces(union_of([fenced, *grow_by_lap(found)]))[1]
         if room.area >= config.area_m2
         and not room.representative_point().intersects(known)
-        and overlap(room, cover_over(room, level.walls)).area > HALF * room.area
-        and shapely.intersection(room.exterior, beside).length > HALF * room.length
+        and overlap(room, cover_over(room, level.walls)).area > MOST * room.area
+        and shapely.intersection(room.exterior, beside).length > MOST * room.length
     ]
     if not new:
         return []
@@ -274,20 +264,22 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
 def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
-        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > COVERED * gap.area for piece in pieces
+        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
     )
 
 
 def _lies_in_room(gap: Polygon, level: Level) -> bool:
     """Return whether one room of the source continues through a gap (R1)."""
-    return any(overlap(gap, room.polygon).area > IN_ROOM * gap.area for room in level.rooms if room.polygon is not None)
+    return any(
+        overlap(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
+    )
 
 
 def _is_floored(level: Level, planes: Planes) -> bool:
     """Return whether the source draws a floor under most of the area that the walls span."""
     if level.floor is None or planes.door.is_empty:
         return False
-    return bool(level.floor.area > FLOORED * shapely.convex_hull(planes.door).area)
+    return bool(level.floor.area > MOST * shapely.convex_hull(planes.door).area)
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
@@ -310,7 +302,7 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
     """Return whether each stroke is small compared with the whole, and all lie apart, as letters do (R7)."""
     hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
     each = shapely.area(hulls)
-    return bool(each.max() < LETTER * spanned and union_of(hulls).area > APART * each.sum())
+    return bool(each.max() < LETTER * spanned and union_of(hulls).area > MOSTLY * each.sum())
 
 
 def _keep_separating(
@@ -375,7 +367,7 @@ def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) 
 def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
     """Return the strips between the first space too narrow to stand in and the room to which it opens most (R6).
 
-    What opens to rooms along less than ``EAVES`` of its length lies under the eaves, and is opened to the outside.
+    What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
     """
     for index in np.flatnonzero(too_narrow(rooms, SLOT_M)).tolist():
         ways: dict[int, set[int]] = {}
@@ -385,7 +377,7 @@ def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
                 ways.setdefault(other, set()).add(k)
         outer = ways.pop(OUTSIDE, set())
         inner = sum(b.width for strips in ways.values() for k in strips if (b := closers[k].bridge) is not None)
-        if outer and inner < EAVES * rooms[index].length / 2:
+        if outer and inner < LARGELY * rooms[index].length / 2:
             return outer
         if ways:
             return max(ways.values(), key=lambda strips: sum(closers[k].polygon.length for k in strips))
@@ -407,7 +399,7 @@ def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2
 def _is_closet(room: Polygon, bridge: Bridge) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R6)."""
     breadth = np.ptp(dot(shapely.get_coordinates(room.exterior), bridge.along))
-    return bool(room.area >= CLOSET_M2 and bridge.width < JAMBS * breadth)
+    return bool(room.area >= CLOSET_M2 and bridge.width < MOSTLY * breadth)
 
 
 def _railings(

@@ -16,9 +16,8 @@ from pipeline.geometry.areas import EMPTY, drop_thinner, subtract, union_of
 from pipeline.geometry.cutting import Cutter, Segments, differing, near
 from pipeline.geometry.walls import Section, section
 from pipeline.rejection import Reason, Rejection
+from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Planes
-
-SLIVER_M = 0.04
 
 
 def cut_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes:

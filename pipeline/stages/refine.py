@@ -19,12 +19,8 @@ from pipeline.geometry.areas import each_opened, polygons_of, subtract, union_of
 from pipeline.geometry.spaces import fit_to_rooms
 from pipeline.geometry.straighten import straighten
 from pipeline.geometry.walls import close_cracks
+from pipeline.tolerances import CRACK_M, SLIVER_M
 from pipeline.values import Spaces
-
-SPUR_M = 0.02
-"""A room has no part as thin as this: between a jamb of two slabs and a straight door stays a spur of millimetres."""
-SEAM_M = 0.04
-"""Straightening may open so wide a gap between two rooms; a wall is thicker."""
 
 
 def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
@@ -40,13 +36,13 @@ def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
 
 
 def _without_spurs(rooms: Sequence[Polygon]) -> list[Polygon]:
-    parts = [polygons_of(each) for each in each_opened(rooms, SPUR_M)]
+    parts = [polygons_of(each) for each in each_opened(rooms, CRACK_M)]
     return [found[0] if found else room for room, found in zip(rooms, parts, strict=True)]
 
 
 def _meeting(room: Polygon, other: Polygon) -> Polygon:
     both = union_of([room, other])
-    between = subtract(close_cracks(both, SEAM_M), both)
+    between = subtract(close_cracks(both, SLIVER_M), both)
     return polygons_of(union_of([room, between]))[0]
 
 

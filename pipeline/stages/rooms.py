@@ -18,9 +18,9 @@ from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
 from pipeline.geometry.areas import overlap, polygons_of, subtract, union_of
+from pipeline.tolerances import SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
-MIN_SHARE = 0.3
 MIN_M2 = 0.5
 
 
@@ -33,7 +33,7 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     for source in drawn:  # R2
         shares = [overlap(room, source.polygon).area for room in rooms]
         best = int(np.argmax(shares))
-        if source.polygon is not None and shares[best] > MIN_SHARE * source.polygon.area:
+        if source.polygon is not None and shares[best] > SOME * source.polygon.area:
             named[best] = _with_name(named[best], source)
     for source, k in _by_box(boxed, rooms):  # R3
         named[k] = _with_name(named[k], source)
@@ -48,7 +48,7 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """Return a space as its source divides it, or the space itself if the source does not (R1)."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
-    inside = [p for p in inside if overlap(p, room).area > max(MIN_M2, MIN_SHARE * p.area)]
+    inside = [p for p in inside if overlap(p, room).area > max(MIN_M2, SOME * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []
@@ -77,7 +77,7 @@ def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceR
     area = np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)
     other = np.prod(bounds[:, 2:] - bounds[:, :2], axis=1)
     fit = shared / np.maximum(area[:, None] + other[None, :] - shared, 1e-9)
-    pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > MIN_SHARE]
+    pairs = [(int(i), int(k)) for i, k in zip(*linear_sum_assignment(-fit), strict=True) if fit[i, k] > SOME]
     done = {i for i, _ in pairs}
     for i in range(len(boxed)):
         if i in done:

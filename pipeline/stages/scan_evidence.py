@@ -15,9 +15,9 @@ from pipeline.geometry.known_doors import judge_leaves, known_doorways
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.scan_columns import columns_of, columns_of_points
 from pipeline.geometry.scan_walls import area_of, top_of_walls, wall_masks
+from pipeline.tolerances import THIN_WALL_M
 from pipeline.values import Evidence, Level
 
-LOWEST_M = 0.15
 CELL_M = 0.025
 
 
@@ -25,9 +25,9 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
     """Decide what each thing in a scanned level is."""
     mesh, top = level.walls, max(level.ceiling_m, config.head_m)
     if mesh.is_cloud:
-        columns = columns_of_points(mesh.vertices, LOWEST_M, top, CELL_M)
+        columns = columns_of_points(mesh.vertices, THIN_WALL_M, top, CELL_M)
     else:
-        columns = columns_of(mesh, LOWEST_M, top, CELL_M)
+        columns = columns_of(mesh, THIN_WALL_M, top, CELL_M)
     masks = wall_masks(columns)
     closed = area_of(masks.walls, masks.raster)
     doorways = union_of([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
@@ -42,6 +42,6 @@ def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
         furniture=union_of([footprint(each.mesh) for each in level.furniture]),
         doorways=tuple(known),
         leaves=tuple(leaves),
-        heights={"columns": [LOWEST_M, round(top_of_walls(columns), 4)]},
+        heights={"columns": [THIN_WALL_M, round(top_of_walls(columns), 4)]},
         scanned=True,
     )

@@ -22,10 +22,9 @@ from houseexpo.plan.categories import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, union_of
 from pipeline.geometry.spaces import opening_polygons
+from pipeline.tolerances import AROUND_M, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
-TOUCH_M = 0.03
-BESIDE_M = 1.0
 MARGIN_M = 0.1
 """``min(verts)`` of every plan, as published."""
 
@@ -89,7 +88,7 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
     entrances = [p for p in spaces.passages if p.leads_outside]
     for entrance, strip in zip(entrances, opening_polygons([p.bridge for p in entrances], spaces.rooms), strict=True):
-        if strip.distance(outline) < TOUCH_M:
+        if strip.distance(outline) < STAND_M:
             passages.append(entrance)
             shapes.append(strip)
     return _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
@@ -109,7 +108,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         if not shape:
             continue
         filled = Polygon(shape[0].exterior)
-        near = tree.query_nearest(filled.centroid, max_distance=BESIDE_M)
+        near = tree.query_nearest(filled.centroid, max_distance=AROUND_M)
         room = int(near[0]) if len(near) else None
         yield PlanObject(found, obstacle.word, room, grid_rings(filled, shift)[0], round(obstacle.height_m, 2))
         found += 1

@@ -36,22 +36,24 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    assert {"geometry.closing.LAP_M", "stages.doors.LEAF_BESIDE_M"} <= {number.title for number in found}
+    assert {"tolerances.LAP_M", "geometry.closing.DOOR_M", "stages.layout.STROKES"} <= {
+        number.title for number in found
+    }
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
 
 def test_a_number_moves_wherever_it_was_imported_and_comes_back():
     old = closing.LAP_M
-    with moved(Number("pipeline.geometry.closing", "LAP_M"), 10.0):
+    with moved(Number("pipeline.tolerances", "LAP_M"), 10.0):
         assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
     assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == old
 
 
 def test_a_default_moves_too():
-    assert closing._ends_of.__defaults__ == (closing.THICKEST_M,)
-    with moved(Number("pipeline.geometry.closing", "THICKEST_M"), 0.0):
+    assert closing._ends_of.__defaults__ == (closing.THICK_WALL_M,)
+    with moved(Number("pipeline.tolerances", "THICK_WALL_M"), 0.0):
         assert closing._ends_of.__defaults__ == (0.0,)
-    assert closing._ends_of.__defaults__ == (closing.THICKEST_M,)
+    assert closing._ends_of.__defaults__ == (closing.THICK_WALL_M,)
 
 
 @pytest.mark.parametrize(
