@@ -6,6 +6,7 @@ import io
 import json
 import math
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from houseexpo.errors import ConfigError, PlanError
@@ -74,10 +75,16 @@ def compact_json(value: Any) -> bytes:
     )
 
 
-def image(pixels: npt.NDArray[np.uint8], kind: str) -> bytes:
-    """Return a picture (rows, cols) or (rows, cols, 3) as the bytes of an image file ("PNG", or "PPM" for pgm)."""
-    from PIL import Image
+def image(pixels: npt.NDArray[np.uint8], kind: str, text: Mapping[str, str] | None = None) -> bytes:
+    """Return a picture (rows, cols) or (rows, cols, 3) as the bytes of an image file ("PNG", or "PPM" for pgm).
 
-    stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, kind)
+    ``text`` is written into a PNG, by keyword.
+    """
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    stream, chunks = io.BytesIO(), PngInfo()
+    for keyword, said in (text or {}).items():
+        chunks.add_text(keyword, said)
+    Image.fromarray(pixels).save(stream, kind, **({"pnginfo": chunks} if text else {}))
     return stream.getvalue()

@@ -17,6 +17,7 @@ from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill, free_mask
+from houseexpo.grids.robot_map import WALLS_ONLY
 
 PNG_RESOLUTION_M: Final = 0.02
 NPZ_RESOLUTION_M: Final = 0.04
@@ -31,10 +32,11 @@ def png(plan: FloorPlan, *, resolution: float = PNG_RESOLUTION_M, orientation: O
     """Write ``<id>.png``: 8-bit grey, 255 for free space and 0 elsewhere, with a margin of one pixel.
 
     The first row is at the highest y. The house is shown as seen from above (mirrored plans are mirrored back).
-    ``resolution`` is in metres per pixel. For pictures with rooms and labels, use ``houseexpo.draw_plan``.
+    ``resolution`` is in metres per pixel. The text ``walls_only`` says that it shows no furniture. For pictures with
+    rooms and labels, use ``houseexpo.draw_plan``.
     """
     mask, _ = free_mask(oriented(plan, orientation), pixels_per_metre(plan, resolution), y_up=True)
-    return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG")}
+    return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG", {WALLS_ONLY: "true"})}
 
 
 def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: Orientation = "plan") -> Files:
@@ -78,7 +80,8 @@ def ros(
     """Write ``<id>.pgm`` and ``<id>.yaml`` for ROS map_server.
 
     The picture's first row is at the highest y. ``origin`` in the YAML is the lower-left corner of the lower-left
-    pixel, in the plan's x and y in metres (mirrored plans are mirrored back).
+    pixel, in the plan's x and y in metres (mirrored plans are mirrored back). The key ``walls_only``, which map_server
+    ignores, says whether all that is occupied is wall: the plan has no objects.
 
     Parameters
     ----------
@@ -92,10 +95,17 @@ def ros(
         See ``houseexpo.exports.orientation``.
     """
     pixels, frame = occupancy(plan, resolution, wall_thickness, orientation)
-    return map_files(plan.id, pixels, resolution, frame.origin_m)
+    return map_files(plan.id, pixels, resolution, frame.origin_m, walls_only=not plan.objects)
 
 
-def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origin_m: tuple[float, float]) -> Files:
+def map_files(
+    name: str,
+    pixels: npt.NDArray[np.uint8],
+    resolution: float,
+    origin_m: tuple[float, float],
+    *,
+    walls_only: bool = False,
+) -> Files:
     """Return the files of a picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its YAML."""
     x, y = origin_m
     lines = [
@@ -106,6 +116,7 @@ def map_files(name: str, pixels: npt.NDArray[np.uint8], resolution: float, origi
         "negate: 0",
         "occupied_thresh: 0.65",
         "free_thresh: 0.196",
+        *([f"{WALLS_ONLY}: true"] if walls_only else []),
     ]
     return {f"{name}.pgm": image(pixels, "PPM"), f"{name}.yaml": ("\n".join(lines) + "\n").encode()}
 

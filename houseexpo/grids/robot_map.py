@@ -19,6 +19,8 @@ R6  An array of bool marks what is occupied; floats are the probability of that 
     are occupancy from 0 to 100, and other values are unknown. Row 0 is at the highest y, as in a picture.
 R7  Of a bag, the last map of the topic ``/map`` counts. Without this topic, it is the one topic with maps; of several,
     the one whose name ends with ``map`` and names no costmap.
+R8  The key ``walls_only`` of a ``map.yaml``, which map_server ignores, and a PNG's text of this name say that what is
+    not free is wall: a plan was drawn, and neither furniture nor noise is in it. Our exports of plans write it.
 """
 
 from __future__ import annotations
@@ -59,6 +61,8 @@ YAMLS: Final = (".yaml", ".yml")
 YAML_BYTES: Final = 1 << 20
 _DEEPEST: Final = 20
 HEAD_BYTES: Final = 1 << 12
+WALLS_ONLY: Final = "walls_only"
+"""R8."""
 
 Occupancy = npt.NDArray[np.int8]
 Bools = npt.NDArray[np.bool_]
@@ -93,6 +97,8 @@ class RobotMap:
         The name of the map, for messages.
     unknown_shade
         The shade of the picture that is unknown although its thresholds make it free (R2), or None.
+    walls_only
+        Whether the file says that what is not free is wall, and neither furniture nor noise (R8).
 
     Raises
     ------
@@ -105,6 +111,7 @@ class RobotMap:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     name: str = "map"
     unknown_shade: int | None = None
+    walls_only: bool = False
 
     def __post_init__(self) -> None:
         if self.occupancy.ndim != 2 or not self.occupancy.size:
@@ -201,8 +208,9 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
     size = _number(resolution, "resolution", file.name)
     if suffix == ".npy":
         return RobotMap(_from_array(file), size, name=file.name)
-    cells, unknown_shade = shading.occupancy(_grey_of(file), file.name)
-    return RobotMap(cells, size, name=file.name, unknown_shade=unknown_shade)
+    picture = _grey_of(file)
+    cells, unknown_shade = shading.occupancy(picture, file.name)
+    return RobotMap(cells, size, name=file.name, unknown_shade=unknown_shade, walls_only=picture.walls_only)
 
 
 def is_map_yaml(head: bytes) -> bool:
@@ -240,6 +248,15 @@ def picture_of(path: Path) -> Path | None:
         return None
 
 
+@dataclass(frozen=True, eq=False)
+class _Picture:
+    """R1: the mean of a picture's colours (rows, cols), 0 to 255, and where it is transparent; R8."""
+
+    grey: npt.NDArray[np.uint8]
+    clear: Bools | None = None
+    walls_only: bool = False
+
+
 @dataclass(frozen=True)
 class _Shading:
     """R1 to R3: how pixels become occupancy."""
@@ -249,14 +266,14 @@ class _Shading:
     free: float = FREE_THRESH
     mode: str = "trinary"
 
-    def occupancy(self, pixels: tuple[npt.NDArray[np.uint8], Bools | None], name: str) -> tuple[Occupancy, int | None]:
-        """Return the occupancy of pixels, and the shade that is unknown although the thresholds make it free."""
+    def occupancy(self, picture: _Picture, name: str) -> tuple[Occupancy, int | None]:
+        """Return the occupancy of a picture, and the shade that is unknown although the thresholds make it free."""
         if not (0.0 <= self.free <= self.occupied <= 1.0):
             found = f"free_thresh {self.free:g} and occupied_thresh {self.occupied:g}"
             raise MapError(
                 f"{name}: expected thresholds from 0 to 1, free not above occupied, found {found}", "correct it"
             )
-        grey, clear = pixels
+        grey = picture.grey
         shades = np.arange(256)
         value = np.full(256, UNKNOWN, np.int8)
         if self.mode == "raw":  # R3
@@ -273,8 +290,8 @@ class _Shading:
         if self.mode == "trinary" and not self.negate and value[SAVED_UNKNOWN] == 0 and _is_saved(grey):  # R2
             value[SAVED_UNKNOWN], unknown_shade = UNKNOWN, SAVED_UNKNOWN
         cells: Occupancy = value[grey]
-        if clear is not None:
-            cells[clear] = UNKNOWN
+        if picture.clear is not None:
+            cells[picture.clear] = UNKNOWN
         return cells, unknown_shade
 
 
@@ -306,12 +323,13 @@ def _from_yaml(file: Path) -> RobotMap:
         raise MapError(f"{file.name}: mode: expected trinary, scale or raw, found {mode[:40]!r}", "correct it")
     occupied = _number(document.get("occupied_thresh", OCCUPIED_THRESH), "occupied_thresh", file.name)
     free = document.get("free_thresh", min(FREE_THRESH, occupied))
-    negate = _flag(document.get("negate", 0), file.name)
+    negate = _flag(document.get("negate", 0), file.name, "negate")
+    walls_only = _flag(document.get(WALLS_ONLY, 0), file.name, WALLS_ONLY)
     shading = _Shading(negate, occupied, _number(free, "free_thresh", file.name), mode)
     resolution = _number(document["resolution"], "resolution", file.name)
     origin = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
     cells, unknown_shade = shading.occupancy(_grey_of(picture), picture.name)
-    return RobotMap(cells, resolution, origin, file.name, unknown_shade)
+    return RobotMap(cells, resolution, origin, file.name, unknown_shade, walls_only)
 
 
 def _document(file: Path) -> Mapping[str, Any]:
@@ -343,8 +361,7 @@ def _picture(file: Path, document: Mapping[str, Any]) -> Path | None:
     return None
 
 
-def _grey_of(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
-    """R1: the mean of a picture's colours, 0 to 255, and where it is transparent."""
+def _grey_of(file: Path) -> _Picture:
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -354,10 +371,11 @@ def _grey_of(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
                 _check_size((image.height, image.width), file.name)
                 if image.mode in {"I;16", "I;16B", "I"}:
                     deep = np.asarray(image, np.int64)
-                    return (deep >> (8 if deep.max(initial=0) > 255 else 0)).clip(0, 255).astype(np.uint8), None
+                    return _Picture((deep >> (8 if deep.max(initial=0) > 255 else 0)).clip(0, 255).astype(np.uint8))
+                walls_only = WALLS_ONLY in image.info
                 has_alpha = "A" in image.getbands() or "transparency" in image.info
                 if not has_alpha and image.mode in {"L", "1"}:
-                    return np.asarray(image.convert("L")), None
+                    return _Picture(np.asarray(image.convert("L")), None, walls_only)
                 colours = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
     except (
         UnidentifiedImageError,
@@ -370,7 +388,7 @@ def _grey_of(file: Path) -> tuple[npt.NDArray[np.uint8], Bools | None]:
         what = " ".join(str(error).split())[:160]
         raise MapError(f"{file.name} cannot be read as a picture: {what}", "save the map again") from None
     grey = colours[..., :3].sum(axis=2, dtype=np.uint16) // 3
-    return grey.astype(np.uint8), colours[..., 3] == 0 if has_alpha else None
+    return _Picture(grey.astype(np.uint8), colours[..., 3] == 0 if has_alpha else None, walls_only)
 
 
 def _from_array(file: Path) -> Occupancy:
@@ -500,7 +518,7 @@ def _number(value: Any, key: str, name: str) -> float:
     return found
 
 
-def _flag(value: Any, name: str) -> bool:
+def _flag(value: Any, name: str, key: str) -> bool:
     if value in {0, 1} or isinstance(value, bool):
         return bool(value)
-    raise MapError(f"{name}: negate: expected 0 or 1, found {str(value)[:40]!r}", "correct it")
+    raise MapError(f"{name}: {key}: expected 0 or 1, found {str(value)[:40]!r}", "correct it")

@@ -1,6 +1,7 @@
 """Plan -> format -> plan, for every format that the project both writes and reads.
 
 Drawn formats have all of a plan. Meshes, worlds and maps have its shape alone: no labels, and entrances are closed.
+``tests/benchmarks/test_bench_round_trips.py`` prints what comes back.
 """
 
 from pathlib import Path
@@ -20,6 +21,8 @@ MAPS = {"ros": (".yaml", {}), "png": (".png", {"resolution": "0.02"})}
 """How the name of the file ends that is read, and the options of the build."""
 FINE_M = 0.02
 """The side of a cell; a cell of the export's usual 0.05 m is 1% of a room by itself."""
+AMBIGUOUS = ("fb5fa400",)
+"""Plans in a room of which a wall leaves 1.5 m to the next: in a map, this is a wide door beside a corner."""
 SOUND = 0.5
 UNREAD = {"coco", "graphml", "irsim", "json", "npz", "pol", "stage"}
 """Formats that no reader of the pipeline opens; ``json`` is a data set's."""
@@ -79,7 +82,7 @@ def check_maps(plans, form, folder: Path):
     suffix, options = MAPS[form]
     for plan in sound(plans):
         (file,) = [each for each in export(plan, form, folder / plan.id, resolution=FINE_M) if each.suffix == suffix]
-        check_shape(plan, max(plans_of(file, **options), key=lambda each: each.area), 0.985)
+        check_shape(plan, max(plans_of(file, **options), key=lambda each: each.area), 0.99)
 
 
 def test_each_format_that_is_written_is_read_here_or_never():
@@ -100,6 +103,12 @@ def test_the_shape_of_a_plan_comes_back_from_maps(homes, form, tmp_path):
 @pytest.mark.parametrize("form", SHAPES)
 def test_the_shapes_of_many_plans_come_back_from_meshes_and_worlds(many_homes, form, tmp_path):
     check_shapes(many_homes, form, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", sorted(MAPS))
+def test_the_shapes_of_many_plans_come_back_from_maps(many_homes, form, tmp_path):
+    check_maps([plan for plan in many_homes if not plan.id.startswith(AMBIGUOUS)], form, tmp_path)
 
 
 @pytest.mark.parametrize("form", sorted(FORMS))

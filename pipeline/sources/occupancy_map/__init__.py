@@ -9,6 +9,8 @@ R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a m
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
 R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
+R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
+    steps of the cells are straightened.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import LineString, Polygon
+from shapely.affinity import affine_transform
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
@@ -32,7 +35,8 @@ from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOut, check_file, single_input
-from pipeline.sources.occupancy_map.rooms import Segmentation, Way, boxes_of, segment
+from pipeline.sources.occupancy_map.rooms import DRAWN_ROOM_M2, Segmentation, Way, boxes_of, segment
+from pipeline.sources.occupancy_map.wall_ends import area_of_cells
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
@@ -60,6 +64,10 @@ STEP_M: Final = 0.1
 JAMB_M: Final = 0.1
 """A wall goes on at least so far beside a doorway."""
 GRID_M: Final = 1e-4
+STEP_CELLS: Final = 1.5
+"""R7: a straight face is so far, at most, from the cells that draw it."""
+FEWEST_CELLS: Final = 3
+"""R7: what is narrower than so many cells is none of a room."""
 UNSEEN: Final = 0.1
 """R6: a plan of which more of the edges is unseen has a guess."""
 UNSEEN_M: Final = 0.2
@@ -102,10 +110,11 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _storey(found: RobotMap, name: str) -> Storey:
-    parts = segment(found.free, found.resolution_m)
+    parts = segment(found.free, found.resolution_m, walls_only=found.walls_only)
+    edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
-    rooms = _outlines(parts, slots, height_m)
+    rooms = _outlines(parts, slots, height_m, edges)
     if not rooms.keys() - parts.outside:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
@@ -173,39 +182,58 @@ class _Slot:
         return Hole(self.between(low, high), 0.0, HEAD_M, self.has_door, (x, y))
 
 
-def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float) -> dict[int, Polygon]:
+@dataclass(frozen=True)
+class _Edges:
+    """How far the outline of a room may be from its cells, metres: what at its edge is noise."""
+
+    straight_m: float = STRAIGHT_M
+    narrowest_m: float = NARROWEST_M
+    clutter_m2: float = CLUTTER_M2
+    room_m2: float = ROOM_M2
+    exact: bool = False
+
+    @classmethod
+    def of_cells(cls, cell_m: float) -> _Edges:
+        """R7."""
+        return cls(STEP_CELLS * cell_m, FEWEST_CELLS * cell_m, (FEWEST_CELLS * cell_m) ** 2, DRAWN_ROOM_M2, exact=True)
+
+
+def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _Edges) -> dict[int, Polygon]:
     """R1, R2: return the rooms by their numbers, none nearer to another than a wall."""
     doorways = shapely.union_all([slot.shape for slot in slots])
     raw = {}
     for number, (rows, cols) in sorted(boxes_of(parts.label)):
         mask = parts.label[rows, cols] == number
-        whole = _smooth(_trace_cells(mask, (cols.start, rows.start), parts.cell_m, height_m))
-        outline = _largest(shapely.difference(whole, doorways))
-        if outline.area >= ROOM_M2:
+        trace = _exact_area if edges.exact else _trace_cells
+        whole = _smooth(trace(mask, (cols.start, rows.start), parts.cell_m, height_m), edges)
+        outline = _largest(shapely.difference(whole, doorways), edges)
+        if outline.area >= edges.room_m2:
             raw[number] = outline
-    straight = straighten(list(raw.values()), offset_m=STRAIGHT_M, angle_deg=ANGLE_DEG)
+    straight = straighten(list(raw.values()), offset_m=edges.straight_m, angle_deg=ANGLE_DEG)
     found: dict[int, Polygon] = {}
     by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
     for number, outline in by_size:
         near = [buffer_mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
-        piece = _largest(left)
-        if piece.area >= ROOM_M2:
+        piece = _largest(left, edges)
+        if piece.area >= edges.room_m2:
             found[number] = piece
     return found
 
 
-def _largest(area: BaseGeometry) -> Polygon:
+def _largest(area: BaseGeometry, edges: _Edges) -> Polygon:
     """Return the largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
-    return max(polygons_of(drop_thinner(area, NARROWEST_M)), key=lambda piece: piece.area, default=Polygon())
+    return max(polygons_of(drop_thinner(area, edges.narrowest_m)), key=lambda piece: piece.area, default=Polygon())
 
 
-def _smooth(whole: BaseGeometry) -> BaseGeometry:
+def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
     """R1: an area without what noise does to its edge, and without small holes."""
-    closed = buffer_mitred(buffer_mitred(whole, NARROWEST_M / 2), -NARROWEST_M / 2)
-    parts = [shapely.simplify(part, STRAIGHT_M / 2) for part in polygons_of(drop_thinner(closed, NARROWEST_M))]
+    narrow = edges.narrowest_m
+    closed = buffer_mitred(buffer_mitred(whole, narrow / 2), -narrow / 2)
+    parts = [shapely.simplify(part, edges.straight_m / 2) for part in polygons_of(drop_thinner(closed, narrow))]
     kept = [
-        Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= CLUTTER_M2]) for part in parts
+        Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= edges.clutter_m2])
+        for part in parts
     ]
     return shapely.union_all(kept)
 
@@ -285,6 +313,12 @@ def _trace_cells(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: 
             polygon = shapely.make_valid(Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)))
             (shells if parent < 0 else holes).append(polygon)
     return shapely.difference(shapely.union_all(shells), shapely.union_all(holes))
+
+
+def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float) -> BaseGeometry:
+    """R7: return what ``_trace_cells`` does, without its bevels of half a cell."""
+    x, y = corner
+    return affine_transform(area_of_cells(mask), [cell_m, 0.0, 0.0, cell_m, x * cell_m, height_m - y * cell_m])
 
 
 def _unseen_share(parts: Segmentation, found: RobotMap) -> float:

@@ -12,6 +12,8 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
     or as thin as a wall.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed.
+R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
+    ends of walls (``wall_ends``) that part rooms of DRAWN_ROOM_M2 or more.
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do.
 """
@@ -23,15 +25,20 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+import shapely
+from shapely import Polygon
 
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrows import Basins, Bools, Floats, Labels, Narrows, find_basins, measure_gaps
 from pipeline.sources.occupancy_map.odds import log_odds
+from pipeline.sources.occupancy_map.wall_ends import find_doorways
 
 ALONE_M = 3.0
 SCRAP_M2 = 0.5
 SMALLEST_M = 0.7
 SMALLEST_M2 = 1.0
+DRAWN_ROOM_M2 = 0.9
+"""R8: that of SMALLEST_M2, less the cells on its edge."""
 APART_M = 0.75
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
@@ -82,14 +89,18 @@ class Segmentation:
         return found
 
 
-def segment(free: Bools, cell_m: float) -> Segmentation:
+def segment(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmentation:
     """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
 
     Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
+    ``walls_only``: what is not free is wall, neither furniture nor noise (R8).
     """
     scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
     if scale > 1:
         free, cell_m = _blocks(free, scale), cell_m * scale
+    if walls_only:
+        label, ways = _divide_at_wall_ends(without_scraps(free, cell_m), cell_m)
+        return Segmentation(label, ways, cell_m, scale, _outside(label, free))
     clear = without_clutter(free, cell_m)
     label, ways = _divide_cells(clear, np.zeros((0, 2, 2)), cell_m)
     outside = _outside(label, free)
@@ -99,6 +110,44 @@ def segment(free: Bools, cell_m: float) -> Segmentation:
         label, ways = _divide_cells(clear, gaps, cell_m)
         outside = _outside(label, free)
     return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
+
+
+def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[Way, ...]]:
+    """R8: return the rooms of the cells (rows, cols) and the ways between them."""
+    doorways = find_doorways(clear, cell_m)
+    while True:
+        left = clear & ~_cells_inside(doorways, clear.shape)
+        _, pieces, stats, _ = cv2.connectedComponentsWithStats(left.view(np.uint8), connectivity=4)
+        room = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= DRAWN_ROOM_M2
+        room[0] = False
+        label = np.where(room, np.cumsum(room), 0)[pieces].astype(np.int32)
+        jambs = np.stack([doorways[:, :2].mean(axis=1), doorways[:, 2:].mean(axis=1)], axis=1)
+        thick = np.hypot(*(doorways[:, 1] - doorways[:, 0]).T)
+        sides = _beside(jambs, label, cell_m, thick * (cell_m / 2))
+        parts = (sides[:, 0] != sides[:, 1]) & (sides > 0).all(axis=1)
+        if parts.all():
+            break
+        doorways = doorways[parts]
+    width = np.hypot(*(jambs[:, 1] - jambs[:, 0]).T)
+    ways = [
+        Way((int(min(pair)), int(max(pair))), jamb, float(wide * cell_m), float(deep * cell_m))
+        for pair, jamb, wide, deep in zip(sides.tolist(), jambs, width, thick, strict=True)
+    ]
+    return label, tuple(sorted(ways, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
+
+
+def _cells_inside(shapes: Floats, shape: tuple[int, ...]) -> Bools:
+    """Return the cells (rows, cols) whose middles lie in shapes (n, 4, 2) of corners (across, down)."""
+    inside = np.zeros(shape, bool)
+    for corners in shapes:
+        (left, top), (right, bottom) = (
+            np.floor(corners.min(axis=0)).astype(int),
+            np.ceil(corners.max(axis=0)).astype(int),
+        )
+        cols, rows = np.meshgrid(np.arange(max(left, 0), right), np.arange(max(top, 0), bottom))
+        part = inside[max(top, 0) : bottom, max(left, 0) : right]
+        part |= shapely.contains_xy(Polygon(corners), cols + 0.5, rows + 0.5)[: part.shape[0], : part.shape[1]]
+    return inside
 
 
 def _divide_cells(clear: Bools, gaps: Floats, cell_m: float) -> tuple[Labels, tuple[Way, ...]]:
@@ -125,17 +174,19 @@ def _cells_of_gaps(gaps: Floats, shape: tuple[int, ...]) -> Bools:
     return drawn.view(bool)
 
 
-def _beside(gaps: Floats, label: Labels, cell_m: float) -> npt.NDArray[np.int64]:
-    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none."""
-    cells = _cells_beside(gaps, label.shape, cell_m)
+def _beside(gaps: Floats, label: Labels, cell_m: float, beyond_m: Floats | float = 0.0) -> npt.NDArray[np.int64]:
+    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none, BESIDE_M from ``beyond_m`` (n,)."""
+    cells = _cells_beside(gaps, label.shape, cell_m, beyond_m)
     return label[cells[..., 1], cells[..., 0]].astype(np.int64)
 
 
-def _cells_beside(gaps: Floats, shape: tuple[int, ...], cell_m: float) -> npt.NDArray[np.int64]:
+def _cells_beside(
+    gaps: Floats, shape: tuple[int, ...], cell_m: float, beyond_m: Floats | float = 0.0
+) -> npt.NDArray[np.int64]:
     """Return the (across, down) of the cells (n, 2, 2) on both sides of gaps."""
     along = gaps[:, 1] - gaps[:, 0]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    step = across * (BESIDE_M / cell_m)
+    step = across * ((BESIDE_M + np.broadcast_to(beyond_m, len(gaps))) / cell_m)[:, None]
     middle = gaps.mean(axis=1)
     cells = np.rint(np.stack([middle - step, middle + step], axis=1)).astype(np.int64)
     return np.asarray(cells.clip(0, (shape[1] - 1, shape[0] - 1)))
@@ -183,7 +234,11 @@ def without_clutter(free: Bools, cell_m: float) -> Bools:
     inside = (left > 0) & (top > 0) & (left + wide < cols) & (top + high < rows)
     alone = inside & (np.hypot(wide, high) * cell_m < ALONE_M)
     alone[0] = False
-    clear = free | alone[pieces]
+    return without_scraps(free | alone[pieces], cell_m)
+
+
+def without_scraps(clear: Bools, cell_m: float) -> Bools:
+    """Return the free cells without scraps; R1."""
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(clear.view(np.uint8), connectivity=4)
     large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
     large[0] = False

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from houseexpo.grids import MapError, RobotMap, read_map
 from houseexpo.grids.robot_map import MAX_MAP_CELLS, is_map_yaml, picture_of
@@ -112,6 +113,22 @@ def test_scale_keeps_what_is_between_the_thresholds(tmp_path: Path) -> None:
 def test_raw_values_are_the_occupancy(tmp_path: Path) -> None:
     found = read_map(saved(tmp_path, mode="raw"))
     assert found.occupancy.tolist() == [[-1, -1, 0], [-1, 100, 37]]
+
+
+def test_a_map_says_that_it_has_walls_alone(tmp_path: Path) -> None:
+    assert read_map(saved(tmp_path, walls_only="true")).walls_only
+    assert not read_map(saved(tmp_path)).walls_only
+    with pytest.raises(MapError, match="walls_only: expected 0 or 1, found 'perhaps'"):
+        read_map(saved(tmp_path, walls_only="perhaps"))
+
+
+def test_a_png_says_that_it_has_walls_alone(tmp_path: Path) -> None:
+    text = PngInfo()
+    text.add_text("walls_only", "true")
+    Image.fromarray(SHADES).save(tmp_path / "drawn.png", pnginfo=text)
+    Image.fromarray(SHADES).save(tmp_path / "other.png")
+    assert read_map(tmp_path / "drawn.png", 0.05).walls_only
+    assert not read_map(tmp_path / "other.png", 0.05).walls_only
 
 
 def test_negate_swaps_black_and_white(tmp_path: Path) -> None:

@@ -88,6 +88,28 @@ def test_a_wide_way_is_an_opening(tmp_path: Path) -> None:
     assert [door.kind for door in plan.doors] == ["opening"]
 
 
+def test_a_map_of_walls_alone_has_no_furniture(tmp_path: Path) -> None:
+    """A pillar of 0.5 m, and a corner that is cut off by 1 m x 1 m: furniture in a robot's map, wall in a drawn one."""
+    shades = two_rooms()
+    shades[30:40, 30:40] = WALL
+    shades[10:30, 10:30] = WALL
+    (plan,) = plans_of(saved(tmp_path, shades))
+    (drawn,) = plans_of(saved(tmp_path, shades, walls_only="true"))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    assert areas(drawn) == pytest.approx([9.0, 10.75], rel=0.005)
+    assert [door.width for door in drawn.doors] == pytest.approx([0.9])
+
+
+def test_a_map_of_walls_alone_keeps_slanting_walls(tmp_path: Path) -> None:
+    """Without its steps: a triangle of 2.5 m x 2.5 m is cut off a room of 4 m x 3 m."""
+    shades = two_rooms()
+    row, col = np.indices(shades.shape)
+    shades[(row - 10) + (col - 10) < 50] = WALL
+    (plan,) = plans_of(saved(tmp_path, shades, walls_only="true"))
+    assert areas(plan) == pytest.approx([12.0 - 3.125, 9.0], rel=0.01)
+    assert max(len(room.ring) for room in plan.rooms) <= 9
+
+
 @pytest.mark.parametrize("suffix", [".png", ".npy"])
 def test_a_picture_and_an_array_need_the_side_of_a_cell(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"floor{suffix}"
