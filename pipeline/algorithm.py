@@ -23,7 +23,7 @@ from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather
 from pipeline.stages.furniture import subtract_furniture
-from pipeline.stages.grounds import walls_far_from_rooms, weigh
+from pipeline.stages.grounds import measure_grounds, walls_far_from_rooms
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
@@ -103,7 +103,7 @@ def _of_building(
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield Snapshot("furnish", spaces, level.id)
-    grounds = weigh(level, whole.evidence, whole.layout, spaces, whole.far_walls)
+    grounds = measure_grounds(level, whole.evidence, whole.layout, spaces, whole.far_walls)
     planned = rate(Planned(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds))
     provenance = _provenance(level, whole.planes, spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)

@@ -30,7 +30,7 @@ _COLUMNS = 5  # of the sheet
 PATH = "#7a4fb5"
 DOOR, OPENING = DOOR_COLOURS["entrance"], "#f0c987"
 LINTEL, SILL, GAP, RAIL, BOUNDARY = "#2f6da8", "#4aa3a2", "#8fbde0", "#a68fd0", "#d98a1f"
-CLOSERS = {
+CANDIDATES = {
     "opening": OPENING,
     "door": DOOR,
     "lintel": LINTEL,
@@ -91,7 +91,7 @@ def _bounds(snapshots: Sequence[Snapshot]) -> Box:
         if isinstance(value, Evidence):
             seen += [value.walls, value.furniture, value.rails, *([value.floor] if value.floor is not None else [])]
         elif isinstance(value, Planes):
-            seen += [value.door, value.low, value.high]
+            seen += [value.door, value.sills, value.lintels]
     found = [shape.bounds for shape in seen if not shape.is_empty] or [(0.0, 0.0, 1.0, 1.0)]
     low, high = np.min(found, axis=0)[:2], np.max(found, axis=0)[2:]
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
@@ -103,8 +103,8 @@ def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
     known = shapely.union_all([doorway.polygon for doorway in planes.doorways])
     layers = [
         ("railing", RAIL, planes.rails),
-        ("lintel", LINTEL, planes.high),
-        ("sill", SILL, planes.low),
+        ("lintel", LINTEL, planes.lintels),
+        ("sill", SILL, planes.sills),
         ("known doorway", DOOR, known),
         ("wall", WALL, planes.door),
     ]
@@ -122,10 +122,13 @@ def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
 def _draw_layout(canvas: Canvas, layout: Layout) -> Picture:
     _draw_floors(canvas, layout.rooms)
     canvas.fill(layout.door, WALL)
-    for closer in layout.closers:
-        canvas.fill(closer.polygon, CLOSERS[closer.kind])
-    used = {c.kind for c in layout.closers}
-    legend = [("wall", WALL), *((kind.replace("_", " "), colour) for kind, colour in CLOSERS.items() if kind in used)]
+    for candidate in layout.candidates:
+        canvas.fill(candidate.polygon, CANDIDATES[candidate.kind])
+    used = {c.kind for c in layout.candidates}
+    legend = [
+        ("wall", WALL),
+        *((kind.replace("_", " "), colour) for kind, colour in CANDIDATES.items() if kind in used),
+    ]
     return canvas.finish(f"layout: {len(layout.rooms)} closed spaces", legend)
 
 
@@ -141,7 +144,7 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
         canvas.fill(room, GONE)
     _draw_floors(canvas, spaces.rooms)
     for passage in spaces.passages:
-        canvas.fill(passage.bridge.strip(), DOOR_COLOURS[passage.kind])
+        canvas.fill(passage.portal.strip(), DOOR_COLOURS[passage.kind])
     paths = _paths(spaces, spaces.joined[len(before.joined) :]) if before is not None else []
     for path in paths:
         canvas.trace(path, PATH)

@@ -35,7 +35,7 @@ from pipeline.executors.local import Failure, Limits, run
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages import confidence
-from pipeline.stages.grounds import weigh
+from pipeline.stages.grounds import measure_grounds
 from pipeline.stages.rooms import name_rooms
 from pipeline.values import Evidence, Layout, Level, Spaces
 from tests.builders.judged import area_under_curve, damage_of
@@ -98,14 +98,14 @@ def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Par
 def _judge_parts(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, known: Known, house: str, group: str
 ) -> Iterator[Part]:
-    grounds = weigh(level, evidence, layout, spaces)
+    grounds = measure_grounds(level, evidence, layout, spaces)
     planned = confidence.Planned(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
     features = confidence.passage_features(planned)
     for part, true in (("door", known.doors), ("entrance", known.entrances)):
         if part == "entrance" and not len(true):
             continue
         which = [k for k, p in enumerate(spaces.passages) if confidence.part_of(p) == part]
-        middles = [spaces.passages[k].bridge.centre for k in which]
+        middles = [spaces.passages[k].portal.centre for k in which]
         right = which_near(true, truths.in_source(level, np.asarray(middles).reshape(-1, 2)), truths.NEAR_M)
         for k, is_true in zip(which, right, strict=True):
             yield Part(part, house, group, bool(is_true), features[k])

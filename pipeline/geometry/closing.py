@@ -35,7 +35,7 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.bridges import Bridge, bridges, strips_of
+from pipeline.geometry.portals import Portal, find_portals, strips_of
 from pipeline.tolerances import (
     BESIDE_M,
     BLOCK_M,
@@ -62,10 +62,10 @@ from pipeline.tolerances import (
 IN_LINE_M = 0.8
 ROUNDING_M2 = 1e-9
 SHARES = np.array([[-0.3], [0.0], [0.3]])
-"""Where along a face is looked, from its middle, in widths of the bridge."""
+"""Where along a face is looked, from its middle, in widths of the portal."""
 
 
-CloserKind: TypeAlias = Literal[
+CandidateKind: TypeAlias = Literal[
     "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
 ]
 """``gate``: a wide gap, which closes to the outside only. ``mouth``: a narrow place between two parts of a room, which
@@ -74,16 +74,16 @@ GAPS: Final = frozenset({"gap", "gate", "mouth"})
 
 
 @dataclass(frozen=True, eq=False)
-class Closer:
-    """A piece of the closed plane P_g that does not stand in the door plane P_d.
+class Candidate:
+    """A closing candidate: a piece of the closed plane P_g that does not stand in the door plane P_d.
 
-    ``bridge`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
+    ``portal`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
     between two lintels, the boundary of an open house) closes, but nobody passes it.
     """
 
     polygon: Polygon
-    kind: CloserKind
-    bridge: Bridge | None = None
+    kind: CandidateKind
+    portal: Portal | None = None
 
 
 def grow_by_lap(pieces: list[Polygon]) -> list[Polygon]:
@@ -91,25 +91,25 @@ def grow_by_lap(pieces: list[Polygon]) -> list[Polygon]:
     return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
-def bridges_and_rests(
-    door: BaseGeometry, pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[Closer], list[Closer]]:
-    """Take each piece apart into its bridges and the rest of it, in the ``plane`` that all of them close.
+def split_at_portals(
+    door: BaseGeometry, pieces: list[Candidate], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Candidate], list[Candidate]]:
+    """Take each piece apart into its portals and the rest of it, in the ``plane`` that all of them close.
 
     A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
     be judged for itself, and what hangs over one room only is freed.
     """
-    found: list[Closer] = []
-    rest: list[Closer] = []
-    for piece, strips in zip(pieces, bridges([p.polygon for p in pieces], rooms, plane, door), strict=True):
+    found: list[Candidate] = []
+    rest: list[Candidate] = []
+    for piece, strips in zip(pieces, find_portals([p.polygon for p in pieces], rooms, plane, door), strict=True):
         laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
-        found += [Closer(lap, piece.kind, bridge) for lap, bridge in zip(laps, strips, strict=True)]
+        found += [Candidate(lap, piece.kind, portal) for lap, portal in zip(laps, strips, strict=True)]
         if piece.kind != "gate":  # of which nothing closes by itself
-            rest += [Closer(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
+            rest += [Candidate(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
     if not rest:
         return found, []
-    found_bridges = [c.bridge for c in found if c.bridge is not None]
-    in_line = union_of(strips_of(found_bridges, deeper_m=LAP_M, wider_m=IN_LINE_M))
+    found_portals = [c.portal for c in found if c.portal is not None]
+    in_line = union_of(strips_of(found_portals, deeper_m=LAP_M, wider_m=IN_LINE_M))
     return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
@@ -121,17 +121,17 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
 
 
-def _divide_at_crossing(piece: Closer, in_line: BaseGeometry) -> list[Closer]:
-    """A rest where beams cross: what goes on in line with a bridge, and what leads away from it."""
+def _divide_at_crossing(piece: Candidate, in_line: BaseGeometry) -> list[Candidate]:
+    """A rest where beams cross: what goes on in line with a portal, and what leads away from it."""
     if not piece.polygon.intersects(in_line):
         return [piece]
     parts = polygons_of(overlap(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
-    return [Closer(p, piece.kind) for p in parts]
+    return [Candidate(p, piece.kind) for p in parts]
 
 
-def needed_to_separate(
-    door: BaseGeometry, kept: list[Closer], pieces: list[Closer], plane: BaseGeometry, rooms: list[Polygon]
-) -> list[Closer]:
+def minimal_separators(
+    door: BaseGeometry, kept: list[Candidate], pieces: list[Candidate], plane: BaseGeometry, rooms: list[Polygon]
+) -> list[Candidate]:
     """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
     ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
@@ -139,7 +139,7 @@ def needed_to_separate(
     as that holds no two spaces, the outside being one of them.
     """
     spaces = [*rooms, _outside(plane)]
-    others = union_of(closer.polygon for closer in kept)
+    others = union_of(candidate.polygon for candidate in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
     shapes = [areas(shape) for shape in each_opened(bare, 4 * HAIR_M)]
     grown = shapely.buffer(shapes, MM_M, join_style="mitre")
@@ -162,9 +162,9 @@ def needed_to_separate(
     return [pieces[k] for k in sorted(left)]
 
 
-def closed_plane(door: BaseGeometry, closers: Iterable[Closer]) -> BaseGeometry:
+def closed_plane(door: BaseGeometry, candidates: Iterable[Candidate]) -> BaseGeometry:
     """Return the door plane with these pieces in it."""
-    return union_of([door, *(c.polygon for c in closers)])
+    return union_of([door, *(c.polygon for c in candidates)])
 
 
 def _outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
@@ -181,29 +181,29 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
 
 
-def with_sides(closers: list[Closer], rooms: list[Polygon], plane: BaseGeometry) -> list[Closer]:
-    """The same pieces, the sides of their bridges looked up in ``rooms``: seen from three places along each face."""
-    looks = [_before_faces(closer.bridge) for closer in closers if closer.bridge is not None]
+def assign_sides(candidates: list[Candidate], rooms: list[Polygon], plane: BaseGeometry) -> list[Candidate]:
+    """The same pieces, the sides of their portals looked up in ``rooms``: seen from three places along each face."""
+    looks = [_before_faces(candidate.portal) for candidate in candidates if candidate.portal is not None]
     faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
-    for closer in closers:
-        if closer.bridge is None:
-            found.append(closer)
+    for candidate in candidates:
+        if candidate.portal is None:
+            found.append(candidate)
             continue
         sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
-        if closer.kind in GAPS and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
+        if candidate.kind in GAPS and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
             sides = (sides[int(blind[0])],) * 2
-        same = sides == closer.bridge.sides
-        found.append(closer if same else replace(closer, bridge=replace(closer.bridge, sides=sides)))
+        same = sides == candidate.portal.sides
+        found.append(candidate if same else replace(candidate, portal=replace(candidate.portal, sides=sides)))
         k += 1
     return found
 
 
-def _before_faces(bridge: Bridge) -> npt.NDArray[np.float64]:
-    """Three places (2, 3, 2) before each of the two faces of a bridge."""
-    off = bridge.across * (bridge.depth / 2 + 2 * CRACK_M)
-    along = bridge.centre + bridge.along * bridge.width * SHARES
+def _before_faces(portal: Portal) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of a portal."""
+    off = portal.across * (portal.depth / 2 + 2 * CRACK_M)
+    along = portal.centre + portal.along * portal.width * SHARES
     return np.array([along - off, along + off])
 
 

@@ -13,8 +13,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import clip_to_box, dot, polygons_of
-from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.doorways import box_of
+from pipeline.geometry.portals import Portal
 from pipeline.geometry.spaces import Passage
 from pipeline.tolerances import AROUND_M, CM_M, HAND_M, LARGELY, NEARLY_ALL, PLACE_M, SPECK
 
@@ -46,7 +46,7 @@ class CutRules:
 
 def cuts_on_lines(
     lines: Floats, pieces: list[Polygon], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
-) -> Iterator[tuple[Floats, Bridge]]:
+) -> Iterator[tuple[Floats, Portal]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
     Only walls are cut that stand between two of the ``pieces`` in which a robot can stand: a line may cross many rooms.
@@ -72,7 +72,7 @@ def cuts_on_lines(
 
 def _straight_cut(
     start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
-) -> Bridge | None:
+) -> Portal | None:
     along = _face_direction(start, _clip_around(start, floor, AROUND_M))
     if along is None:
         return None
@@ -86,7 +86,7 @@ def _straight_cut(
     feet = start + slides[:, None] * along
     depth = _depths(feet, across, near, rules.deepest_m)
     through = np.flatnonzero(depth > CM_M)
-    cuts = [Bridge(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
+    cuts = [Portal(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
     clean = _are_clean(cuts, near, _clip_around(start, walls, reach), rules)
     if not clean.any():
         return None
@@ -124,7 +124,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
     return np.where(np.isfinite(depth), depth, 0.0)
 
 
-def _are_clean(cuts: list[Bridge], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> npt.NDArray[np.bool_]:
+def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> npt.NDArray[np.bool_]:
     """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
     clean = np.ones(len(cuts), np.bool_)
     for side in (-1.0, 1.0):
@@ -140,7 +140,7 @@ def _are_clean(cuts: list[Bridge], floor: BaseGeometry, walls: BaseGeometry, rul
     return clean
 
 
-def _shares(strips: list[Bridge], shape: BaseGeometry) -> Floats:
+def _shares(strips: list[Portal], shape: BaseGeometry) -> Floats:
     """Return the share (n,) of each strip that lies in a shape."""
     boxes = np.array([strip.strip() for strip in strips], np.object_)
     return np.asarray(shapely.area(shapely.intersection(boxes, shape)) / shapely.area(boxes))
@@ -170,7 +170,7 @@ def cut_places(
     doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Passage]
 ) -> Iterator[CutPlace]:
     """Yield the places, the likeliest first: doorways, leaves of doors and lintels that no passage uses."""
-    ways = shapely.STRtree([p.bridge.strip() for p in passages])
+    ways = shapely.STRtree([p.portal.strip() for p in passages])
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
         ("a doorway that nothing else leads through", doorways, False),
         ("the leaf of a door", leaves, True),

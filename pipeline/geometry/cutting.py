@@ -222,7 +222,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Caps:
-    """Triangles (n, 3, 3) that are not upright, wound as in the mesh; metres."""
+    """The end caps of bodies: triangles (n, 3, 3) that are not upright, wound as in the mesh; metres."""
 
     triangles: Floats
 

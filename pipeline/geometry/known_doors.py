@@ -281,7 +281,7 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     slimmer, and what stands beside it, as long as it, is the leaf. The recess ends at a jamb on both sides; what hangs
     before a wall that goes on (a shelf, a pile of boards) makes none.
     """
-    found = [pair for pair in _recesses(lintels, walls, RECESS_WIDTH_M) if _has_jambs(pair[0], walls)]
+    found = [pair for pair in _door_recesses(lintels, walls, RECESS_WIDTH_M) if _has_jambs(pair[0], walls)]
     return polygons_of(union_of(_with_lintel(leaf, lintel) for lintel, leaf in found))
 
 
@@ -296,10 +296,10 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
 def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
     bare = drop_thinner(lintels, SEAM_M)  # without the seams of a ceiling that end at them
-    return [lintel for lintel, _ in _recesses(bare, walls, (RECESS_WIDTH_M[1], np.inf))]
+    return [lintel for lintel, _ in _door_recesses(bare, walls, (RECESS_WIDTH_M[1], np.inf))]
 
 
-def _recesses(
+def _door_recesses(
     lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
 ) -> list[tuple[Polygon, Polygon]]:
     """Slim lintels of such widths, each with the thin piece of wall beside it."""

@@ -27,7 +27,7 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.bridges import Bridge, Vector, strips_of
+from pipeline.geometry.portals import Portal, Vector, strips_of
 from pipeline.geometry.walls import close_cracks
 from pipeline.tolerances import CM_M, CRACK_M, MM_M, MOST, SHOULDERS_M, STAND_M, STUB_M, THIN_WALL_M
 
@@ -38,22 +38,22 @@ from pipeline.tolerances import CM_M, CRACK_M, MM_M, MOST, SHOULDERS_M, STAND_M,
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """A way through a wall; the ``sides`` of its bridge are indices into the rooms of the same value, or OUTSIDE.
+    """A way through a wall; the ``sides`` of its portal are indices into the rooms of the same value, or OUTSIDE.
 
-    ``closer`` is the kind of the closing candidate that stands in its place, "" for a cut, of which ``why`` says what
-    speaks for its place. ``confidence`` is the probability that a passage is there, or None if nobody has rated it.
+    ``closed_by`` is the kind of the closing candidate that stands in its place, "" for a cut, of which ``why`` says
+    what speaks for its place. ``confidence`` is the probability that a passage is there, None if nobody has rated it.
     """
 
-    bridge: Bridge
+    portal: Portal
     kind: DoorKind
     why: str = ""
-    closer: str = ""
+    closed_by: str = ""
     confidence: float | None = None
 
     @property
     def leads_outside(self) -> bool:
         """Whether one side is the outside; such a passage stays closed in the outline."""
-        return OUTSIDE in self.bridge.sides
+        return OUTSIDE in self.portal.sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +86,9 @@ class Spaces:
         new = {old: k for k, old in enumerate(keep)} | {OUTSIDE: OUTSIDE}
         passages = []
         for p in self.passages:
-            a, b = p.bridge.sides
+            a, b = p.portal.sides
             if a in new and b in new:
-                passages.append(replace(p, bridge=replace(p.bridge, sides=(new[a], new[b]))))
+                passages.append(replace(p, portal=replace(p.portal, sides=(new[a], new[b]))))
         return replace(
             self,
             rooms=tuple(self.rooms[k] for k in keep),
@@ -103,11 +103,11 @@ class Spaces:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def cells(spaces: Spaces) -> list[list[int]]:
+def connected_rooms(spaces: Spaces) -> list[list[int]]:
     """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
     graph = nx.Graph()
     graph.add_nodes_from(range(len(spaces.rooms)))
-    graph.add_edges_from(p.bridge.sides for p in spaces.passages if not p.leads_outside)
+    graph.add_edges_from(p.portal.sides for p in spaces.passages if not p.leads_outside)
     graph.add_edges_from(spaces.joins)
     return sorted(sorted(part) for part in nx.connected_components(graph))
 
@@ -117,47 +117,47 @@ def cells(spaces: Spaces) -> list[list[int]]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def fit_to_rooms(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Bridge]:
-    """Return the bridges with their faces where the rooms' are now; on the outside, where they were."""
-    limits = [[-bridge.depth / 2, bridge.depth / 2] for bridge in bridges]
-    ends = [(i, k) for i, bridge in enumerate(bridges) for k in (0, 1) if bridge.sides[k] != OUTSIDE]
-    facing = np.array([rooms[bridges[i].sides[k]] for i, k in ends], dtype=np.object_)
-    rays = shapely.linestrings(np.array([_ray(bridges[i], k) for i, k in ends]).reshape(-1, 2, 2))
+def fit_to_rooms(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Portal]:
+    """Return the portals with their faces where the rooms' are now; on the outside, where they were."""
+    limits = [[-portal.depth / 2, portal.depth / 2] for portal in portals]
+    ends = [(i, k) for i, portal in enumerate(portals) for k in (0, 1) if portal.sides[k] != OUTSIDE]
+    facing = np.array([rooms[portals[i].sides[k]] for i, k in ends], dtype=np.object_)
+    rays = shapely.linestrings(np.array([_ray(portals[i], k) for i, k in ends]).reshape(-1, 2, 2))
     for (i, k), hit in zip(ends, shapely.intersection(rays, facing), strict=True):
         if not hit.is_empty:
-            at = dot(shapely.get_coordinates(hit) - bridges[i].centre, bridges[i].across)
+            at = dot(shapely.get_coordinates(hit) - portals[i].centre, portals[i].across)
             limits[i][k] = float(at.max() if k == 0 else at.min())
-    return [_bridge_between_faces(bridge, low, high) for bridge, (low, high) in zip(bridges, limits, strict=True)]
+    return [_between_faces(portal, low, high) for portal, (low, high) in zip(portals, limits, strict=True)]
 
 
-def _ray(bridge: Bridge, k: int) -> list[Vector]:
-    """From one face of a bridge across to its other one, number ``k``, and ``THIN_WALL_M`` further."""
-    near, far = -bridge.depth / 2, bridge.depth / 2
+def _ray(portal: Portal, k: int) -> list[Vector]:
+    """From one face of a portal across to its other one, number ``k``, and ``THIN_WALL_M`` further."""
+    near, far = -portal.depth / 2, portal.depth / 2
     ends = (far, near - THIN_WALL_M) if k == 0 else (near, far + THIN_WALL_M)
-    return [bridge.centre + at * bridge.across for at in ends]
+    return [portal.centre + at * portal.across for at in ends]
 
 
-def _bridge_between_faces(bridge: Bridge, low: float, high: float) -> Bridge:
-    """The bridge with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
+def _between_faces(portal: Portal, low: float, high: float) -> Portal:
+    """The portal with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
     if high - low < 1e-3:
-        return bridge
-    return replace(bridge, centre=bridge.centre + bridge.across * (low + high) / 2, depth=high - low)
+        return portal
+    return replace(portal, centre=portal.centre + portal.across * (low + high) / 2, depth=high - low)
 
 
-def opening_polygons(bridges: Sequence[Bridge], rooms: Sequence[Polygon]) -> list[Polygon]:
-    """The area between the two faces of each bridge, corner to corner, also where they are not quite parallel."""
-    entrance = np.array([OUTSIDE in bridge.sides for bridge in bridges], np.bool_)
-    strips = np.where(entrance, strips_of(bridges), strips_of(bridges, deeper_m=THIN_WALL_M))
+def opening_polygons(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Polygon]:
+    """The area between the two faces of each portal, corner to corner, also where they are not quite parallel."""
+    entrance = np.array([OUTSIDE in portal.sides for portal in portals], np.bool_)
+    strips = np.where(entrance, strips_of(portals), strips_of(portals, deeper_m=THIN_WALL_M))
     rest = strips.copy()
     for k in (0, 1):
-        inner = [i for i, bridge in enumerate(bridges) if bridge.sides[k] != OUTSIDE]
-        rest[inner] = differences(rest[inner], np.array([rooms[bridges[i].sides[k]] for i in inner], np.object_))
-    return [_holding(bridge, polygons_of(areas(r)) or [s]) for bridge, r, s in zip(bridges, rest, strips, strict=True)]
+        inner = [i for i, portal in enumerate(portals) if portal.sides[k] != OUTSIDE]
+        rest[inner] = differences(rest[inner], np.array([rooms[portals[i].sides[k]] for i in inner], np.object_))
+    return [_holding(portal, polygons_of(areas(r)) or [s]) for portal, r, s in zip(portals, rest, strips, strict=True)]
 
 
-def _holding(bridge: Bridge, pieces: list[Polygon]) -> Polygon:
-    """Return the piece that holds a bridge's centre, else the largest."""
-    centre = shapely.points(bridge.centre)
+def _holding(portal: Portal, pieces: list[Polygon]) -> Polygon:
+    """Return the piece that holds a portal's centre, else the largest."""
+    centre = shapely.points(portal.centre)
     return next((piece for piece in pieces if len(pieces) > 1 and piece.distance(centre) < 1e-6), pieces[0])
 
 
@@ -230,7 +230,7 @@ SPECK_M2 = 1e-3
 
 def floor_of(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
-    strips = strips_of([p.bridge for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
+    strips = strips_of([p.portal for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
     floor = union_of([*spaces.rooms, *strips])
     return close_cracks(floor, MM_M) if spaces.joins else floor
 

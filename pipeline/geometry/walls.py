@@ -383,7 +383,7 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     sheets = drop_thinner(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
     if sheets.area < SPECK_M2:
         return walls
-    slits = union_of(p for p in _slits(sheets, walls) if _walled_share(p, walls) > SOME)  # R1
+    slits = union_of(p for p in _gaps_between_sheets(sheets, walls) if _walled_share(p, walls) > SOME)  # R1
     if slits.is_empty:
         return walls
     around = buffer_mitred(slits, sheet_m + POINT_M)
@@ -393,12 +393,12 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
 
 
-def long_slits(walls: BaseGeometry) -> BaseGeometry:
+def long_gaps_between_sheets(walls: BaseGeometry) -> BaseGeometry:
     """Return the slits between walls that are longer than any is wide."""
-    return union_of(p for p in _slits(walls, walls) if box_of(p).width > WALL_M)
+    return union_of(p for p in _gaps_between_sheets(walls, walls) if box_of(p).width > WALL_M)
 
 
-def _slits(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+def _gaps_between_sheets(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = buffer_mitred(buffer_mitred(faces, WALL_M / 2), -WALL_M / 2)
     return polygons_of(drop_thinner(subtract(closed, walls), CM_M))
 

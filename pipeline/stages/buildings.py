@@ -55,7 +55,7 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
 
 def _outlines_with_entrance(spaces: Spaces) -> set[int]:
     """Return which outlines have an entrance of their own (R1)."""
-    doors = [shapely.Point(p.bridge.centre) for p in spaces.passages if p.leads_outside]
+    doors = [shapely.Point(p.portal.centre) for p in spaces.passages if p.leads_outside]
     return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < SHEET_M for door in doors)}
 
 

@@ -7,14 +7,14 @@ room together with all rooms that can be reached from it; a small room with a do
 from __future__ import annotations
 
 from pipeline.config import CellsConfig
-from pipeline.geometry.spaces import cells
+from pipeline.geometry.spaces import connected_rooms
 from pipeline.values import Spaces
 
 
 def fill_cells(spaces: Spaces, config: CellsConfig) -> Spaces:
     """Drop every cell of less than ``area_m2``."""
     keep, filled = [], 0
-    for cell in cells(spaces):
+    for cell in connected_rooms(spaces):
         if sum(spaces.rooms[k].area for k in cell) < config.area_m2:
             filled += 1
         else:

@@ -35,8 +35,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import OUTSIDE, clip_to_box, overlap, union_of
-from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import GAPS
+from pipeline.geometry.portals import Portal
 from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
@@ -111,21 +111,21 @@ def passage_features(planned: Planned) -> list[Features]:
     rooms = list(spaces.rooms)
     room_is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
     leaves = shapely.STRtree(evidence.leaves)
-    pairs = [frozenset(p.bridge.sides) for p in spaces.passages]
+    pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
     found = []
     for k, passage in enumerate(spaces.passages):
-        bridge, inner = passage.bridge, [side for side in passage.bridge.sides if side != OUTSIDE]
-        known = passage.closer in {"door", "opening"}
-        fronts = [_front(bridge, side) for side in (-1, 1) if bridge.sides[(side + 1) // 2] != OUTSIDE]
+        portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
+        known = passage.closed_by in {"door", "opening"}
+        fronts = [_front(portal, side) for side in (-1, 1) if portal.sides[(side + 1) // 2] != OUTSIDE]
         found.append(
             {
                 **_kind(passage, known=known, named=level.named_openings),
-                "leaf": float(len(leaves.query(bridge.strip(), predicate="dwithin", distance=BESIDE_M)) > 0),
-                "narrow": _ramp(NARROW_M[0] - bridge.width, NARROW_M[1]),
-                "wide": _ramp(bridge.width - WIDE_M[0], WIDE_M[1]),
-                "deep": _ramp(bridge.depth - DEEP_M[0], DEEP_M[1]),
-                "loose_end": float(not bridge.ends_at_walls(layout.door)),
+                "leaf": float(len(leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)) > 0),
+                "narrow": _ramp(NARROW_M[0] - portal.width, NARROW_M[1]),
+                "wide": _ramp(portal.width - WIDE_M[0], WIDE_M[1]),
+                "deep": _ramp(portal.depth - DEEP_M[0], DEEP_M[1]),
+                "loose_end": float(not portal.ends_at_walls(layout.door)),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
                 "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
                 "floorless": max(
@@ -146,14 +146,14 @@ def room_features(planned: Planned) -> list[Features]:
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
     is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
-    given = union_of(c.polygon for c in layout.closers if c.kind in GIVEN)
-    patches = union_of(c.polygon for c in layout.closers if c.bridge is None and c.kind not in GIVEN)
-    mouths = union_of(c.polygon for c in layout.closers if c.kind == "mouth")
+    given = union_of(c.polygon for c in layout.candidates if c.kind in GIVEN)
+    patches = union_of(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
+    mouths = union_of(c.polygon for c in layout.candidates if c.kind == "mouth")
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
     found = []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
-        ways = [p for p in spaces.passages if its in p.bridge.sides]
+        ways = [p for p in spaces.passages if its in p.portal.sides]
         edge = shapely.buffer(room, SHEET_M).exterior
         found.append(
             {
@@ -185,10 +185,10 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
     return {
         "known": float(known),
         "named": float(known and named),
-        "lintel": float(passage.closer == "lintel"),
-        "sill": float(passage.closer == "sill"),
-        "gap": float(passage.closer in GAPS and passage.closer != "mouth"),
-        "mouth": float(passage.closer == "mouth"),
+        "lintel": float(passage.closed_by == "lintel"),
+        "sill": float(passage.closed_by == "sill"),
+        "gap": float(passage.closed_by in GAPS and passage.closed_by != "mouth"),
+        "mouth": float(passage.closed_by == "mouth"),
         "cut": float(cut),
         "bare_cut": float(cut and passage.why in {NO_EVIDENCE, NO_WALL}),
         "unknown_cut": float(cut and passage.why == UNKNOWN),
@@ -200,10 +200,10 @@ def _of_plan(grounds: Mapping[str, float]) -> Features:
     return {f"plan_{name}": float(value) for name, value in grounds.items()}
 
 
-def _front(bridge: Bridge, side: int) -> Polygon:
+def _front(portal: Portal, side: int) -> Polygon:
     """Return the floor in front of a passage, on one side."""
     ahead = replace(
-        bridge, centre=bridge.centre + side * bridge.across * (bridge.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M
+        portal, centre=portal.centre + side * portal.across * (portal.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M
     )
     return ahead.strip()
 

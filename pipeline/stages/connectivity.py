@@ -30,8 +30,8 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
-from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
+from pipeline.geometry.portals import Portal
 from pipeline.geometry.spaces import SPECK_M2, floor_of, piece_of, sample, standing_pieces
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import BLOCK_M, PLACE_M
@@ -44,7 +44,7 @@ AROUND = 4.0
 NO_EVIDENCE = "no evidence: the nearest wall"
 NO_WALL = "no evidence: the nearest way, through more than wall"
 UNKNOWN = "unknown: the source shows no door inside this storey"
-_Cut: TypeAlias = tuple[npt.NDArray[np.float64], Bridge, str]
+_Cut: TypeAlias = tuple[npt.NDArray[np.float64], Portal, str]
 """The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
 
@@ -94,7 +94,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
-    outer = union_of([p.bridge.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
+    outer = union_of([p.portal.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
     return all(shape.within(outer) for shape in seen)
 
 
@@ -184,7 +184,7 @@ def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) 
     return np.stack([points[i[order]], points[j[order]]], axis=1)
 
 
-def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
+def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
     """Return whether the disc can pass from one piece to another through the cut. Only floor near the cut counts."""
     strip = cut.strip(deeper_m=0.01)
     x1, y1, x2, y2 = strip.bounds
@@ -194,7 +194,7 @@ def _joins_pieces(cut: Bridge, pieces: list[Polygon], floor: BaseGeometry, radiu
     return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
 
 
-def _with_cut(spaces: Spaces, cut: Bridge, why: str = "") -> Spaces:
+def _with_cut(spaces: Spaces, cut: Portal, why: str = "") -> Spaces:
     ends = [cut.centre + side * cut.across * (cut.depth / 2 + 0.02) for side in (-1.0, 1.0)]
     rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
     sides = (int(rooms[0]), int(rooms[1]))

@@ -21,10 +21,10 @@ from shapely import Polygon
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
 from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, union_of
-from pipeline.geometry.bridges import Bridge, distance_in_row
 from pipeline.geometry.closing import GAPS
+from pipeline.geometry.portals import Portal, distance_in_row
 from pipeline.tolerances import BESIDE_M, LAP_M
-from pipeline.values import Closer, Layout, Level, Passage, Planes, Spaces
+from pipeline.values import Candidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
 
@@ -35,58 +35,58 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     leaves = shapely.STRtree(planes.leaves)
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
-    strips = [(c, c.bridge) for c in layout.closers if c.bridge is not None and c.kind in PASSABLE]
-    spans = _row_widths([bridge for _, bridge in strips], config.post_m)
-    for (closer, bridge), span in zip(strips, spans, strict=True):
-        if bridge.sides[0] == bridge.sides[1]:  # what they parted was no room
+    strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
+    spans = _row_widths([portal for _, portal in strips], config.post_m)
+    for (candidate, portal), span in zip(strips, spans, strict=True):
+        if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
-        outside = OUTSIDE in bridge.sides
-        kind = _kind(closer, bridge, level, leaves)
-        bare = closer.kind == "lintel" and bridge.width > config.jambless_m and not bridge.ends_at_walls(planes.door)
+        outside = OUTSIDE in portal.sides
+        kind = _kind(candidate, portal, level, leaves)
+        bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
         if not outside and (span > config.widest_m or kind is None or bare):  # R3
-            rooms[bridge.sides[0]], rooms[bridge.sides[1]] = _share_strip(bridge, rooms)
-            joins.add((min(bridge.sides), max(bridge.sides)))
-        elif bridge.width >= config.narrowest_m:  # R1
-            passages.append(Passage(bridge, "entrance" if outside else kind or "opening", closer=closer.kind))
-    given = {c.kind for c in layout.closers} & {"room_edge", "floor_edge", "wall_ends"}
+            rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
+            joins.add((min(portal.sides), max(portal.sides)))
+        elif portal.width >= config.narrowest_m:  # R1
+            passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
+    given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _row_widths(bridges: list[Bridge], post_m: float) -> list[float]:
-    """Return for each bridge the width of the row in which it stands, including the posts between the bridges."""
+def _row_widths(portals: list[Portal], post_m: float) -> list[float]:
+    """Return for each portal the width of the row in which it stands, including the posts between the portals."""
     rows = nx.Graph()
-    for i, j in combinations(range(len(bridges)), 2):
-        apart = distance_in_row(bridges[i], bridges[j])
+    for i, j in combinations(range(len(portals)), 2):
+        apart = distance_in_row(portals[i], portals[j])
         if apart is not None and apart <= post_m:
             rows.add_edge(i, j, apart=max(apart, 0.0))
-    span = [bridge.width for bridge in bridges]
+    span = [portal.width for portal in portals]
     for row in nx.connected_components(rows):
         posts = nx.minimum_spanning_tree(rows.subgraph(row), weight="apart").size(weight="apart")
         for k in row:
-            span[k] = posts + sum(bridges[i].width for i in row)
+            span[k] = posts + sum(portals[i].width for i in row)
     return span
 
 
-def _kind(closer: Closer, bridge: Bridge, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
+def _kind(candidate: Candidate, portal: Portal, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
     """Return the kind of a passage (R2), or None if the source names its openings and has none here."""
-    if closer.kind in {"door", "opening"}:
-        return "door" if closer.kind == "door" else "opening"
-    if closer.kind in GAPS:
-        beside = leaves.query(bridge.strip(), predicate="dwithin", distance=BESIDE_M)
+    if candidate.kind in {"door", "opening"}:
+        return "door" if candidate.kind == "door" else "opening"
+    if candidate.kind in GAPS:
+        beside = leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)
         return "door" if len(beside) else "opening"
     return None if level.named_openings else "door"
 
 
-def _share_strip(bridge: Bridge, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
-    """Return the two rooms beside a wide bridge, each with its half of the strip (R3).
+def _share_strip(portal: Portal, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
+    """Return the two rooms beside a wide portal, each with its half of the strip (R3).
 
-    A closer laps over its strip, so that the rooms begin behind that; the halves go on into them.
+    A candidate laps over its strip, so that the rooms begin behind that; the halves go on into them.
     """
-    half = replace(bridge, depth=bridge.depth / 2 + 2 * LAP_M)
-    aside = bridge.across * (bridge.depth / 4 + LAP_M)
-    near = replace(half, centre=bridge.centre - aside).strip()
-    far = replace(half, centre=bridge.centre + aside).strip()
-    first = polygons_of(union_of([rooms[bridge.sides[0]], near]))[0]
-    second = polygons_of(subtract(union_of([rooms[bridge.sides[1]], far]), first))[0]
+    half = replace(portal, depth=portal.depth / 2 + 2 * LAP_M)
+    aside = portal.across * (portal.depth / 4 + LAP_M)
+    near = replace(half, centre=portal.centre - aside).strip()
+    far = replace(half, centre=portal.centre + aside).strip()
+    first = polygons_of(union_of([rooms[portal.sides[0]], near]))[0]
+    second = polygons_of(subtract(union_of([rooms[portal.sides[1]], far]), first))[0]
     return first, second

@@ -49,7 +49,7 @@ from pipeline.geometry.walls import (
     close_cracks,
     ending_below,
     hanging_free,
-    long_slits,
+    long_gaps_between_sheets,
     meets_slope,
     without_headroom,
 )
@@ -81,7 +81,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     above = [sections.at(height, foot) for height in heights.above]
     full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
     over = union_of(above)
-    full = _without_slits(full, over)  # R4
+    full = _fill_between_sheets(full, over)  # R4
     beside = union_of([full, over])
     ends = [] if level.only_walls else ending_below(full, above, [heights.head, *heights.above])
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
@@ -113,14 +113,14 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         doorways=tuple(doorways),
         leaves=tuple(found_leaves),
         floor=level.floor,
-        low=without_headroom(level.walls),
-        lower=drop_thinner(subtract(full, above[-1]), SLIVER_M),
-        slight=_slight_hangings(above, heights, level.ceiling_m),
+        low_headroom=without_headroom(level.walls),
+        partial_height=drop_thinner(subtract(full, above[-1]), SLIVER_M),
+        shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
 
 
-def _slight_hangings(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
+def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
     """Return what hangs from the ceiling by less than ``SLIGHT_M``. It occurs only in the highest section."""
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
         return EMPTY
@@ -155,9 +155,9 @@ class _Heights:
         return {"sill": self.sill, "breast": self.breast, "head": self.head, "lintels": self.above}
 
 
-def _without_slits(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
+def _fill_between_sheets(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
-    slits = drop_thinner(overlap(long_slits(full), above), SLIVER_M)
+    slits = drop_thinner(overlap(long_gaps_between_sheets(full), above), SLIVER_M)
     long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WALL_M]
     return union_of([full, *long]) if long else full
 

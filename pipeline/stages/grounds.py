@@ -1,7 +1,7 @@
 """The grounds against a plan: named shares that each measure a possible fault, from 0 (none) to 1.
 
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
-R2  ``patch_share``: closers that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
+R2  ``patch_share``: candidates that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
     the house is open, so that its edge was taken from its floor or from the ends of its walls.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
@@ -43,7 +43,7 @@ DOOR_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 
 
-def weigh(
+def measure_grounds(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, far_walls: BaseGeometry | None = None
 ) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made.
@@ -55,13 +55,13 @@ def weigh(
     return {
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
         "cut_off_share": _cut_off(spaces),
-        "patch_share": _share(sum(c.bridge is None for c in layout.closers), len(layout.closers)),
+        "patch_share": _share(sum(c.portal is None for c in layout.candidates), len(layout.candidates)),
         "given_edge": float("boundary" in spaces.notes),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level.floor_with_rooms, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
         "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
-        "twin_door_share": _share(len(inner) - len({frozenset(p.bridge.sides) for p in inner}), len(inner)),
+        "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(misshapen_rooms(list(spaces.rooms)).mean()),
         "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
@@ -77,9 +77,9 @@ def _share(part: float, whole: float) -> float:
 
 def _cut_off(spaces: Spaces) -> float:
     """R1."""
-    by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.bridge.sides}
+    by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.portal.sides}
     by_evidence |= {room for pair in spaces.joins for room in pair}
-    by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.bridge.sides} - by_evidence - {OUTSIDE}
+    by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.portal.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
 
 
@@ -125,13 +125,13 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     wide = [p for p in wide if p.intersects(here)]
     if not wide:
         return 0.0
-    used = union_of(closer.polygon for closer in layout.closers)
+    used = union_of(candidate.polygon for candidate in layout.candidates)
     return _share(sum(overlap(p, used).area < SOME * p.area for p in wide), len(wide))
 
 
 def _odd_doors(passages: tuple[Passage, ...]) -> float:
     """R7."""
-    widths = [p.bridge.width for p in passages if p.kind in {"door", "entrance"}]
+    widths = [p.portal.width for p in passages if p.kind in {"door", "entrance"}]
     if not widths:
         return 0.0
     middle = float(np.median(widths))

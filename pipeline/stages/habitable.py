@@ -27,7 +27,7 @@ from pipeline.geometry.areas import EMPTY, OUTSIDE, fill_enclosed, overlap, over
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
 from pipeline.tolerances import CRACK_M, LARGELY, MM_M, MOST, MOSTLY, QUARTER, STANDS
-from pipeline.values import Closer, Evidence, Level, Planes
+from pipeline.values import Candidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
 SEVERAL = 2
@@ -38,23 +38,23 @@ SHAFT_M = 0.7
 
 
 def habitable(
-    rooms: list[Polygon], closers: list[Closer], planes: Planes, evidence: Evidence, level: Level
+    rooms: list[Polygon], candidates: list[Candidate], planes: Planes, evidence: Evidence, level: Level
 ) -> list[Polygon]:
     """Return the spaces that are rooms (R9)."""
-    inner = [c.bridge.sides for c in closers if c.bridge is not None and OUTSIDE not in c.bridge.sides]
+    inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
     covered = _shares(rooms, evidence.floor)
-    low = _shares(rooms, evidence.low)
+    low = _shares(rooms, evidence.low_headroom)
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
-    doors = [c.polygon for c in closers if c.kind in KNOWN]
-    lintels = [c.polygon for c in closers if c.kind == "lintel"]
+    doors = [c.polygon for c in candidates if c.kind in KNOWN]
+    lintels = [c.polygon for c in candidates if c.kind == "lintel"]
     walls = cache(lambda: shapely.buffer(union_of([planes.door, *doors]), CRACK_M, quad_segs=2))
     over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(union_of([planes.door, planes.rails, *rooms]))
     outer = overlap(fences, shapely.buffer(house.boundary, OUTER_M, quad_segs=2))
-    edge = shapely.buffer(union_of([c.polygon for c in closers if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
+    edge = shapely.buffer(union_of([c.polygon for c in candidates if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
@@ -62,7 +62,7 @@ def habitable(
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
-        [s for c in closers if c.kind == "door" and c.bridge for s in c.bridge.sides if s != OUTSIDE],
+        [s for c in candidates if c.kind == "door" and c.portal for s in c.portal.sides if s != OUTSIDE],
         minlength=len(rooms),
     )
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
@@ -95,7 +95,7 @@ def _gardens(
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
-    band = shapely.buffer(union_of([planes.rails, evidence.lower]), CRACK_M, quad_segs=2)
+    band = shapely.buffer(union_of([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > MOST}
     return {k for k in fenced if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < MOST}
 

@@ -8,7 +8,7 @@ R17 A gap between two railings or low walls, or between one and a wall, closes w
     that walls bound for the most part: a low front with an entrance in it.
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
-R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that bridges more than
+R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by a hand's breadth at most.
 R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
@@ -54,9 +54,8 @@ from pipeline.geometry.areas import (
     union_of,
 )
 from pipeline.geometry.borders import borders
-from pipeline.geometry.bridges import Bridge
 from pipeline.geometry.closing import (
-    bridges_and_rests,
+    assign_sides,
     closed_plane,
     closes_most,
     from_floor,
@@ -66,15 +65,16 @@ from pipeline.geometry.closing import (
     from_wall_ends,
     gaps,
     grow_by_lap,
+    minimal_separators,
     mouth_fillings,
-    needed_to_separate,
-    with_sides,
+    split_at_portals,
 )
 from pipeline.geometry.doorways import box_of
+from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import cover_over, habitable, on_floor
 from pipeline.tolerances import HAIR_M, HAND_M, LAP_M, LARGELY, MOST, MOSTLY, NEARLY_ALL, SPECK
-from pipeline.values import Closer, Evidence, Layout, Level, Planes
+from pipeline.values import Candidate, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
@@ -90,18 +90,20 @@ BESIDE_M = 0.25
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
-    pieces = candidates(level, planes, config)
+    pieces = find_candidates(level, planes, config)
     whole = enclosed_pieces(closed_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, whole[1])
 
-    def within(fixed: list[Closer]) -> Layout:
+    def within(fixed: list[Candidate]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(closed_plane(standing, pieces)) if fixed else whole
-        strips, rest = bridges_and_rests(standing, pieces, ground, rooms)
-        strips, ground, rooms = _keep_separating(standing, evidence.slight, strips, rest, config)
-        if not level.sills and (slits := [slit for room in rooms for slit in _slits(room, config.area_m2)]):  # R15
+        strips, rest = split_at_portals(standing, pieces, ground, rooms)
+        strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
+        if not level.sills and (
+            slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
+        ):  # R15
             ground, rooms = enclosed_pieces(union_of([ground, *slits]))
         named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
         ways, ground, rooms = _at_borders(named, planes.door, ground, rooms)  # R16
@@ -110,19 +112,21 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         for row in [] if gapless else mouth_fillings(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
-            closers = [Closer(mouth, "mouth") for mouth in row]
-            closed, parts = enclosed_pieces(closed_plane(ground, closers))
-            ways = bridges_and_rests(ground, closers, closed, parts)[0]
+            candidates = [Candidate(mouth, "mouth") for mouth in row]
+            closed, parts = enclosed_pieces(closed_plane(ground, candidates))
+            ways = split_at_portals(ground, candidates, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
         rooms = on_floor(habitable(rooms, strips + fixed, planes, evidence, level), level)
-        return Layout(planes.door, ground, tuple(with_sides(strips + fixed, rooms, ground)), tuple(rooms))
+        return Layout(planes.door, ground, tuple(assign_sides(strips + fixed, rooms, ground)), tuple(rooms))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
-    if not found.rooms and (fronts := [Closer(p, "wall_ends") for p in from_hull(planes.tall, config.area_m2)]):  # R12
+    if not found.rooms and (
+        fronts := [Candidate(p, "wall_ends") for p in from_hull(planes.tall, config.area_m2)]
+    ):  # R12
         found = within(fronts)
-    if not level.sills and (openings := [Closer(p, "wall_ends") for p in _of_hall(found, config.area_m2)]):  # R14
-        found = within([*(closer for closer in found.closers if closer.kind in EDGES), *openings])
+    if not level.sills and (openings := [Candidate(p, "wall_ends") for p in _of_hall(found, config.area_m2)]):  # R14
+        found = within([*(candidate for candidate in found.candidates if candidate.kind in EDGES), *openings])
     area = _area(found)
     if area < config.area_m2:  # R8
         raise Rejection(
@@ -136,16 +140,16 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
 
 def _at_borders(
     named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
+) -> tuple[list[Candidate], BaseGeometry, list[Polygon]]:
     """Return the openings at the borders of named rooms, and the closed plane with its spaces (R16)."""
     found = borders(named, union_of(rooms), walls)
     depths = [max(HAND_M - border.apart_m, 0.0) / 2 for border in found]
     strips = [border.strip(deeper_m=depth, wider_m=LAP_M) for border, depth in zip(found, depths, strict=True)]
     while strips:
-        pieces = [Closer(strip, "opening") for strip in strips]
+        pieces = [Candidate(strip, "opening") for strip in strips]
         closed, parts = enclosed_pieces(closed_plane(ground, pieces))
         held = [any(overlap(room, part).area > MOST * room.area for room in named) for part in parts]
-        ways = bridges_and_rests(ground, pieces, closed, parts)[0]
+        ways = split_at_portals(ground, pieces, closed, parts)[0]
         parting = [way.polygon for way in ways if _parts_two(way, held)]
         kept = [strip for strip in strips if overlap(strip, union_of(parting)).area > MOST * strip.area]
         if len(kept) == len(strips):
@@ -154,11 +158,11 @@ def _at_borders(
     return [], ground, rooms
 
 
-def _parts_two(way: Closer, held: Sequence[bool]) -> bool:
+def _parts_two(way: Candidate, held: Sequence[bool]) -> bool:
     """Return whether a way leads from one space to another, each of which holds a room (R16)."""
-    if way.bridge is None or OUTSIDE in way.bridge.sides or way.bridge.sides[0] == way.bridge.sides[1]:
+    if way.portal is None or OUTSIDE in way.portal.sides or way.portal.sides[0] == way.portal.sides[1]:
         return False
-    return all(held[side] for side in way.bridge.sides)
+    return all(held[side] for side in way.portal.sides)
 
 
 def _area(layout: Layout) -> float:
@@ -168,10 +172,10 @@ def _area(layout: Layout) -> float:
 def _boundaries(
     level: Level,
     planes: Planes,
-    pieces: list[Closer],
+    pieces: list[Candidate],
     whole: tuple[BaseGeometry, list[Polygon]],
     config: LayoutConfig,
-) -> Iterator[list[Closer]]:
+) -> Iterator[list[Candidate]]:
     """Yield what may close the house where its walls leave it open (R2, R3, R4, R11); the largest house counts.
 
     A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
@@ -184,10 +188,10 @@ def _boundaries(
         return
     sure = [piece for piece in pieces if piece.kind != "gate"]
     for plane in [ground, closed_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
-        yield [*rails, *(Closer(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
+        yield [*rails, *(Candidate(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
 
 
-def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
+def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
     parts = [overlap(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
@@ -202,33 +206,33 @@ def _slits(room: Polygon, least_m2: float) -> list[Polygon]:
 
 def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
     """Return the bands that close the openings of a hall (R14)."""
-    bridges = [(c.polygon, set(c.bridge.sides)) for c in layout.closers if c.bridge is not None]
+    portals = [(c.polygon, set(c.portal.sides)) for c in layout.candidates if c.portal is not None]
     joined = nx.Graph()
     joined.add_nodes_from(range(len(layout.rooms)))
-    joined.add_edges_from(sorted(sides) for _, sides in bridges if len(sides) == 2 and OUTSIDE not in sides)
+    joined.add_edges_from(sorted(sides) for _, sides in portals if len(sides) == 2 and OUTSIDE not in sides)
     part = {room: k for k, rooms in enumerate(nx.connected_components(joined)) for room in rooms}
-    ways = [(p, part[room]) for p, sides in bridges if OUTSIDE in sides for room in sides - {OUTSIDE}]
+    ways = [(p, part[room]) for p, sides in portals if OUTSIDE in sides for room in sides - {OUTSIDE}]
     return from_hall(layout.ground, ways, least_m2)
 
 
-def candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Closer]:
+def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Candidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
-    low = subtract(planes.low, planes.high)
-    pieces = [Closer(p, "lintel") for p in grow_by_lap(polygons_of(planes.high))]
-    pieces += [Closer(p, "sill") for p in grow_by_lap(polygons_of(low))]
+    low = subtract(planes.sills, planes.lintels)
+    pieces = [Candidate(p, "lintel") for p in grow_by_lap(polygons_of(planes.lintels))]
+    pieces += [Candidate(p, "sill") for p in grow_by_lap(polygons_of(low))]
     doorways = zip(planes.doorways, grow_by_lap([d.polygon for d in planes.doorways]), strict=True)
-    pieces += [Closer(p, "door" if d.has_door else "opening") for d, p in doorways]
+    pieces += [Candidate(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
     wide = gaps(planes.tall, [*filled, *found], config.entrance_m, planes.leaves)
     closed = union_of([p.polygon for p in pieces] + found)
     gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    closers = pieces + [Closer(gap, "gap") for gap in real] + [Closer(gap, "gate") for gap in gates]
-    return closers + _gates_of_railings(level, planes, closers, config)
+    candidates = pieces + [Candidate(gap, "gap") for gap in real] + [Candidate(gap, "gate") for gap in gates]
+    return candidates + _gates_of_railings(level, planes, candidates, config)
 
 
-def _gates_of_railings(level: Level, planes: Planes, pieces: list[Closer], config: LayoutConfig) -> list[Closer]:
+def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], config: LayoutConfig) -> list[Candidate]:
     """Return the gaps of a low front under a roof (R17)."""
     if level.sills or planes.rails.is_empty:
         return []
@@ -253,7 +257,7 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Closer], confi
     if not new:
         return []
     around = shapely.buffer(union_of(new), BESIDE_M)
-    return [Closer(gap, "gate") for gap in found if gap.intersects(around)]
+    return [Candidate(gap, "gate") for gap in found if gap.intersects(around)]
 
 
 def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
@@ -261,7 +265,7 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
     return bool(overlap(gap, closed).area > SPECK * gap.area)
 
 
-def _runs_along(gap: Polygon, pieces: list[Closer]) -> bool:
+def _runs_along(gap: Polygon, pieces: list[Candidate]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
         overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
@@ -285,7 +289,7 @@ def _is_floored(level: Level, planes: Planes) -> bool:
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R7."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
-    if len(strokes) < STROKES or planes.doorways or not (planes.high.is_empty and planes.low.is_empty):
+    if len(strokes) < STROKES or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
         return
     spanned = shapely.convex_hull(union_of(strokes)).area
     inside = sum(room.area for room in rooms)
@@ -306,8 +310,12 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
 
 
 def _keep_separating(
-    door: BaseGeometry, slight: BaseGeometry, strips: list[Closer], rest: list[Closer], config: LayoutConfig
-) -> tuple[list[Closer], BaseGeometry, list[Polygon]]:
+    door: BaseGeometry,
+    shallow_headers: BaseGeometry,
+    strips: list[Candidate],
+    rest: list[Candidate],
+    config: LayoutConfig,
+) -> tuple[list[Candidate], BaseGeometry, list[Polygon]]:
     """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
 
     Returns what is left, and the closed plane with its spaces.
@@ -315,8 +323,8 @@ def _keep_separating(
     pruned = not rest
     while True:
         plane, rooms = enclosed_pieces(closed_plane(door, strips + rest))
-        strips = with_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, slight, config)}  # R5
+        strips = assign_sides(strips, rooms, plane)
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, shallow_headers, config)}  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
@@ -328,83 +336,85 @@ def _keep_separating(
         elif pruned:
             return strips + rest, plane, rooms
         else:  # strips that stood against what is dropped here may part nothing now
-            rest, pruned = needed_to_separate(door, strips, rest, plane, rooms), True
+            rest, pruned = minimal_separators(door, strips, rest, plane, rooms), True
 
 
-def _parts_nothing(closer: Closer, door: BaseGeometry, slight: BaseGeometry, config: LayoutConfig) -> bool:
-    bridge = closer.bridge
-    if bridge is None:
+def _parts_nothing(
+    candidate: Candidate, door: BaseGeometry, shallow_headers: BaseGeometry, config: LayoutConfig
+) -> bool:
+    portal = candidate.portal
+    if portal is None:
         return False
-    if bridge.sides[0] == bridge.sides[1]:
+    if portal.sides[0] == portal.sides[1]:
         return True
-    if OUTSIDE in bridge.sides or closer.kind in KNOWN:
+    if OUTSIDE in portal.sides or candidate.kind in KNOWN:
         return False
-    if closer.kind == "gate":  # R1, R13
+    if candidate.kind == "gate":  # R1, R13
         return True
     if (
-        closer.kind == "lintel"
-        and bridge.width > config.header_m
-        and overlap(closer.polygon, slight).area > 0.5 * closer.polygon.area
+        candidate.kind == "lintel"
+        and portal.width > config.header_m
+        and overlap(candidate.polygon, shallow_headers).area > 0.5 * candidate.polygon.area
     ):
         return True
-    return bridge.width > config.beam_m and not bridge.has_jamb(door)
+    return portal.width > config.beam_m and not portal.has_jamb(door)
 
 
-def _around_no_room(closers: list[Closer], rooms: list[Polygon], walled: float) -> set[int]:
+def _around_no_room(candidates: list[Candidate], rooms: list[Polygon], walled: float) -> set[int]:
     """Return the strips around the first space that hardly touches a wall (R6)."""
     for index, room in enumerate(rooms):
         around = {
             k
-            for k, c in enumerate(closers)
-            if c.bridge is not None and index in c.bridge.sides and OUTSIDE not in c.bridge.sides
+            for k, c in enumerate(candidates)
+            if c.portal is not None and index in c.portal.sides and OUTSIDE not in c.portal.sides
         }
-        open_width = sum(b.width for k in around if (b := closers[k].bridge) is not None)
+        open_width = sum(b.width for k in around if (b := candidates[k].portal) is not None)
         if open_width > (1 - walled) * room.length:
             return around
     return set()
 
 
-def _around_a_slot(closers: list[Closer], rooms: list[Polygon]) -> set[int]:
+def _around_a_slot(candidates: list[Candidate], rooms: list[Polygon]) -> set[int]:
     """Return the strips between the first space too narrow to stand in and the room to which it opens most (R6).
 
     What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
     """
     for index in np.flatnonzero(too_narrow(rooms, SLOT_M)).tolist():
         ways: dict[int, set[int]] = {}
-        for k, closer in enumerate(closers):
-            if closer.bridge is not None and index in closer.bridge.sides:
-                (other,) = set(closer.bridge.sides) - {index} or {OUTSIDE}
+        for k, candidate in enumerate(candidates):
+            if candidate.portal is not None and index in candidate.portal.sides:
+                (other,) = set(candidate.portal.sides) - {index} or {OUTSIDE}
                 ways.setdefault(other, set()).add(k)
         outer = ways.pop(OUTSIDE, set())
-        inner = sum(b.width for strips in ways.values() for k in strips if (b := closers[k].bridge) is not None)
+        inner = sum(b.width for strips in ways.values() for k in strips if (b := candidates[k].portal) is not None)
         if outer and inner < LARGELY * rooms[index].length / 2:
             return outer
         if ways:
-            return max(ways.values(), key=lambda strips: sum(closers[k].polygon.length for k in strips))
+            return max(ways.values(), key=lambda strips: sum(candidates[k].polygon.length for k in strips))
     return set()
 
 
-def _widest_gap_of_a_niche(closers: list[Closer], rooms: list[Polygon], least_m2: float) -> set[int]:
+def _widest_gap_of_a_niche(candidates: list[Candidate], rooms: list[Polygon], least_m2: float) -> set[int]:
     """Return the widest gap of the first room below ``least_m2`` that one can leave only through gaps."""
     for index, room in enumerate(rooms):
-        ways = [k for k, c in enumerate(closers) if c.bridge is not None and index in c.bridge.sides]
-        if room.area >= least_m2 or not ways or any(closers[k].kind not in {"gap", "gate"} for k in ways):
+        ways = [k for k, c in enumerate(candidates) if c.portal is not None and index in c.portal.sides]
+        if room.area >= least_m2 or not ways or any(candidates[k].kind not in {"gap", "gate"} for k in ways):
             continue
-        bridge = closers[widest := max(ways, key=lambda k: closers[k].polygon.length)].bridge
-        if bridge is not None and not _is_closet(room, bridge):
+        portal = candidates[widest := max(ways, key=lambda k: candidates[k].polygon.length)].portal
+        if portal is not None and not _is_closet(room, portal):
             return {widest}
     return set()
 
 
-def _is_closet(room: Polygon, bridge: Bridge) -> bool:
+def _is_closet(room: Polygon, portal: Portal) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R6)."""
-    breadth = np.ptp(dot(shapely.get_coordinates(room.exterior), bridge.along))
-    return bool(room.area >= CLOSET_M2 and bridge.width < MOSTLY * breadth)
+    breadth = np.ptp(dot(shapely.get_coordinates(room.exterior), portal.along))
+    return bool(room.area >= CLOSET_M2 and portal.width < MOSTLY * breadth)
 
 
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
-) -> list[Closer]:
+) -> list[Candidate]:
     """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R2)."""
     if level.sills or planes.rails.is_empty:
         return []
@@ -417,13 +427,13 @@ def _railings(
     if not fenced:
         return []
     near = shapely.buffer(union_of(fenced), 0.05)
-    return [Closer(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
+    return [Candidate(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 
-def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Closer]:
+def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Candidate]:
     """Return the edges of the source's rooms (R11) or of its floor (R3) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
     if edges := from_rooms(named, ground, rooms, config.area_m2):
-        return [Closer(p, "room_edge") for p in edges]
+        return [Candidate(p, "room_edge") for p in edges]
     bands = from_floor(level.floor, ground, config.area_m2) if level.floor is not None else []
-    return [Closer(p, "floor_edge") for p in bands]
+    return [Candidate(p, "floor_edge") for p in bands]

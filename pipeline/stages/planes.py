@@ -45,8 +45,8 @@ def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     ground = _section(differing(ground_cut, standing_cut), config, sheets=False).walls
     return Planes(
         door=door,
-        low=drop_thinner(subtract(ground, door), SLIVER_M),
-        high=EMPTY,
+        sills=drop_thinner(subtract(ground, door), SLIVER_M),
+        lintels=EMPTY,
         rails=EMPTY,
         tall=standing.walls,
         heights={"ground": ground_height, "door": door_height},
@@ -63,8 +63,8 @@ def _from_evidence(evidence: Evidence) -> Planes:
     door = subtract(evidence.walls, known)
     return Planes(
         door=door,
-        low=EMPTY,
-        high=drop_thinner(subtract(evidence.lintels, union_of([door, known])), SLIVER_M),
+        sills=EMPTY,
+        lintels=drop_thinner(subtract(evidence.lintels, union_of([door, known])), SLIVER_M),
         rails=drop_thinner(subtract(evidence.rails, union_of([evidence.lintels, known])), SLIVER_M),
         tall=union_of([evidence.tall, known]),
         heights=evidence.heights,

@@ -30,8 +30,8 @@ def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
-    bridges = fit_to_rooms([p.bridge for p in spaces.passages], rooms)  # R2
-    passages = [replace(p, bridge=bridge) for p, bridge in zip(spaces.passages, bridges, strict=True)]
+    portals = fit_to_rooms([p.portal for p in spaces.passages], rooms)  # R2
+    passages = [replace(p, portal=portal) for p, portal in zip(spaces.passages, portals, strict=True)]
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 

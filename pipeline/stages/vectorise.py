@@ -81,13 +81,13 @@ class _Tiles:
 def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     """Return rooms and doors on the grid; if they form several parts, those of the largest part."""
     inner = [p for p in spaces.passages if not p.leads_outside]
-    openings = opening_polygons([p.bridge for p in inner], spaces.rooms)
+    openings = opening_polygons([p.portal for p in inner], spaces.rooms)
     room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
     outline = polygons_of(union_of([*room_shapes, *door_shapes]))[0]
     rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
     entrances = [p for p in spaces.passages if p.leads_outside]
-    for entrance, strip in zip(entrances, opening_polygons([p.bridge for p in entrances], spaces.rooms), strict=True):
+    for entrance, strip in zip(entrances, opening_polygons([p.portal for p in entrances], spaces.rooms), strict=True):
         if strip.distance(outline) < STAND_M:
             passages.append(entrance)
             shapes.append(strip)
@@ -147,20 +147,20 @@ def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
 
 def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     """Return the rooms at the two faces of each passage; the outside comes last, as None."""
-    bridges = [passage.bridge for passage in tiles.passages]
-    looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in bridges for sign in (-1.0, 1.0)]
+    portals = [passage.portal for passage in tiles.passages]
+    looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in portals for sign in (-1.0, 1.0)]
     nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(np.array(looks).reshape(-1, 2)))
     found: list[tuple[int, int | None]] = []
-    for bridge, (first, second) in zip(bridges, nearest.reshape(-1, 2).tolist(), strict=True):
-        if OUTSIDE in bridge.sides:
-            found.append((second if bridge.sides[0] == OUTSIDE else first, None))
+    for portal, (first, second) in zip(portals, nearest.reshape(-1, 2).tolist(), strict=True):
+        if OUTSIDE in portal.sides:
+            found.append((second if portal.sides[0] == OUTSIDE else first, None))
         else:
             found.append((first, second))
     return found
 
 
 def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None], shift: Points) -> Door:
-    a, b = np.round(passage.bridge.segment + shift, 2)
+    a, b = np.round(passage.portal.segment + shift, 2)
     return Door(
         id=k,
         kind=passage.kind,

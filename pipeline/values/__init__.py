@@ -1,10 +1,10 @@
 """The frozen, typed values that pass between sources and stages.
 
 ``source`` holds what a source hands over, ``stages`` what the stages hand to each other. Values that geometry works on
-(meshes, closers, doorways, spaces) are its own and are named here too.
+(meshes, closing candidates, doorways, spaces) are its own and are named here too.
 """
 
-from pipeline.geometry.closing import Closer, CloserKind
+from pipeline.geometry.closing import Candidate, CandidateKind
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import JoinedPair, Passage, Spaces
@@ -13,8 +13,8 @@ from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 
 __all__ = [
     "MADE",
-    "Closer",
-    "CloserKind",
+    "Candidate",
+    "CandidateKind",
     "Doorway",
     "Evidence",
     "Input",

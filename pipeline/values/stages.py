@@ -9,7 +9,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.closing import Closer
+from pipeline.geometry.closing import Candidate
 from pipeline.geometry.doorways import Doorway
 
 
@@ -20,9 +20,9 @@ class Evidence:
     ``walls`` reach from the floor to head height (``tall``), or to a window or a sloped roof. ``lintels`` hang over
     free floor. ``rails`` are thin and end below head height. ``furniture`` is everything else that stands on the floor.
     ``leaves`` are door leaves, open or closed; ``doorways`` are the places of known doors. ``floor`` is the source's or
-    None. ``low`` is where a roof is too low to stand under. ``slight`` hangs from the ceiling by a hand's breadth only.
-    ``lower`` are parts of the walls that end below the ceiling (a garden's wall, a partition). ``names`` are plan
-    points (x, y) with the source's words. ``heights`` are the heights of the sections, metres.
+    None. ``low_headroom`` is where a roof is too low to stand under. ``shallow_headers`` hang from the ceiling by a
+    hand's breadth only. ``partial_height`` are parts of the walls that end below the ceiling (a garden's wall, a
+    partition). ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the sections, metres.
     ``scanned`` is True for a point cloud and the mesh of a scan.
     """
 
@@ -34,9 +34,9 @@ class Evidence:
     doorways: tuple[Doorway, ...] = ()
     leaves: tuple[Polygon, ...] = ()
     floor: BaseGeometry | None = None
-    low: BaseGeometry = EMPTY
-    slight: BaseGeometry = EMPTY
-    lower: BaseGeometry = EMPTY
+    low_headroom: BaseGeometry = EMPTY
+    shallow_headers: BaseGeometry = EMPTY
+    partial_height: BaseGeometry = EMPTY
     names: tuple[tuple[tuple[float, float], str], ...] = ()
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
     scanned: bool = False
@@ -46,14 +46,14 @@ class Evidence:
 class Planes:
     """Result of the stage ``planes``: the door plane, and what closes its gaps at other heights.
 
-    ``door`` is P_d. ``low`` (sills), ``high`` (lintels), ``rails`` and ``doorways`` (known doors) are disjoint from it.
+    ``door`` is P_d. ``sills``, ``lintels``, ``rails`` and ``doorways`` (known doors) are disjoint from it.
     ``tall`` is the part of P_d that reaches from the floor to above a person's head, with known doors closed.
     ``leaves`` are the areas of door leaves.
     """
 
     door: BaseGeometry
-    low: BaseGeometry
-    high: BaseGeometry
+    sills: BaseGeometry
+    lintels: BaseGeometry
     rails: BaseGeometry
     tall: BaseGeometry
     heights: Mapping[str, float | list[float]]
@@ -65,13 +65,13 @@ class Planes:
 class Layout:
     """Result of the stage ``layout``: the closed plane, its pieces, and the spaces that it encloses, largest first.
 
-    The ``sides`` of a closer's bridge are indices into ``rooms``, or OUTSIDE. Closers of kind "room_edge",
+    The ``sides`` of a candidate's portal are indices into ``rooms``, or OUTSIDE. Candidates of kind "room_edge",
     "floor_edge" and "wall_ends" close an open house.
     """
 
     door: BaseGeometry
     ground: BaseGeometry
-    closers: tuple[Closer, ...]
+    candidates: tuple[Candidate, ...]
     rooms: tuple[Polygon, ...]
 
 

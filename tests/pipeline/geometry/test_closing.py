@@ -6,7 +6,7 @@ import shapely
 
 from pipeline.geometry.areas import enclosed_pieces, outlines, union_of
 from pipeline.geometry.closing import (
-    bridges_and_rests,
+    assign_sides,
     closes_most,
     enclosed_area,
     from_floor,
@@ -14,11 +14,11 @@ from pipeline.geometry.closing import (
     from_wall_ends,
     gap_at,
     gaps,
-    needed_to_separate,
+    minimal_separators,
+    split_at_portals,
     wall_ends,
-    with_sides,
 )
-from pipeline.values import Closer
+from pipeline.values import Candidate
 
 FLOOR = shapely.box(0, 0, 5, 4)
 
@@ -88,39 +88,39 @@ LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 CORNICE = shapely.box(4.2, 2.8, 7.2, 3.0)
 
 
-def in_its_plane(door: shapely.Geometry, piece: shapely.Geometry) -> tuple[list[Closer], list[Closer]]:
-    return bridges_and_rests(door, [Closer(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece])))
+def in_its_plane(door: shapely.Geometry, piece: shapely.Geometry) -> tuple[list[Candidate], list[Candidate]]:
+    return split_at_portals(door, [Candidate(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece])))
 
 
-def test_a_piece_is_taken_apart_into_its_bridge_and_the_rest() -> None:
+def test_a_piece_is_taken_apart_into_its_portal_and_the_rest() -> None:
     console = shapely.box(4.2, 1.3, 5.5, 1.5)  # one body with the lintel
     (strip,), rest = in_its_plane(DOOR, LINTEL.union(console))
-    assert strip.bridge is not None
-    assert strip.bridge.strip().symmetric_difference(LINTEL).area < 1e-6
+    assert strip.portal is not None
+    assert strip.portal.strip().symmetric_difference(LINTEL).area < 1e-6
     assert shapely.union_all([c.polygon for c in rest]).symmetric_difference(console).area < 0.01
 
 
-def test_a_piece_over_one_room_only_has_no_bridge() -> None:
+def test_a_piece_over_one_room_only_has_no_portal() -> None:
     strips, rest = in_its_plane(DOOR.union(LINTEL), CORNICE)
     assert strips == []
     assert sum(c.polygon.area for c in rest) == pytest.approx(CORNICE.area, abs=1e-3)
 
 
 def test_only_what_parts_two_spaces_is_needed() -> None:
-    lintel, cornice = Closer(LINTEL, "lintel"), Closer(CORNICE, "lintel")
+    lintel, cornice = Candidate(LINTEL, "lintel"), Candidate(CORNICE, "lintel")
     closed = enclosed_pieces(shapely.union_all([DOOR, LINTEL, CORNICE]))
-    assert needed_to_separate(DOOR, [], [lintel, cornice], *closed) == [lintel]
-    assert needed_to_separate(DOOR, [lintel], [cornice], *closed) == []
+    assert minimal_separators(DOOR, [], [lintel, cornice], *closed) == [lintel]
+    assert minimal_separators(DOOR, [lintel], [cornice], *closed) == []
 
 
 def test_sides_are_looked_up_again() -> None:
-    (closer,), _ = in_its_plane(DOOR, LINTEL)
+    (candidate,), _ = in_its_plane(DOOR, LINTEL)
     plane, rooms = enclosed_pieces(DOOR.union(LINTEL))
     assert rooms[0].bounds[0] == 0.0  # the larger room is the left one
-    (found,) = with_sides([closer], rooms[::-1], plane)
-    assert found.bridge is not None
-    left, right = found.bridge.sides
-    if found.bridge.across[0] < 0:
+    (found,) = assign_sides([candidate], rooms[::-1], plane)
+    assert found.portal is not None
+    left, right = found.portal.sides
+    if found.portal.across[0] < 0:
         left, right = right, left
     assert (left, right) == (1, 0)
 

@@ -15,11 +15,11 @@ from houseexpo.plan import DoorKind, Frame
 from pipeline.algorithm import plan_house
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.portals import Portal
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import Model, Planned, models, passage_features, rate, room_features
 from pipeline.stages.connectivity import NO_EVIDENCE
-from pipeline.values import Closer, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
+from pipeline.values import Candidate, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
 from research.confidence_fit import Part, fit, measures, weights_of
 from tests.builders.kinds.registry import make_member
 
@@ -34,10 +34,10 @@ LEVEL = Level(
 )
 
 
-def passage(kind: DoorKind = "door", closer: str = "lintel", width: float = 0.9, why: str = "") -> Passage:
+def passage(kind: DoorKind = "door", closed_by: str = "lintel", width: float = 0.9, why: str = "") -> Passage:
     """The passage from the left room to the right one, or from the left one to the outside."""
     sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
-    return Passage(Bridge(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides), kind, why, closer)
+    return Passage(Portal(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides), kind, why, closed_by)
 
 
 def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> Planned:
@@ -56,8 +56,11 @@ def features(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None
 
 def test_of_a_plain_door_is_said_only_what_closes_it() -> None:
     assert features(passage()) == {"lintel": 1.0}
-    assert features(passage(closer="door")) == {"known": 1.0}
-    assert features(passage(closer="door"), level=replace(LEVEL, named_openings=True)) == {"known": 1.0, "named": 1.0}
+    assert features(passage(closed_by="door")) == {"known": 1.0}
+    assert features(passage(closed_by="door"), level=replace(LEVEL, named_openings=True)) == {
+        "known": 1.0,
+        "named": 1.0,
+    }
     assert features(passage("opening", "gap")) == {"gap": 1.0}
     assert features(passage("opening", "mouth")) == {"mouth": 1.0}
     assert features(passage("cut", "", why=NO_EVIDENCE)) == {"cut": 1.0, "bare_cut": 1.0}
@@ -87,8 +90,8 @@ def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
     assert left == right
     drawn = replace(whole, level=replace(LEVEL, rooms=(SourceRoom((), (), polygon=box(0, 0, 4, 2)),)))
     assert [room_features(drawn)[k]["unlike_drawn"] for k in (0, 1)] == [0.5, 1.0]
-    open_side = Closer(box(8.2, 0, 8.4, 4), "wall_ends")
-    given = replace(whole, layout=replace(whole.layout, closers=(open_side,)))
+    open_side = Candidate(box(8.2, 0, 8.4, 4), "wall_ends")
+    given = replace(whole, layout=replace(whole.layout, candidates=(open_side,)))
     assert room_features(given)[0]["given_edge"] == 0.0
     assert room_features(given)[1]["given_edge"] == pytest.approx(0.25, abs=0.01)
     only_cut = planned(passage("cut", "", why=NO_EVIDENCE))
@@ -103,7 +106,9 @@ def test_a_model_is_a_logistic_function_of_its_features() -> None:
 
 def test_a_known_door_is_surer_than_a_lintels_and_that_surer_than_a_bare_cut() -> None:
     door = models()["door"]
-    sure = [door.confidence(features(p)) for p in (passage(closer="door"), passage(), passage("cut", why=NO_EVIDENCE))]
+    sure = [
+        door.confidence(features(p)) for p in (passage(closed_by="door"), passage(), passage("cut", why=NO_EVIDENCE))
+    ]
     assert sure[0] >= sure[1] > sure[2]
 
 

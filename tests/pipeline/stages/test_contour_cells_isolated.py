@@ -6,8 +6,8 @@ import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
 from pipeline.geometry.areas import union_of
-from pipeline.geometry.bridges import Bridge
-from pipeline.geometry.spaces import cells
+from pipeline.geometry.portals import Portal
+from pipeline.geometry.spaces import connected_rooms
 from pipeline.rejection import Rejection
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.contour import trace_contour
@@ -16,7 +16,7 @@ from pipeline.values import Passage, Spaces
 
 
 def door(first: int, second: int) -> Passage:
-    return Passage(Bridge(np.zeros(2), np.array([1.0, 0.0]), 0.8, 0.2, (first, second)), "door")
+    return Passage(Portal(np.zeros(2), np.array([1.0, 0.0]), 0.8, 0.2, (first, second)), "door")
 
 
 def house(*rooms: tuple[float, float, float, float], passages: tuple[Passage, ...] = (), **values: object) -> Spaces:
@@ -45,7 +45,7 @@ def test_cells_are_rooms_that_can_be_reached_from_each_other() -> None:
     spaces = house(
         (0, 0, 2, 2), (3, 0, 5, 2), (6, 0, 8, 2), (9, 0, 11, 2), passages=(door(0, 2), door(3, -1)), joins=((1, 3),)
     )
-    assert cells(spaces) == [[0, 2], [1, 3]]
+    assert connected_rooms(spaces) == [[0, 2], [1, 3]]
 
 
 def test_a_closed_cell_under_the_threshold_is_filled() -> None:
@@ -70,7 +70,7 @@ def test_an_entrance_is_no_way_from_room_to_room() -> None:
 def test_passages_follow_their_rooms() -> None:
     spaces = house((0, 0, 1, 1), (2, 0, 6, 3), (7, 0, 11, 3), passages=(door(2, 1), door(2, -1)))
     found = fill_cells(spaces, CellsConfig())
-    assert [p.bridge.sides for p in found.passages] == [(1, 0), (1, -1)]
+    assert [p.portal.sides for p in found.passages] == [(1, 0), (1, -1)]
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_garage_that_stands_apart(garage: tuple[float, float, float, float], r
     assert len(found.rooms) == rooms + 1
     assert found.notes == ({"erased_parts": 1} if main else {})
     assert len(found.outlines) == rooms
-    assert all(max(p.bridge.sides) < len(found.rooms) for p in found.passages)
+    assert all(max(p.portal.sides) < len(found.rooms) for p in found.passages)
 
 
 def test_a_tiny_garage_close_by_is_kept_and_far_ones_all_go() -> None:

@@ -19,29 +19,29 @@ def doors(parts: Parts, config: DoorsConfig | None = None, **values: object) -> 
 def test_a_door_has_its_place_width_and_rooms() -> None:
     (door,) = doors(two_rooms(Hole(1.0, 1.9))).passages
     assert door.kind == "door"
-    assert door.bridge.centre == pytest.approx([4.1, 1.45], abs=1e-3)
-    assert (door.bridge.width, door.bridge.depth) == pytest.approx((0.9, 0.2), abs=5e-3)  # refine fits it exactly
-    assert set(door.bridge.sides) == {0, 1}
+    assert door.portal.centre == pytest.approx([4.1, 1.45], abs=1e-3)
+    assert (door.portal.width, door.portal.depth) == pytest.approx((0.9, 0.2), abs=5e-3)  # refine fits it exactly
+    assert set(door.portal.sides) == {0, 1}
 
 
 def test_two_doors_in_one_wall() -> None:
     found = doors(two_rooms(Hole(0.3, 1.1), Hole(1.8, 2.6)))
     assert kinds(found) == ["door", "door"]
-    assert sorted(round(p.bridge.centre[1], 2) for p in found.passages) == [0.7, 2.2]
+    assert sorted(round(p.portal.centre[1], 2) for p in found.passages) == [0.7, 2.2]
 
 
 def test_three_rooms_in_a_row() -> None:
     found = doors(three_rooms([Hole(1, 1.9)], [Hole(0.5, 1.4)]))
     assert kinds(found) == ["door", "door"]
     middle = next(k for k, room in enumerate(found.rooms) if 3.1 <= room.centroid.x <= 6.1)
-    assert all(middle in p.bridge.sides for p in found.passages)
+    assert all(middle in p.portal.sides for p in found.passages)
 
 
 @pytest.mark.parametrize(("hole", "kind"), [(Hole(1, 1.9), "door"), (gap(1, 1.9), "opening"), (gap(1, 2.2), "opening")])
 def test_a_lintel_makes_a_door_and_a_full_gap_an_opening(hole: Hole, kind: str) -> None:
     found = doors(two_rooms(hole))
     assert kinds(found) == [kind]
-    assert found.passages[0].bridge.width == pytest.approx(hole.end - hole.start, abs=2e-3)
+    assert found.passages[0].portal.width == pytest.approx(hole.end - hole.start, abs=2e-3)
     assert found.joins == ()
 
 

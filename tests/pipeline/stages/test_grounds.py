@@ -10,10 +10,10 @@ from shapely import Polygon, box
 
 from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.portals import Portal
 from pipeline.quality import GROUNDS
-from pipeline.stages.grounds import walls_far_from_rooms, weigh
-from pipeline.values import Closer, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
+from pipeline.stages.grounds import measure_grounds, walls_far_from_rooms
+from pipeline.values import Candidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
 
 ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4), box(0, 4.2, 8.2, 8.2))
 NOTHING = Polygon()
@@ -22,7 +22,7 @@ WALLS = box(-0.2, -0.2, 8.4, 8.4).difference(shapely.union_all(ROOMS))
 
 def passage(kind: DoorKind, one: int, other: int) -> Passage:
     """A passage between two rooms; where it is makes no difference here."""
-    return Passage(Bridge(np.array([4.1, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (one, other)), kind)
+    return Passage(Portal(np.array([4.1, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (one, other)), kind)
 
 
 LEVEL = Level(
@@ -42,7 +42,7 @@ def grounds(
     level: Level = LEVEL, evidence: Evidence = EVIDENCE, layout: Layout = LAYOUT, spaces: Spaces = SPACES
 ) -> dict[str, float]:
     """The grounds that are more than nothing, and every one of them is known to the model."""
-    found = weigh(level, evidence, layout, spaces)
+    found = measure_grounds(level, evidence, layout, spaces)
     assert set(found) == {ground.name for ground in GROUNDS}
     assert all(0 <= value <= 1 for value in found.values())
     return {name: round(value, 3) for name, value in found.items() if value > 1e-9}
@@ -63,11 +63,11 @@ def test_cuts_count_against_doors_and_against_the_rooms_that_they_alone_lead_int
 
 def test_pieces_that_nobody_passes_mend_walls_with_holes() -> None:
     patch, way = (
-        Closer(box(4.0, 1, 4.2, 1.9), "gap"),
-        Closer(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).bridge),
+        Candidate(box(4.0, 1, 4.2, 1.9), "gap"),
+        Candidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal),
     )
-    assert grounds(layout=replace(LAYOUT, closers=(patch, way))) == {"patch_share": 0.5}
-    assert grounds(layout=replace(LAYOUT, closers=(way,))) == {}
+    assert grounds(layout=replace(LAYOUT, candidates=(patch, way))) == {"patch_share": 0.5}
+    assert grounds(layout=replace(LAYOUT, candidates=(way,))) == {}
 
 
 def test_an_open_house_was_given_its_edge() -> None:
@@ -76,9 +76,9 @@ def test_an_open_house_was_given_its_edge() -> None:
 
 def test_a_lintel_that_the_plan_has_no_door_under() -> None:
     lintels = shapely.union_all([box(4, 1, 4.2, 1.9), box(1, 4, 1.9, 4.2), box(2.5, 4, 2.8, 4.2)])  # the last is narrow
-    under = Closer(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).bridge)
+    under = Candidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal)
     evidence = replace(EVIDENCE, lintels=lintels)
-    assert grounds(evidence=evidence, layout=replace(LAYOUT, closers=(under,))) == {"idle_lintel_share": 0.5}
+    assert grounds(evidence=evidence, layout=replace(LAYOUT, candidates=(under,))) == {"idle_lintel_share": 0.5}
     elsewhere = replace(EVIDENCE, lintels=box(20, 0, 21, 0.2))
     assert grounds(evidence=elsewhere) == {}
 
@@ -91,7 +91,7 @@ def test_walls_that_stand_beside_no_room() -> None:
 def test_doors_beside_another_and_doors_of_odd_width() -> None:
     twin = replace(SPACES, passages=(*SPACES.passages, passage("door", 1, 0)))
     assert grounds(spaces=twin) == {"twin_door_share": round(1 / 3, 3)}
-    wide = tuple(replace(p, bridge=replace(p.bridge, width=1.29)) for p in SPACES.passages)
+    wide = tuple(replace(p, portal=replace(p.portal, width=1.29)) for p in SPACES.passages)
     assert grounds(spaces=replace(SPACES, passages=wide)) == {"odd_doors": 0.4}
 
 
@@ -146,6 +146,9 @@ def test_the_walls_of_several_buildings_are_measured_once() -> None:
     alone = box(20, 0, 30, 0.2)
     evidence = replace(EVIDENCE, walls=shapely.union_all([WALLS, alone]))
     far = walls_far_from_rooms(evidence.walls, LAYOUT.rooms)
-    anew, known = weigh(LEVEL, evidence, LAYOUT, SPACES), weigh(LEVEL, evidence, LAYOUT, SPACES, far)
+    anew, known = (
+        measure_grounds(LEVEL, evidence, LAYOUT, SPACES),
+        measure_grounds(LEVEL, evidence, LAYOUT, SPACES, far),
+    )
     assert anew["roomless_wall_share"] == alone.area / evidence.walls.area
     assert known == anew

@@ -28,24 +28,24 @@ def areas(found: Layout) -> list[float]:
 def test_a_lintel_parts_two_rooms() -> None:
     found = layout(two_rooms(Hole(1.0, 1.9)))
     assert areas(found) == [12.0, 9.0]
-    (closer,) = found.closers
-    assert closer.kind == "lintel"
-    assert closer.bridge is not None
-    assert set(closer.bridge.sides) == {0, 1}
+    (candidate,) = found.candidates
+    assert candidate.kind == "lintel"
+    assert candidate.portal is not None
+    assert set(candidate.portal.sides) == {0, 1}
 
 
 def test_an_outer_door_leads_outside() -> None:
     found = layout(shell((0, 0, 5, 4), front=[Hole(1, 2)]))
-    (closer,) = found.closers
-    assert closer.bridge is not None
-    assert set(closer.bridge.sides) == {0, OUTSIDE}
+    (candidate,) = found.candidates
+    assert candidate.portal is not None
+    assert set(candidate.portal.sides) == {0, OUTSIDE}
 
 
 @pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (2.1, 1.5, 1), (2.1, 2.5, 2)])
 def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
     found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
     assert len(found.rooms) == rooms
-    assert [c.kind for c in found.closers] == ["gap"] * (rooms - 1)
+    assert [c.kind for c in found.candidates] == ["gap"] * (rooms - 1)
 
 
 @pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 2), (3.2, 1)])
@@ -54,7 +54,7 @@ def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms:
     between = wall((4.0, 0.0, 4.2, breadth), gap(0.8, 3.0))
     found = layout([*shell((0.0, 0.0, 8.2, breadth)), *between])
     assert len(found.rooms) == rooms
-    assert [closer.kind for closer in found.closers] == ["mouth"] * (rooms - 1)
+    assert [candidate.kind for candidate in found.candidates] == ["mouth"] * (rooms - 1)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.2])
@@ -71,7 +71,7 @@ def test_rooms_that_the_source_draws_meet_in_an_opening_at_the_end_of_a_wall(
     between = [box((4.0, a, 4.2, b), 0.0, 2.5) for a, b in spans]
     found = layout([*shell((0.0, 0.0, 8.2, 3.0)), *between], rooms=tuple(drawn))
     assert len(found.rooms) == rooms
-    assert [closer.kind for closer in found.closers] == ["opening"] * (rooms - 1)
+    assert [candidate.kind for candidate in found.candidates] == ["opening"] * (rooms - 1)
 
 
 def test_a_border_that_parts_nothing_stays_open() -> None:
@@ -102,7 +102,7 @@ def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
     between = wall((5.0, 0.0, 5.2, 10.0), gap(1.0, 3.2), gap(6.5, 8.9))
     found = layout([*shell((0.0, 0.0, 10.2, 10.0)), *between])
     assert areas(found) == [50.0, 50.0]
-    assert [closer.kind for closer in found.closers] == ["mouth", "mouth"]
+    assert [candidate.kind for candidate in found.candidates] == ["mouth", "mouth"]
 
 
 def test_a_corridor_and_its_bend_have_no_mouth() -> None:
@@ -155,7 +155,7 @@ def test_a_gap_that_parts_off_a_niche_is_none_but_of_a_closet(
 def test_what_hangs_in_a_room_parts_nothing(thing: object) -> None:
     found = layout([*shell((0, 0, 4.4, 3)), thing])
     assert areas(found) == [13.2]
-    assert found.closers == ()
+    assert found.candidates == ()
 
 
 def test_a_beam_of_four_and_a_half_metres_is_no_boundary() -> None:
@@ -180,7 +180,7 @@ def parapet(height: float, x: float = 4.0) -> Parts:
 def test_a_balcony_with_a_parapet_is_a_room_with_a_door(height: float) -> None:
     found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *parapet(height)])
     assert areas(found) == [12.0, 6.4]
-    assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1}]
+    assert [set(c.portal.sides) for c in found.candidates if c.portal] == [{0, 1}]
 
 
 @pytest.mark.parametrize(("roof", "name", "rooms"), [(-0.2, "", 1), (-2.0, "", 2), (-0.2, "Balcony", 2)])
@@ -190,7 +190,7 @@ def test_a_balcony_under_the_sky_is_no_room_of_a_roofed_house(roof: float, name:
     house = [*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), box((-0.2, roof, 4.2, 3.2), 2.5, 2.7)]
     found = layout([*house, *parapet(1.0)], rooms=drawn)
     assert areas(found) == [12.0, 6.4][:rooms]
-    assert [set(c.bridge.sides) for c in found.closers if c.bridge] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
+    assert [set(c.portal.sides) for c in found.candidates if c.portal] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
 
 
 @pytest.mark.parametrize(("roof", "gate_m", "rooms"), [(True, 1.0, 2), (True, 4.0, 1), (False, 1.0, 1)])
@@ -202,7 +202,7 @@ def test_a_low_front_with_an_entrance_closes_a_room_under_a_roof(roof: bool, gat
     cover = [box((-0.2, -0.2, 10.4, 4.2), 2.5, 2.7)] if roof else []
     found = layout([*house, *front, *cover])
     assert sorted(areas(found)) == [16.0, 24.0][:rooms]
-    gates = [c.bridge for c in found.closers if c.kind == "gate" and c.bridge is not None]
+    gates = [c.portal for c in found.candidates if c.kind == "gate" and c.portal is not None]
     assert [(round(gate.width, 1), OUTSIDE in gate.sides) for gate in gates] == [(1.0, True)] * (rooms - 1)
 
 
@@ -214,7 +214,7 @@ def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> No
     balcony = [box(r, 0, 1.0) for r in across + sides] + [box(r, 1.0, 1.0 + rail) for r in handrail]
     found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *balcony])
     assert [round(a) for a in areas(found)] == [12, 7]
-    assert {c.kind for c in found.closers} == {"lintel", "rail"}
+    assert {c.kind for c in found.candidates} == {"lintel", "rail"}
 
 
 U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5.2, 4.2))]
@@ -223,13 +223,13 @@ U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5
 def test_an_open_front_is_closed_at_the_edge_of_its_floor() -> None:
     found = layout(U_SHAPE, floor=shapely.box(0, -1.0, 5, 4))
     assert areas(found) == [25.0]
-    assert {c.kind for c in found.closers} == {"floor_edge"}
+    assert {c.kind for c in found.candidates} == {"floor_edge"}
 
 
 def test_an_open_front_without_a_floor_is_closed_between_its_walls() -> None:
     found = layout(U_SHAPE)
     assert sum(areas(found)) == pytest.approx(21.0, abs=0.5)
-    assert {c.kind for c in found.closers} == {"wall_ends"}
+    assert {c.kind for c in found.candidates} == {"wall_ends"}
 
 
 def test_a_house_that_is_half_open() -> None:
@@ -300,7 +300,7 @@ def test_a_gap_to_the_outside_may_be_wider(width: float) -> None:
     walls += shell((10, 0, 16, 4))
     found = layout(walls)
     assert len(found.rooms) == 2
-    assert [closer.kind for closer in found.closers] in (["gap"], ["gate"])
+    assert [candidate.kind for candidate in found.candidates] in (["gap"], ["gate"])
 
 
 def test_walls_that_spell_characters_are_no_house() -> None:
@@ -314,7 +314,7 @@ def test_a_gap_between_walls_that_stand_aside_of_each_other_is_closed(aside: flo
     lower, upper = (4.0, 0.0, 4.2, 1.4), (4.0 + aside, 2.6, 4.2 + aside, 4.0)
     found = layout([*shell((0, 0, 8, 4)), *wall(lower), *wall(upper)])
     assert len(found.rooms) == 2
-    assert [closer.kind for closer in found.closers] in (["gap"], ["gate"])
+    assert [candidate.kind for candidate in found.candidates] in (["gap"], ["gate"])
 
 
 def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> None:
@@ -323,7 +323,7 @@ def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> Non
     jambs = [(-0.2, 0.0, 0.0, 0.5), (-0.2, 3.5, 0.0, 4.0)]
     frames = [(-0.3, 0.45, 0.1, 0.5), (-0.3, 3.5, 0.1, 3.55)]
     found = layout([part for rectangle in (*walls, *jambs, *frames) for part in wall(rectangle)])
-    assert "wall_ends" in [closer.kind for closer in found.closers]
+    assert "wall_ends" in [candidate.kind for candidate in found.candidates]
     assert sum(areas(found)) == pytest.approx(24.5, abs=0.5)
 
 
@@ -418,7 +418,7 @@ def test_a_room_of_the_source_that_lies_open_is_closed_along_its_edge() -> None:
     attic = tuple(SourceRoom((name,), (), shapely.box(x, 0.5, x + 3.8, 3.5)) for name, x in (("A", 0.1), ("B", 4.2)))
     found = layout(gables, rooms=attic)
     assert areas(found) == [11.4, 11.4]
-    assert {c.kind for c in found.closers} == {"room_edge", "lintel"}
+    assert {c.kind for c in found.candidates} == {"room_edge", "lintel"}
     with pytest.raises(Rejection):
         layout(gables[:2])
 
@@ -427,4 +427,4 @@ def test_a_room_of_the_source_that_walls_enclose_keeps_their_edge() -> None:
     drawn = (SourceRoom(("A",), (), shapely.box(0.5, 0.5, 4.5, 3.5)),)
     found = layout(shell((0, 0, 5, 4)), rooms=drawn)
     assert areas(found) == [20.0]
-    assert not found.closers
+    assert not found.candidates

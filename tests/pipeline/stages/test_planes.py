@@ -28,33 +28,33 @@ def planes(parts: list, **values: object) -> Planes:
 def test_a_door_is_open_in_one_plane_and_closed_in_the_other() -> None:
     found = planes(two_rooms(Hole(1.0, 1.9)))
     assert not found.door.intersects(DOORWAY.buffer(-0.01))
-    assert found.high.symmetric_difference(DOORWAY).area < 0.01
-    assert found.low.is_empty
+    assert found.lintels.symmetric_difference(DOORWAY).area < 0.01
+    assert found.sills.is_empty
     assert found.tall.symmetric_difference(found.door).area < 1e-3
 
 
 def test_a_sill_closes_the_door_at_the_ground_plane_as_in_the_paper() -> None:
     found = planes(two_rooms(Hole(1.0, 1.9, low=0.04)), sills=True)
-    assert found.low.symmetric_difference(DOORWAY).area < 0.01
-    assert found.high.is_empty
+    assert found.sills.symmetric_difference(DOORWAY).area < 0.01
+    assert found.lintels.is_empty
     assert found.heights == {"ground": 0.01, "door": 0.2}
 
 
 @pytest.mark.parametrize("head", [1.9, 2.0, 2.3, 2.42])
 def test_a_lintel_may_be_at_any_height(head: float) -> None:
-    assert planes(two_rooms(Hole(1.0, 1.9, 0.0, head))).high.symmetric_difference(DOORWAY).area < 0.01
+    assert planes(two_rooms(Hole(1.0, 1.9, 0.0, head))).lintels.symmetric_difference(DOORWAY).area < 0.01
 
 
 def test_a_window_opens_neither_plane() -> None:
     found = planes([*shell((0, 0, 5, 4), front=[window(1, 2)])])
     hole = shapely.box(1, -0.2, 2, 0)
     assert found.door.covers(hole.buffer(-0.01))
-    assert not found.high.intersects(hole.buffer(-0.01))
+    assert not found.lintels.intersects(hole.buffer(-0.01))
 
 
 def test_what_ends_below_the_walls_beside_it_is_no_lintel() -> None:
     cabinet = box((0, 0, 0.35, 3), 1.4, 2.2)
-    assert planes([*shell((0, 0, 4, 3)), cabinet]).high.is_empty
+    assert planes([*shell((0, 0, 4, 3)), cabinet]).lintels.is_empty
 
 
 def test_a_railing_and_a_parapet_are_kept_apart() -> None:
@@ -70,13 +70,13 @@ def test_no_ceiling_slope_or_slab_is_wall() -> None:
         np.array([(0, 0, 1.9), (7, 0, 1.9), (7, 3, 2.4), (0, 3, 2.4)], float), np.array([(0, 1, 2), (0, 2, 3)])
     )
     house = level([*two_rooms(Hole(1.0, 1.9)), slab], furniture=(SourceObject((), slope),), ceiling_m=2.7)
-    assert cut(house).high.symmetric_difference(DOORWAY).area < 0.01
+    assert cut(house).lintels.symmetric_difference(DOORWAY).area < 0.01
 
 
 def test_a_stair_is_no_lintel() -> None:
     steps = [box((1.0, 0.3 * k, 2.0, 0.3 * k + 0.3), 0.0, 0.18 * (k + 1)) for k in range(9)]
     found = planes([*shell((0, 0, 4, 3)), *steps])
-    assert found.high.is_empty
+    assert found.lintels.is_empty
 
 
 def test_low_furniture_is_no_wall_whether_the_source_names_it_or_not() -> None:
@@ -100,7 +100,7 @@ def test_no_cut_runs_through_coplanar_faces(sills: bool) -> None:
 
 def test_sheets_have_lintels_too() -> None:
     found = planes([*sheet_wall((0, 0), (5, 0), Hole(1, 1.9)), *sheet_wall((5, 0), (5, 4))])
-    assert found.high.symmetric_difference(shapely.box(1, -0.025, 1.9, 0.025)).area < 2e-3
+    assert found.lintels.symmetric_difference(shapely.box(1, -0.025, 1.9, 0.025)).area < 2e-3
 
 
 @pytest.mark.parametrize("n_objects", [0, 12])

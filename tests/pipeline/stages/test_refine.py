@@ -6,7 +6,7 @@ import shapely
 from shapely.affinity import rotate
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.portals import Portal
 from pipeline.stages.refine import refine
 from pipeline.values import Passage, Spaces
 
@@ -14,8 +14,8 @@ CONFIG = RefineConfig()
 
 
 def house(left: shapely.Polygon, right: shapely.Polygon, depth: float = 0.2) -> Spaces:
-    bridge = Bridge(np.array([4.1, 1.5]), np.array([0.0, -1.0]), 0.9, depth, (0, 1))
-    return Spaces(shapely.Polygon(), (left, right), (Passage(bridge, "door"),))
+    portal = Portal(np.array([4.1, 1.5]), np.array([0.0, -1.0]), 0.9, depth, (0, 1))
+    return Spaces(shapely.Polygon(), (left, right), (Passage(portal, "door"),))
 
 
 def test_a_wall_of_skewed_slabs_has_one_thickness() -> None:
@@ -25,15 +25,15 @@ def test_a_wall_of_skewed_slabs_has_one_thickness() -> None:
     thick = found.rooms[1].bounds[0] - found.rooms[0].bounds[2]
     assert thick == pytest.approx(0.2, abs=0.01)
     assert [len(r.exterior.coords) - 1 for r in found.rooms] == [4, 4]
-    assert found.passages[0].bridge.depth == pytest.approx(thick, abs=1e-9)
+    assert found.passages[0].portal.depth == pytest.approx(thick, abs=1e-9)
 
 
 def test_a_passage_is_fitted_between_the_new_faces() -> None:
     found = refine(house(shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7, 3), depth=0.14), CONFIG)
-    bridge = found.passages[0].bridge
-    assert bridge.centre == pytest.approx([4.1, 1.5])
-    assert bridge.depth == pytest.approx(0.2)
-    assert bridge.width == 0.9
+    portal = found.passages[0].portal
+    assert portal.centre == pytest.approx([4.1, 1.5])
+    assert portal.depth == pytest.approx(0.2)
+    assert portal.width == 0.9
 
 
 def test_rooms_that_meet_under_a_beam_do_not_lap() -> None:

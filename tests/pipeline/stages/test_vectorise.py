@@ -11,7 +11,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_from_plan
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.bridges import Bridge
+from pipeline.geometry.portals import Portal
 from pipeline.stages.vectorise import vectorise
 from pipeline.values import NamedRoom, Passage, SourceRoom, Spaces
 from tests.builders.houses import level, shell
@@ -20,7 +20,7 @@ LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 
 
 def passage(x: float = 4.1, kind: str = "door", sides: tuple[int, int] = (1, 0), depth: float = 0.2) -> Passage:
-    return Passage(Bridge(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.9, depth, sides), kind)
+    return Passage(Portal(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.9, depth, sides), kind)
 
 
 def plan_from(shapes: list[shapely.Polygon], *passages: Passage, **values: object) -> FloorPlan:
@@ -109,7 +109,7 @@ def test_oblique_rooms_tile_too(degrees: float) -> None:
     rooms = [rotate(r, degrees, origin=(0, 0)) for r in (LEFT, RIGHT)]
     along = np.array([-np.sin(np.deg2rad(degrees)), np.cos(np.deg2rad(degrees))])
     centre = shapely.get_coordinates(rotate(shapely.Point(4.1, 1.5), degrees, origin=(0, 0)))[0]
-    plan = plan_from(rooms, Passage(Bridge(centre, along, 0.9, 0.2, (1, 0)), "door"))
+    plan = plan_from(rooms, Passage(Portal(centre, along, 0.9, 0.2, (1, 0)), "door"))
     check_rings(plan)
     assert plan.area == pytest.approx(21.18, abs=0.05)
 

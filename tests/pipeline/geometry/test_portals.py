@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
-from pipeline.geometry.bridges import Bridge, bridges, distance_in_row, free_intervals, join_rows
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
+from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_rows
 from pipeline.geometry.spaces import fit_to_rooms, floor_of, opening_polygons, piece_of, sample, standing_pieces
 from pipeline.values import Passage, Spaces
 
@@ -16,43 +16,43 @@ DOOR = shapely.union_all([SHELL, UPPER, LOWER])
 LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 
 
-def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Bridge]:
+def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Portal]:
     plane, rooms = enclosed_pieces(shapely.union_all([door, piece]))
-    return bridges([piece], rooms, plane, door)[0]
+    return find_portals([piece], rooms, plane, door)[0]
 
 
-def test_a_lintel_is_a_bridge_from_face_to_face() -> None:
-    (bridge,) = found(LINTEL)
-    assert bridge.centre == pytest.approx([4.1, 1.45])
-    assert (bridge.width, bridge.depth) == (pytest.approx(0.9), pytest.approx(0.2))
-    assert set(bridge.sides) == {0, 1}
-    assert bridge.strip().symmetric_difference(LINTEL).area < 1e-9
-    assert sorted(bridge.segment[:, 1].tolist()) == pytest.approx([1.0, 1.9])
-    assert bridge.has_jamb(DOOR)
+def test_a_lintel_is_a_portal_from_face_to_face() -> None:
+    (portal,) = found(LINTEL)
+    assert portal.centre == pytest.approx([4.1, 1.45])
+    assert (portal.width, portal.depth) == (pytest.approx(0.9), pytest.approx(0.2))
+    assert set(portal.sides) == {0, 1}
+    assert portal.strip().symmetric_difference(LINTEL).area < 1e-9
+    assert sorted(portal.segment[:, 1].tolist()) == pytest.approx([1.0, 1.9])
+    assert portal.has_jamb(DOOR)
 
 
 def test_across_points_from_the_first_side_to_the_second() -> None:
-    (bridge,) = found(LINTEL)
+    (portal,) = found(LINTEL)
     rooms = enclosed_pieces(DOOR.union(LINTEL))[1]
-    for side, sign in zip(bridge.sides, (-1, 1), strict=True):
-        assert rooms[side].contains(shapely.Point(bridge.centre + sign * 0.2 * bridge.across))
+    for side, sign in zip(portal.sides, (-1, 1), strict=True):
+        assert rooms[side].contains(shapely.Point(portal.centre + sign * 0.2 * portal.across))
 
 
 def test_a_lintel_in_an_outer_wall_leads_outside() -> None:
     hole = shapely.box(1, -0.2, 2, 0)
-    (bridge,) = found(hole, DOOR.union(LINTEL).difference(hole))
-    assert OUTSIDE in bridge.sides
+    (portal,) = found(hole, DOOR.union(LINTEL).difference(hole))
+    assert OUTSIDE in portal.sides
 
 
 @pytest.mark.parametrize("step", [(4.2, 1.0, 5.0, 1.2), (4.2, 1.3, 5.0, 1.5), (4.2, 1.7, 5.0, 1.9)])
 def test_a_step_that_hangs_before_a_lintel_is_no_part_of_the_wall(step: tuple[float, float, float, float]) -> None:
-    (bridge,) = found(LINTEL.union(shapely.box(*step)))
-    assert bridge.strip().symmetric_difference(LINTEL).area < 1e-3
+    (portal,) = found(LINTEL.union(shapely.box(*step)))
+    assert portal.strip().symmetric_difference(LINTEL).area < 1e-3
 
 
 def test_a_lintel_thicker_for_a_part_of_it_is_as_deep_as_that() -> None:
-    (bridge,) = found(LINTEL.union(shapely.box(4.2, 1.6, 4.3, 1.9)))
-    assert (bridge.width, bridge.depth) == (pytest.approx(0.9), pytest.approx(0.3))
+    (portal,) = found(LINTEL.union(shapely.box(4.2, 1.6, 4.3, 1.9)))
+    assert (portal.width, portal.depth) == (pytest.approx(0.9), pytest.approx(0.3))
 
 
 def test_a_shelf_in_a_room_is_none() -> None:
@@ -61,28 +61,28 @@ def test_a_shelf_in_a_room_is_none() -> None:
 
 def test_an_oblique_lintel() -> None:
     turn = [shapely.affinity.rotate(g, 17, origin=(0, 0)) for g in (LINTEL, DOOR)]
-    (bridge,) = found(*turn)
-    assert (bridge.width, bridge.depth) == (pytest.approx(0.9, abs=1e-6), pytest.approx(0.2, abs=1e-6))
-    assert abs(bridge.along @ [-np.sin(np.deg2rad(17)), np.cos(np.deg2rad(17))]) == pytest.approx(1)
+    (portal,) = found(*turn)
+    assert (portal.width, portal.depth) == (pytest.approx(0.9, abs=1e-6), pytest.approx(0.2, abs=1e-6))
+    assert abs(portal.along @ [-np.sin(np.deg2rad(17)), np.cos(np.deg2rad(17))]) == pytest.approx(1)
 
 
 def test_a_strip_wider_and_deeper() -> None:
-    bridge = Bridge(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.8, 0.2, (0, 1))
-    assert bridge.strip(deeper_m=0.1, wider_m=0.2).bounds == pytest.approx((0.4, 1.8, 1.6, 2.2))
-    assert bridge.part_between(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
+    portal = Portal(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.8, 0.2, (0, 1))
+    assert portal.strip(deeper_m=0.1, wider_m=0.2).bounds == pytest.approx((0.4, 1.8, 1.6, 2.2))
+    assert portal.part_between(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
 
 
 def test_what_stands_in_a_strip_divides_it() -> None:
-    bridge = Bridge(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 2.0, 0.2, (0, 1))
+    portal = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 2.0, 0.2, (0, 1))
     post = shapely.box(-0.1, -0.1, 0.1, 0.1)
-    assert free_intervals(bridge, post) == [pytest.approx((-1.0, -0.1)), pytest.approx((0.1, 1.0))]
-    assert free_intervals(bridge, shapely.Polygon()) == [(-1.0, 1.0)]
+    assert free_intervals(portal, post) == [pytest.approx((-1.0, -0.1)), pytest.approx((0.1, 1.0))]
+    assert free_intervals(portal, shapely.Polygon()) == [(-1.0, 1.0)]
 
 
 @pytest.mark.parametrize(("apart", "sides", "number"), [(0.3, (0, 1), 1), (0.3, (0, 2), 2), (0.8, (0, 1), 2)])
-def test_neighbours_in_a_row_are_one_bridge(apart: float, sides: tuple[int, int], number: int) -> None:
-    first = Bridge(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    second = Bridge(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
+def test_neighbours_in_a_row_are_one_portal(apart: float, sides: tuple[int, int], number: int) -> None:
+    first = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    second = Portal(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
     result = join_rows([first, second], shapely.Polygon())
     assert len(result) == number
     if number == 1:
@@ -91,10 +91,10 @@ def test_neighbours_in_a_row_are_one_bridge(apart: float, sides: tuple[int, int]
 
 
 def test_the_distance_in_a_row() -> None:
-    first = Bridge(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    second = Bridge(np.array([0.0, 1.5]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    crossing = Bridge(np.array([1.0, 0.0]), np.array([0.0, 1.0]), 1.0, 0.2, (0, 1))
-    in_row = Bridge(np.array([-2.0, 0.0]), np.array([-1.0, 0.0]), 1.0, 0.2, (1, 0))
+    first = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    second = Portal(np.array([0.0, 1.5]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    crossing = Portal(np.array([1.0, 0.0]), np.array([0.0, 1.0]), 1.0, 0.2, (0, 1))
+    in_row = Portal(np.array([-2.0, 0.0]), np.array([-1.0, 0.0]), 1.0, 0.2, (1, 0))
     assert distance_in_row(first, second) is None
     assert distance_in_row(first, crossing) is None
     assert distance_in_row(first, in_row) == pytest.approx(1.0)
@@ -103,31 +103,31 @@ def test_the_distance_in_a_row() -> None:
 ROOMS = [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)]
 
 
-def bridge(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Bridge:
+def portal(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Portal:
     """Across a wall at ``x``, 0.8 m wide; across points left, as along points up."""
-    return Bridge(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.8, depth, sides)
+    return Portal(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.8, depth, sides)
 
 
-def test_a_bridge_reaches_from_face_to_face() -> None:
+def test_a_portal_reaches_from_face_to_face() -> None:
     for x, depth in ((4.1, 0.3), (4.08, 0.1), (4.12, 0.22)):
-        (found,) = fit_to_rooms([bridge(x, depth)], ROOMS)
+        (found,) = fit_to_rooms([portal(x, depth)], ROOMS)
         assert found.centre == pytest.approx([4.1, 1.5])
         assert found.depth == pytest.approx(0.2)
 
 
 def test_on_the_outside_it_stays_where_it_was() -> None:
-    (found,) = fit_to_rooms([bridge(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
+    (found,) = fit_to_rooms([portal(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
     assert (found.centre[0] - found.depth / 2, found.centre[0] + found.depth / 2) == pytest.approx((7.2, 7.37))
 
 
 def test_the_opening_lies_between_the_two_faces() -> None:
-    (opening,) = opening_polygons([bridge(4.1, 0.2)], ROOMS)
+    (opening,) = opening_polygons([portal(4.1, 0.2)], ROOMS)
     assert opening.symmetric_difference(shapely.box(4.0, 1.1, 4.2, 1.9)).area < 1e-6
 
 
 def test_the_opening_follows_faces_that_are_not_parallel() -> None:
     wedge = shapely.Polygon([(4.2, 0), (7.2, 0), (7.2, 3), (4.3, 3)])
-    (opening,) = opening_polygons([bridge(4.13, 0.25)], [ROOMS[0], wedge])
+    (opening,) = opening_polygons([portal(4.13, 0.25)], [ROOMS[0], wedge])
     assert opening.area == pytest.approx(0.8 * (0.2 + 0.1 * 0.5), rel=0.01)
     assert opening.touches(wedge) or opening.intersection(wedge).area < 1e-6
 
@@ -142,8 +142,8 @@ TWO_ROOMS = (shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3))
 
 def spaces(width: float, kind: str = "door") -> Spaces:
     sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
-    bridge = Bridge(np.array([4.1, 1.5]), np.array([0.0, -1.0]), width, 0.2, sides)
-    return Spaces(shapely.Polygon(), TWO_ROOMS, (Passage(bridge, kind),))
+    portal = Portal(np.array([4.1, 1.5]), np.array([0.0, -1.0]), width, 0.2, sides)
+    return Spaces(shapely.Polygon(), TWO_ROOMS, (Passage(portal, kind),))
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
 
 def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
-) -> list[Bridge]:
+) -> list[Portal]:
     return [cut for _, cut in cuts_on_lines(np.array([line], float), standing_pieces(floor, 0.2), floor, walls, rules)]
 
 

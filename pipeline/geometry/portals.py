@@ -1,4 +1,4 @@
-"""Bridges: straight strips through a wall that join two spaces, and how a piece of wall falls into them."""
+"""Portals: straight strips through a wall that join two spaces, and how a piece of wall falls into them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, dot, locat
 from pipeline.tolerances import AROUND_M, CRACK_M, NEARLY_ALL, PLACE_M, SHEET_M, STAND_M, THIN_WALL_M, TWICE
 
 # ---------------------------------------------------------------------------------------------------------------------
-# A bridge: the straight strip through a wall that joins two spaces, and rows of such strips.
+# A portal: the straight strip through a wall that joins two spaces, and rows of such strips.
 # ---------------------------------------------------------------------------------------------------------------------
 
 PARALLEL = np.cos(np.deg2rad(20.0))
@@ -26,7 +26,7 @@ Vector = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Bridge:
+class Portal:
     """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth (m).
 
     ``sides`` are the indices of the two spaces, ``across`` pointing from the first to the second; OUTSIDE may be one.
@@ -76,25 +76,25 @@ class Bridge:
         beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
         return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
 
-    def part_between(self, start: float, end: float) -> Bridge:
+    def part_between(self, start: float, end: float) -> Portal:
         """Return the part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
 
-def strips_of(bridges: Sequence[Bridge], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
-    """Return the ``strip`` of each bridge (n,)."""
-    corners = [bridge.corners(deeper_m=deeper_m, wider_m=wider_m) for bridge in bridges]
+def strips_of(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
+    """Return the ``strip`` of each portal (n,)."""
+    corners = [portal.corners(deeper_m=deeper_m, wider_m=wider_m) for portal in portals]
     return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
 
 
-def join_rows(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
-    """One bridge for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
+def join_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
+    """One portal for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
     whole is as deep as the deepest of them, except what is ``TWICE`` than the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
-    result: list[Bridge] = []
+    result: list[Portal] = []
     while rest:
         whole = rest.pop(0)
         while (k := next((k for k, b in enumerate(rest) if _neighbours(whole, b, door_plane)), None)) is not None:
@@ -103,14 +103,14 @@ def join_rows(found: list[Bridge], door_plane: BaseGeometry) -> list[Bridge]:
     return result
 
 
-def _offsets(whole: Bridge, other: Bridge) -> tuple[float, float, float]:
+def _offsets(whole: Portal, other: Portal) -> tuple[float, float, float]:
     """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
     half = abs(dot(other.along, whole.along)) * other.width / 2
     to = other.centre - whole.centre
     return float(dot(to, whole.along) - half), float(dot(to, whole.along) + half), float(dot(to, whole.across))
 
 
-def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
+def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
     apart = distance_in_row(whole, other)
     if apart is None or apart > PLACE_M:
         return False
@@ -122,8 +122,8 @@ def _neighbours(whole: Bridge, other: Bridge, door_plane: BaseGeometry) -> bool:
     return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
 
 
-def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
-    """Metres between the near ends of two bridges between the same spaces, or None if they are not in one row."""
+def distance_in_row(whole: Portal, other: Portal) -> float | None:
+    """Metres between the near ends of two portals between the same spaces, or None if they are not in one row."""
     if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)
@@ -132,7 +132,7 @@ def distance_in_row(whole: Bridge, other: Bridge) -> float | None:
     return max(start - whole.width / 2, -whole.width / 2 - end)
 
 
-def _hull(whole: Bridge, other: Bridge) -> Bridge:
+def _hull(whole: Portal, other: Portal) -> Portal:
     start, end, aside = _offsets(whole, other)
     near, far = -whole.depth / 2, whole.depth / 2
     if other.depth < TWICE * whole.depth:
@@ -141,16 +141,16 @@ def _hull(whole: Bridge, other: Bridge) -> Bridge:
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
 
 
-def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
+def free_intervals(portal: Portal, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
     """Stretches (start, end) along the strip, metres from its centre, free of what is ``standing`` in it."""
     blocked = shapely.get_parts(standing)
     taken: list[tuple[float, float]] = []
     for part in blocked:
-        points = shapely.get_coordinates(part) - bridge.centre
-        across, along = dot(points, bridge.across), dot(points, bridge.along)
+        points = shapely.get_coordinates(part) - portal.centre
+        across, along = dot(points, portal.across), dot(points, portal.along)
         if len(points) and np.ptp(across) > sliver_m:
             taken.append((float(along.min()), float(along.max())))
-    free, at, half = [], -bridge.width / 2, bridge.width / 2
+    free, at, half = [], -portal.width / 2, portal.width / 2
     for start, end in [*sorted(taken), (half, half)]:
         if start - at > sliver_m:
             free.append((at, start))
@@ -163,7 +163,7 @@ def free_intervals(bridge: Bridge, standing: BaseGeometry, *, sliver_m: float = 
 #
 # A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
 # is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
-# piece and look into different spaces bound a *bridge*: the strip between them, as far as nothing stands there in the
+# piece and look into different spaces bound a *portal*: the strip between them, as far as nothing stands there in the
 # door plane.
 # ---------------------------------------------------------------------------------------------------------------------
 
@@ -181,9 +181,9 @@ class _Stretch:
     faces: int
 
 
-def bridges(
+def find_portals(
     pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry, door_plane: BaseGeometry
-) -> list[list[Bridge]]:
+) -> list[list[Portal]]:
     """For each of the pieces all strips through it that join two different spaces.
 
     Parameters
@@ -191,7 +191,7 @@ def bridges(
     pieces
         Wall that does not stand in the door plane.
     rooms
-        The closed spaces; a bridge's ``sides`` are indices into them, or OUTSIDE.
+        The closed spaces; a portal's ``sides`` are indices into them, or OUTSIDE.
     walls
         All walls of the closed plane, the pieces included.
     door_plane
@@ -211,7 +211,7 @@ def bridges(
     filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
     standing = overlaps(strips, near[of_piece])
     real = filled + shapely.area(standing) >= NEARLY_ALL * shapely.area(strips)
-    found: list[list[Bridge]] = [[] for _ in pieces]
+    found: list[list[Portal]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
         found[k] += [whole.part_between(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
@@ -253,7 +253,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     return found
 
 
-def _strip_across(first: _Stretch, second: _Stretch) -> Bridge | None:
+def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
     """Return the strip from one stretch to the other, or None if they see one space or do not face each other."""
     if first.faces == second.faces:
         return None
@@ -271,4 +271,4 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Bridge | None:
         return None
     middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle
-    return Bridge(centre, along, float(high - low), depth, (first.faces, second.faces))
+    return Portal(centre, along, float(high - low), depth, (first.faces, second.faces))
