@@ -31,6 +31,8 @@ _LISTED: Final = 12
 
 _FIRST: Final = 8
 _REFUSED: Final = 8
+_SLOW: Final = 10
+"""The number of inputs that are listed as the slowest."""
 
 
 def index_rows(root: Path) -> list[dict[str, Any]]:
@@ -224,10 +226,10 @@ def notes_lines(data_set: DataSet) -> list[str]:
     return lines
 
 
-def longest(data_set: DataSet, most: int = 10) -> list[tuple[str, str, float]]:
+def longest(data_set: DataSet) -> list[tuple[str, str, float]]:
     """Return the inputs that took longest: the id of the first outcome, the file, and the seconds."""
     found = sorted((-entry.seconds, entry.file, _id(entry)) for entry in data_set.entries if entry.seconds)
-    return [(name, file, -seconds) for seconds, file, name in found[:most]]
+    return [(name, file, -seconds) for seconds, file, name in found[:_SLOW]]
 
 
 def _id(entry: Entry) -> str:

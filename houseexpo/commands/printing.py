@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
+_REFUSED = 10
+"""The number of problems that are printed one by one."""
 _AROUND = 3
 """The width around a column of a table: a space on both sides, and a line."""
 
@@ -105,9 +107,9 @@ def typed_command() -> str:
     return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])
 
 
-def print_refused(out: Console, what: str, problems: Sequence[str], most: int = 10) -> None:
+def print_refused(out: Console, what: str, problems: Sequence[str]) -> None:
     """Print the first problems, each after ``what``, and the number of further ones."""
-    for problem in problems[:most]:
+    for problem in problems[:_REFUSED]:
         out.print(f"{what}: {problem}", highlight=False, soft_wrap=True)
-    if len(problems) > most:
-        out.print(f"and {len(problems) - most} more", highlight=False)
+    if len(problems) > _REFUSED:
+        out.print(f"and {len(problems) - _REFUSED} more", highlight=False)

@@ -99,14 +99,14 @@ def solid(
     )
 
 
-def start_and_goal(space: Polygon | MultiPolygon, radius_m: float = ROBOT_M) -> tuple[Point, Point]:
-    """Return the widest place of a free space, and a far place that a disc of this radius can reach from it, metres.
+def start_and_goal(space: Polygon | MultiPolygon) -> tuple[Point, Point]:
+    """Return the widest place of a free space, and a far place that a robot can reach from it, metres.
 
-    If the space is too narrow for the disc, both are the same point inside.
+    If the space is too narrow for the robot, both are the same point inside.
     """
     import shapely
 
-    pieces = standing_pieces(space, radius_m)
+    pieces = standing_pieces(space, ROBOT_M)
     if not pieces:
         point = space.representative_point()
         return (point.x, point.y), (point.x, point.y)

@@ -4,7 +4,7 @@ It knows what a robot knows: the pose that its odometry predicts, and the ranges
 the frame of the simulator's, in which the first pose is given.
 
 R1  The predicted pose is corrected by correlative scan matching (``kernels.scan_matching``; Olson, 2009), within
-    ``WINDOW_PX`` and ``WINDOW_DEG`` of it. Every ``EVERY``-th beam is used.
+    ``COARSE`` steps of ``STEP_PX`` and ``STEP_DEG`` of it. Every ``EVERY``-th beam is used.
 R2  The prediction stands if fewer than ``FEWEST`` of these beams meet something, or the best score is below ``WORST``.
 R3  Scans are matched with key scans only: the first one, and each that is ``KEY_M`` or ``KEY_DEG`` from the last key
     scan. Otherwise each scan would add its own error to what the next one is matched with.
@@ -35,7 +35,6 @@ from houseexpo.pseudoslam.kernels.types import Floats, Grid, Sensor
 STEP_PX: Final = 1.0
 STEP_DEG: Final = 1.0
 WINDOW_PX: Final = COARSE * STEP_PX
-WINDOW_DEG: Final = COARSE * STEP_DEG
 DOUBT: Final = 0.1
 """The loss of score at one step from the prediction, the strength of a prior on odometry.
 

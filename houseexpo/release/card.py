@@ -149,9 +149,9 @@ def measures_png(stats: Mapping[str, Any]) -> bytes:
     return out.getvalue()
 
 
-def sheet_png(plans: Dataset, seed: int = 0) -> bytes:
+def sheet_png(plans: Dataset) -> bytes:
     """Draw a sheet of randomly chosen plans."""
-    chosen = plans.sample(min(SHEET_PLANS, len(plans)), seed)
+    chosen = plans.sample(min(SHEET_PLANS, len(plans)), seed=0)
     return image(contact_sheet([draw_plan(plan, size=_SHEET_PX) for plan in chosen], _SHEET_COLUMNS), "PNG")
 
 

@@ -325,14 +325,18 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     return float(edges[widest] + edges[widest + 1]) / 2
 
 
-def clear_of(wanted: float, z: npt.NDArray[np.float64], *, step: float = 0.005, most: int = 20) -> float:
+CLEAR_STEP_M, CLEAR_STEPS = 0.005, 20
+"""A height that is free of vertices is looked for in such steps up and down, and in so many."""
+
+
+def clear_of(wanted: float, z: npt.NDArray[np.float64]) -> float:
     """Return the height nearest to ``wanted``, in steps, that keeps its distance from every vertex height.
 
     A scan has a vertex at every height: there ``wanted`` itself is as good as any.
     """
-    near_by = z[np.abs(z - wanted) < (most + 1) * step]
-    for k in range(most):
-        for height in (wanted - k * step, wanted + k * step):
+    near_by = z[np.abs(z - wanted) < (CLEAR_STEPS + 1) * CLEAR_STEP_M]
+    for k in range(CLEAR_STEPS):
+        for height in (wanted - k * CLEAR_STEP_M, wanted + k * CLEAR_STEP_M):
             if not near_by.size or np.abs(near_by - height).min() >= LAP_M:
                 return height
     return wanted

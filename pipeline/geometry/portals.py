@@ -141,18 +141,18 @@ def _hull(whole: Portal, other: Portal) -> Portal:
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
 
 
-def free_intervals(portal: Portal, standing: BaseGeometry, *, sliver_m: float = 0.03) -> list[tuple[float, float]]:
+def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, float]]:
     """Stretches (start, end) along the strip, metres from its centre, free of what is ``standing`` in it."""
     blocked = shapely.get_parts(standing)
     taken: list[tuple[float, float]] = []
     for part in blocked:
         points = shapely.get_coordinates(part) - portal.centre
         across, along = dot(points, portal.across), dot(points, portal.along)
-        if len(points) and np.ptp(across) > sliver_m:
+        if len(points) and np.ptp(across) > STAND_M:
             taken.append((float(along.min()), float(along.max())))
     free, at, half = [], -portal.width / 2, portal.width / 2
     for start, end in [*sorted(taken), (half, half)]:
-        if start - at > sliver_m:
+        if start - at > STAND_M:
             free.append((at, start))
         at = max(at, end)
     return free

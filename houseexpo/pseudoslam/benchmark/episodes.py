@@ -133,7 +133,6 @@ class Runner:
             if getattr(policy, "decided", True):
                 took.append(min(ms, getattr(policy, "took_ms", ms)))
             if action is None:
-                trace.gave_up = True
                 return trace
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)

@@ -25,8 +25,6 @@ class Trace:
     coverage: array[float] = field(default_factory=lambda: array("d"))
     reward: float = 0.0
     info: Mapping[str, Any] = field(default_factory=dict)
-    gave_up: bool = False
-    """Whether the policy reported that it was done."""
 
     def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
         """Add a row.

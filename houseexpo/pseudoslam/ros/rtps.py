@@ -16,7 +16,6 @@ Address: TypeAlias = tuple[str, int]
 
 NOBODY: Final = bytes(12)
 """The prefix that means any participant."""
-NO_ENTITY: Final = bytes(4)
 PARTICIPANT: Final = bytes.fromhex("000001c1")
 SPDP_WRITER, SPDP_READER = bytes.fromhex("000100c2"), bytes.fromhex("000100c7")
 WRITERS_WRITER, WRITERS_READER = bytes.fromhex("000003c2"), bytes.fromhex("000003c7")
@@ -27,7 +26,7 @@ BUILTIN: Final = 0x3F
 """A participant that has all of these endpoints (9.3.2.12)."""
 
 LEASE, TOPIC, TYPE, VERSION, VENDOR = 0x0002, 0x0005, 0x0007, 0x0015, 0x0016
-RELIABILITY, DURABILITY, USER_DATA = 0x001A, 0x001D, 0x002C
+RELIABILITY, DURABILITY = 0x001A, 0x001D
 LOCATOR, DEFAULT_LOCATOR, META_LOCATOR = 0x002F, 0x0031, 0x0032
 PARTICIPANT_GUID, BUILTIN_SET, ENDPOINT_GUID, KEY_HASH, STATUS = 0x0050, 0x0058, 0x005A, 0x0070, 0x0071
 RELATED, RELATED_OF_FAST_DDS = 0x0083, 0x800F

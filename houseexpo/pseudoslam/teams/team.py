@@ -49,11 +49,6 @@ class TeamMeasures:
         """The number of steps."""
         return int(self.row["steps"][0])
 
-    @property
-    def meetings(self) -> int:
-        """How often one robot was blocked by another."""
-        return int(self.row["meetings"][0])
-
 
 def moves_people(config: SimulatorConfig, robot: int) -> bool:
     """Return whether a robot's episode moves people and bodies on trajectories; only the first one's does."""

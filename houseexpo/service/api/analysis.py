@@ -279,13 +279,15 @@ def _points(rings: Iterable[Any]) -> list[list[list[float]]]:
 _CANDIDATES: Final = 120
 _COMPARED: Final = 24
 """R1, R2: how many plans are fingerprinted, and how many of them are compared."""
+_SHOWN: Final = 8
+"""How many of these are returned."""
 _PIXELS_PER_METRE: Final = 10.0
 _MAX_DIFFERENCE: Final = 0.5
 _FINGERPRINT: Final = "fingerprint, 3"
 """The name under which fingerprints are cached; another way of computing them needs another number."""
 
 
-def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
+def similar(now: Opened, plan_id: str) -> list[dict[str, Any]]:
     """Return the plans most similar to one: id, title, difference (0: equal; 1: nothing in common) and symmetry.
 
     Raises
@@ -316,7 +318,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
     mask = comparison_mask(plan, _PIXELS_PER_METRE)
     found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
-        limit = sorted(each[0] for each in found)[most - 1] if len(found) >= most else _MAX_DIFFERENCE
+        limit = sorted(each[0] for each in found)[_SHOWN - 1] if len(found) >= _SHOWN else _MAX_DIFFERENCE
         if bounds[other] > limit:
             break
         there = _read(now, ids[other])  # R4, if its traits are in the cache
@@ -327,7 +329,7 @@ def similar(now: Opened, plan_id: str, most: int = 8) -> list[dict[str, Any]]:
             found.append((match.difference, ids[other], match.symmetry))
     return [
         {"id": name, "title": table.title(now.numbers[name]), "difference": round(difference, 4), "symmetry": symmetry}
-        for difference, name, symmetry in sorted(found)[:most]
+        for difference, name, symmetry in sorted(found)[:_SHOWN]
     ]
 
 

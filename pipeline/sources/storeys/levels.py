@@ -158,13 +158,13 @@ def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[Layer]:
     return sorted((layer for layer in layers if layer), key=lambda layer: layer.top)
 
 
-def _peaks(heights: Floats, areas: Floats, step: float = BIN_M) -> list[float]:
+def _peaks(heights: Floats, areas: Floats) -> list[float]:
     """Heights about which the most area gathers, the largest first, two windows apart."""
-    slot = np.floor((heights - heights.min()) / step).astype(np.int64)
+    slot = np.floor((heights - heights.min()) / BIN_M).astype(np.int64)
     if slot.max() > 1_000_000:  # farther than 10 km from the rest: no part of a house
         keep = slot <= 1_000_000
         slot, areas = slot[keep], areas[keep]
-    reach = round(LAYER_HALF_M / step)
+    reach = round(LAYER_HALF_M / BIN_M)
     single = np.bincount(slot, areas, minlength=2 * reach + 1)
     gathered = np.convolve(single, np.ones(2 * reach + 1), mode="same")
     peaks = []
@@ -172,7 +172,7 @@ def _peaks(heights: Floats, areas: Floats, step: float = BIN_M) -> list[float]:
         best = int(gathered.argmax())
         start = max(best - reach, 0)
         middle = start + int(single[start : best + reach + 1].argmax())  # where most of it lies
-        peaks.append(float(heights.min() + (middle + 0.5) * step))
+        peaks.append(float(heights.min() + (middle + 0.5) * BIN_M))
         gathered[max(middle - 2 * reach, 0) : middle + 2 * reach + 1] = 0.0
         gathered[best] = 0.0
     return peaks
