@@ -153,7 +153,10 @@ class Player:
             except (EOFError, OSError):
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(_LOOK_S)
-                raise PlayerError(f"its process died, exit code {self._process.returncode}") from None
+                code = self._process.returncode
+                raise PlayerError(
+                    "its process closed its connection" if code is None else f"its process died, exit code {code}"
+                ) from None
             try:
                 said = json.loads(data)
             except (ValueError, RecursionError):
@@ -294,7 +297,7 @@ def serve(descriptor: int, memory: int) -> None:
         sys.path += [place for place in path if place and place not in sys.path]
         try:
             named = load_policy(name)
-        except ConfigError as error:
+        except HouseExpoError as error:
             _say(pipe, refused=str(error))
             return
         _say(pipe, **_describe(named))

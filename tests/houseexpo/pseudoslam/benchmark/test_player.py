@@ -120,6 +120,20 @@ def test_a_policy_that_is_not_there_is_refused() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("suffix", [".pt", ".json"])
+def test_a_file_without_a_policy_is_refused_in_a_sentence(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], suffix: str
+) -> None:
+    if suffix == ".pt":
+        pytest.importorskip("torch")
+    file = tmp_path / f"mine{suffix}"
+    file.write_bytes(b"nothing of the kind")
+    with pytest.raises(ConfigError, match=f"mine{suffix}.*: expected"):
+        Player(str(file))
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("answer", ['{"name": 1}', '{"interface": 7, "training": null}', "[" * 100_000])
 def test_a_module_that_answers_for_itself_is_refused(tmp_path: Path, answer: str) -> None:
     text = f"""
