@@ -30,6 +30,7 @@ def test_a_vector_environment_says_how_it_resets() -> None:
     assert env.metadata["autoreset_mode"] is env.autoreset_mode is AutoresetMode.SAME_STEP
 
 
+@pytest.mark.slow  # a kernel that no other quick test needs
 def test_the_overview_after_a_planners_action_is_that_of_the_whole_map() -> None:
     """It is drawn once an action, within reach of all scans on the way."""
     env = gymnasium.make_vec(EXPLORATION, 3, dataset=ROOM, actions="frontier", observation="dict").unwrapped

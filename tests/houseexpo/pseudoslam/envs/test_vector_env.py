@@ -77,8 +77,14 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
+OWN_KERNEL = "a drive with noise and people"
+"""No other quick test needs its kernel, which takes some ten seconds to compile."""
+
+
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.slow] if case == OWN_KERNEL else []) for case in CASES]
+)
 def test_it_is_single_environments_step_by_step(case: str, mode: str) -> None:
     task, given = CASES[case]
     many, each = native(task, 5, mode, **given), singles(task, 5, mode, **given)
