@@ -19,7 +19,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
 from pipeline.algorithm import Snapshot
 from pipeline.geometry.areas import polygons_of
-from pipeline.geometry.spaces import floor_of
+from pipeline.geometry.spaces import walkable_floor
 from pipeline.png import Picture, as_png
 from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
 
@@ -159,7 +159,7 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.f
     """Return the paths (n, 2) between pairs that cuts joined; pairs of parts that were left out have none."""
     if not pairs:
         return []
-    floor = floor_of(spaces)
+    floor = walkable_floor(spaces)
     found = [shortest_way(shapely.buffer(floor, -pair.radius_m), *pair.points) for pair in pairs]
     return [way.points for way in found if way is not None]
 

@@ -170,18 +170,6 @@ def _signature(cut: Segments, bodies: int) -> npt.NDArray[np.float64]:
     return np.stack([np.bincount(cut.body, w, bodies) for w in (np.ones(len(x)), x, y, x * x, y * y)])
 
 
-def merge_meshes(*meshes: Mesh | None) -> Mesh:
-    """One mesh of several; those that are None are left out."""
-    parts = [m for m in meshes if m is not None and len(m.faces)]
-    if not parts:
-        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    start = np.cumsum([0] + [len(m.vertices) for m in parts[:-1]])
-    return Mesh(
-        np.concatenate([m.vertices for m in parts]),
-        np.concatenate([m.faces + s for m, s in zip(parts, start, strict=True)]),
-    )
-
-
 # ---------------------------------------------------------------------------------------------------------------------
 # How often a section's segments wind around a point.
 # ---------------------------------------------------------------------------------------------------------------------

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import cv2
 import numpy as np
@@ -35,6 +37,19 @@ class Mesh:
     def is_cloud(self) -> bool:
         """Whether it has points only."""
         return len(self.vertices) > 0 and not len(self.faces)
+
+
+NO_MESH: Final = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+
+
+def merge_meshes(meshes: Iterable[Mesh | None]) -> Mesh:
+    """Return one mesh of several; those that are None, or have no faces, are left out."""
+    parts = [mesh for mesh in meshes if mesh is not None and len(mesh.faces)]
+    if not parts:
+        return NO_MESH
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in parts[:-1])])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(parts, starts, strict=True)])
+    return Mesh(np.concatenate([mesh.vertices for mesh in parts]), faces)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -228,14 +228,14 @@ SPECK_M2 = 1e-3
 """Smaller pieces, in m2, need no door; those that a plan counts have 0.1 m2 (``houseexpo.navigability``)."""
 
 
-def floor_of(spaces: Spaces) -> BaseGeometry:
+def walkable_floor(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
     strips = strips_of([p.portal for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
     floor = union_of([*spaces.rooms, *strips])
     return close_cracks(floor, MM_M) if spaces.joins else floor
 
 
-def standing_pieces(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
+def erode_floor(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
     """Return the areas in which the centre of a disc can be, the largest first, without those under 10 cm2."""
     return sorted(erode(floor, radius_m, SPECK_M2), key=lambda piece: (-piece.area, piece.bounds))
 

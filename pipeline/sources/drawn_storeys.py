@@ -28,6 +28,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of, triangulate
 from pipeline.geometry.borders import borders
+from pipeline.geometry.meshes import NO_MESH, merge_meshes
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -49,8 +50,6 @@ from pipeline.sources.tolerances import (
     WALLS_COVERED,
 )
 from pipeline.values import Mesh, SourceOpening, SourceRoom
-
-NOTHING = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,18 +107,8 @@ def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     """Return a body that stands on a plan shape, or nothing if it has no height."""
     polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SPECK_M2]
     if top_m - bottom_m < SAME_M or not polygons:
-        return NOTHING
+        return NO_MESH
     return merge_meshes([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
-
-
-def merge_meshes(parts: Iterable[Mesh]) -> Mesh:
-    """Put meshes into one, side by side."""
-    meshes = [part for part in parts if len(part.faces)]
-    if not meshes:
-        return NOTHING
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
-    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
 
 
 def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:

@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from houseexpo.plan import Frame
+from pipeline.geometry.meshes import merge_meshes
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import merge_meshes
 from pipeline.sources.files import check_file, level_id, single_input, with_losses
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
 from pipeline.sources.roles import Role, role_of

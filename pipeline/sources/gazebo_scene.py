@@ -36,8 +36,9 @@ import numpy.typing as npt
 import shapely
 
 from houseexpo.files import real_path
+from pipeline.geometry.meshes import NO_MESH, merge_meshes
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import NOTHING, clean, merge_meshes, prism
+from pipeline.sources.drawn_storeys import clean, prism
 from pipeline.sources.files import Element, LeftOut, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, convention, load_scene
 from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY
@@ -166,7 +167,7 @@ class Shapes:
             maker = _MAKERS.get(shape.tag)
             if maker is not None:
                 return maker(shape, what)
-        return NOTHING  # S1
+        return NO_MESH  # S1
 
     def _mesh(self, shape: Element, folder: Path, what: str) -> Mesh | None:
         """S2."""
@@ -229,7 +230,7 @@ def _polyline(shape: Element, what: str) -> Mesh:
     """Rings inside the first are holes in it."""
     (height,) = _sizes(shape.findtext("height"), 1, what)
     ring = clean(numbers(point.text, 2, f"polyline of {what}") for point in shape.findall("point"))
-    return NOTHING if ring is None else prism(ring, 0.0, height)
+    return NO_MESH if ring is None else prism(ring, 0.0, height)
 
 
 def _round(radius: float) -> shapely.Polygon:  # S3

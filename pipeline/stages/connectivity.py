@@ -32,7 +32,7 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import SPECK_M2, floor_of, piece_of, sample, standing_pieces
+from pipeline.geometry.spaces import SPECK_M2, erode_floor, piece_of, sample, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import BLOCK_M, PLACE_M
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
@@ -60,7 +60,7 @@ def connect(
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
     may be.
     """
-    pieces = _standing(floor_of(spaces), spaces, config.robot_radius_m)
+    pieces = _standing(walkable_floor(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
         return spaces
     spaces = _without_pockets(spaces, pieces, config.robot_radius_m, least_m2)
@@ -68,7 +68,7 @@ def connect(
     notes = {"cuts": 0, "left_out": 0, "doors_unknown": 0}
     unknown = evidence is not None and _shows_no_door(evidence, spaces)
     for _ in range(2 * len(pieces) + 8):
-        floor = floor_of(spaces)
+        floor = walkable_floor(spaces)
         pieces = _standing(floor, spaces, config.robot_radius_m)
         if len(pieces) == 1:
             break
@@ -100,7 +100,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:
     """Return where the disc can stand; raise Rejection if that is nowhere, which a filled pocket may cause."""
-    pieces = standing_pieces(floor, radius_m)
+    pieces = erode_floor(floor, radius_m)
     if not pieces:
         raise Rejection(
             "connectivity",
@@ -190,7 +190,7 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     x1, y1, x2, y2 = strip.bounds
     reach = AROUND * radius_m
     near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
-    parts = standing_pieces(union_of([near, strip]), radius_m)
+    parts = erode_floor(union_of([near, strip]), radius_m)
     return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
 
 

@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import drop_thinner, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.meshes import footprint
-from pipeline.geometry.spaces import floor_of
+from pipeline.geometry.spaces import walkable_floor
 from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
@@ -37,7 +37,7 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     taken = union_of(o.polygon for o in inside)
     parts = [polygons_of(drop_thinner(subtract(room, taken), SLIVER_M)) for room in spaces.rooms]
     left = replace(spaces, rooms=tuple(part for room in parts for part in room))
-    reached = polygons_of(floor_of(left))
+    reached = polygons_of(walkable_floor(left))
     if not reached:
         return spaces, ()
     kept = [max(found, key=lambda p: overlap(p, reached[0]).area) for found in parts if found]

@@ -30,7 +30,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred
-from pipeline.geometry.cutting import merge_meshes
+from pipeline.geometry.meshes import merge_meshes
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import prism, walls_around
 from pipeline.sources.files import base_id, level_id, list_files
@@ -129,7 +129,7 @@ def _level(
     standing_walls = StandingWalls([part.mesh for part in here])
     panes = closed_holes(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
-    walls = merge_meshes(*(part.mesh for part in here), *beams, *panes)
+    walls = merge_meshes([*(part.mesh for part in here), *beams, *panes])
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
     return IfcLevel(

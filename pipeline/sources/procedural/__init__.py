@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.sources.procedural.house import level_id, make_house, scene_id
+from pipeline.sources.procedural.house import make_house, scene_id, storey_plan_id
 from pipeline.sources.procedural.scene import write_scene
 from pipeline.sources.procedural.truth import Truth, storey_truth
 
@@ -32,7 +32,7 @@ def write_house(folder: Path, index: int, seed: int) -> tuple[Truth, ...]:
     house = make_house(index, seed)
     write_scene(folder, house)
     truths = tuple(
-        storey_truth(storey, level_id(house.id, level), level, level * house.storey_height)
+        storey_truth(storey, storey_plan_id(house.id, level), level, level * house.storey_height)
         for level, storey in enumerate(house.storeys)
     )
     (folder / "truth").mkdir(parents=True, exist_ok=True)

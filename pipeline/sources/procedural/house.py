@@ -95,7 +95,7 @@ def scene_id(index: int, seed: int) -> str:
     return hashlib.sha256(f"houseexpo procedural {seed} {index}".encode()).hexdigest()[:32]
 
 
-def role_of(index: int, seed: int) -> str:
+def planted_fault(index: int, seed: int) -> str:
     """Return what is planted in a house, "sound" for nothing; a duplicate without a house before it is sound."""
     role = _draw_role(index, seed)
     return SOUND if role in DUPLICATES and not _originals(index, seed) else role
@@ -126,7 +126,7 @@ _JITTER_M = 0.008
 
 def make_house(index: int, seed: int) -> House:
     """Make house ``index`` of a seed."""
-    role = role_of(index, seed)
+    role = planted_fault(index, seed)
     rng = np.random.default_rng([seed, index])
     if role in DUPLICATES:
         source = original_of(index, seed)
@@ -142,7 +142,7 @@ def make_house(index: int, seed: int) -> House:
     return _move_to_scene(House(scene_id(index, seed), (ground, *upper)), rng)
 
 
-def level_id(house: str, level: int) -> str:
+def storey_plan_id(house: str, level: int) -> str:
     """Return the id of a level's plan: the lowest has the scene's own."""
     return house if level == 0 else f"{house}_L{level}"
 
@@ -160,7 +160,7 @@ def _copy_house(source: House, role: str, house_id: str, rng: np.random.Generato
             moves = rng.uniform(-_JITTER_M, _JITTER_M, len(copy.walls)).tolist()
             walls = [replace(w, shift=w.shift + move) for w, move in zip(copy.walls, moves, strict=True)]
             copy = replace(copy, walls=tuple(walls))
-        expected = f"duplicate_of:{level_id(source.id, level)}"
+        expected = f"duplicate_of:{storey_plan_id(source.id, level)}"
         storeys.append(replace(copy, difficulties=(role,), expected=expected))
     return replace(source, id=house_id, storeys=tuple(storeys))
 

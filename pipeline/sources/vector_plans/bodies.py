@@ -76,7 +76,7 @@ class Body:
     words: tuple[str, ...] = ()
 
 
-def kind_of(names: Iterable[str]) -> str:
+def kind_of_body(names: Iterable[str]) -> str:
     """R1: wall, floor, door, opening, skipped or furniture."""
     for name in names:
         plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
@@ -121,7 +121,7 @@ def mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.N
 
 def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
     """Return the storeys of a scene, lowest first."""
-    sorted_ = [(kind_of((each.label, *each.names) if each.label else each.names), each) for each in bodies]
+    sorted_ = [(kind_of_body((each.label, *each.names) if each.label else each.names), each) for each in bodies]
     sorted_ = [("floor" if canonical(each.label) and kind == "furniture" else kind, each) for kind, each in sorted_]
     tops = [each.high_m for kind, each in sorted_ if kind == "floor"]
     heights = storey_heights(tops or [each.low_m for kind, each in sorted_ if kind == "wall"])
@@ -233,7 +233,7 @@ def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -
     return replace(plain, shape=wide if isinstance(wide, Polygon) else box)
 
 
-def box_of(
+def box_mesh(
     at: npt.NDArray[np.float64], half: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Return a box's points (8, 3) and faces (12, 3): ``at`` (4, 4) places it, ``half`` are its half sizes."""

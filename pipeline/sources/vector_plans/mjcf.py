@@ -24,7 +24,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOut, file_inside, parse_xml
 from pipeline.sources.tolerances import TINY
-from pipeline.sources.vector_plans.bodies import Body, body, box_of, mesh_beside, storeys_of
+from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, mesh_beside, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
 MOST_GEOMS = 200_000
@@ -135,7 +135,7 @@ class _Scene:
             place = at @ self._pose(said)
             if kind == "box":
                 size = _numbers(said.get("size", ""), 3)
-                made = body(called, *box_of(place, np.array(size)))
+                made = body(called, *box_mesh(place, np.array(size)))
             elif kind == "mesh":
                 points, faces = self._mesh(said.get("mesh", ""))
                 made = body(called, points @ place[:3, :3].T + place[:3, 3], faces)

@@ -23,7 +23,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, report
 from pipeline.sources.meshes.scene import triangulate_polygons
-from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, storeys_of
+from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, kind_of_body, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
 MOST_FACES = 20_000_000
@@ -128,7 +128,7 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) 
             continue
         names = tuple(part for part in reversed(str(prim.GetPath()).split("/")) if part)
         label, words = _label(prim)
-        if kind_of((label, *names) if label else names) == "skipped":
+        if kind_of_body((label, *names) if label else names) == "skipped":
             continue
         made = body(names, placed, faces)
         if made is not None:
@@ -138,7 +138,7 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) 
 def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:
     if prim.IsA(geometry.Cube):
         size = geometry.Cube(prim).GetSizeAttr().Get()
-        return box_of(np.eye(4), np.full(3, float(size or 2.0) / 2))
+        return box_mesh(np.eye(4), np.full(3, float(size or 2.0) / 2))
     mesh = geometry.Mesh(prim)
     points = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)

@@ -33,7 +33,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.bodies import Body, body, box_of, kind_of, mesh_beside, storeys_of
+from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, kind_of_body, mesh_beside, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
 
 Floats = npt.NDArray[np.float64]
@@ -287,12 +287,12 @@ class _World:
         half = np.array(self._in_order(size)) / 2
         lift = np.eye(4)
         lift[2 if self.z_up else 1, 3] = foot + size[2] / 2
-        yield from self._body(names, *box_of(at @ lift, half))
+        yield from self._body(names, *box_mesh(at @ lift, half))
 
     def _proto_bodies(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
         """PROTO nodes of one box, a floor, or a floor with four walls."""
         if node.kind == "SolidBox":
-            yield from self._body(names, *box_of(at, node.numbers("size", (2.0, 2.0, 2.0)) / 2))
+            yield from self._body(names, *box_mesh(at, node.numbers("size", (2.0, 2.0, 2.0)) / 2))
             return
         x, y = node.numbers("floorSize" if node.kind == "RectangleArena" else "size", (1.0, 1.0))
         yield from self._body(("floor", *names), *self._plane(at, x, y))
@@ -314,7 +314,7 @@ class _World:
         """R3."""
         try:
             if shape.kind == "Box":
-                yield from self._body(names, *box_of(at, shape.numbers("size", (2.0, 2.0, 2.0)) / 2))
+                yield from self._body(names, *box_mesh(at, shape.numbers("size", (2.0, 2.0, 2.0)) / 2))
             elif shape.kind == "Plane":
                 yield from self._body(names, *self._plane(at, *shape.numbers("size", (1.0, 1.0))))
             elif shape.kind == "Cylinder":
@@ -357,7 +357,7 @@ class _World:
         if not np.isfinite(points).all():
             self.left_out.add(f"{' '.join(names)[:60]}: its place is not finite")
             return
-        kind = kind_of(names)
+        kind = kind_of_body(names)
         made = body(names, points @ self._upright.T, faces)
         if made is None:
             return

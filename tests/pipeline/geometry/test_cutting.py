@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.cutting import Cutter, distinct_heights, merge_meshes, near, section_heights
+from pipeline.geometry.cutting import Cutter, distinct_heights, near, section_heights
+from pipeline.geometry.meshes import merge_meshes
 from pipeline.values import Mesh
 from tests.builders.meshes import box, joined, sheet
 
@@ -52,10 +53,10 @@ def test_a_cut_beside_the_mesh_is_empty(height: float) -> None:
 
 
 def test_merged_meshes_keep_their_faces() -> None:
-    both = merge_meshes(CUBE, None, joined([box((5, 5, 6, 6), 0, 1)]))
+    both = merge_meshes([CUBE, None, joined([box((5, 5, 6, 6), 0, 1)])])
     assert (len(both.vertices), len(both.faces)) == (16, 24)
     assert signed_area(Cutter(both).cut(0.5).ends) == pytest.approx(3.0)
-    assert merge_meshes(None).faces.shape == (0, 3)
+    assert merge_meshes([None]).faces.shape == (0, 3)
 
 
 def test_a_height_that_is_clear_stays() -> None:

@@ -7,7 +7,7 @@ import shapely
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
 from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_rows
-from pipeline.geometry.spaces import fit_to_rooms, floor_of, opening_polygons, piece_of, sample, standing_pieces
+from pipeline.geometry.spaces import erode_floor, fit_to_rooms, opening_polygons, piece_of, sample, walkable_floor
 from pipeline.values import Passage, Spaces
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
@@ -150,16 +150,16 @@ def spaces(width: float, kind: str = "door") -> Spaces:
     ("width", "kind", "pieces"), [(0.8, "door", 1), (0.41, "cut", 1), (0.39, "door", 2), (0.8, "entrance", 2)]
 )
 def test_a_passage_joins_what_the_disc_gets_through(width: float, kind: str, pieces: int) -> None:
-    assert len(standing_pieces(floor_of(spaces(width, kind)), 0.2)) == pieces
+    assert len(erode_floor(walkable_floor(spaces(width, kind)), 0.2)) == pieces
 
 
 def test_pieces_come_largest_first_without_specks() -> None:
     floor = shapely.union_all([TWO_ROOMS[1], TWO_ROOMS[0], shapely.box(10, 0, 10.42, 0.42)])
-    assert [round(p.area, 2) for p in standing_pieces(floor, 0.2)] == [9.36, 6.76]
+    assert [round(p.area, 2) for p in erode_floor(floor, 0.2)] == [9.36, 6.76]
 
 
 def test_samples_are_uniform_and_every_piece_has_one() -> None:
-    pieces = standing_pieces(floor_of(spaces(0.3)), 0.2)
+    pieces = erode_floor(walkable_floor(spaces(0.3)), 0.2)
     points = sample(pieces, 1000, np.random.default_rng(3))
     assert points.shape == (1002, 2)
     assert shapely.contains_xy(shapely.union_all(pieces).buffer(1e-9), *points.T).all()
@@ -169,7 +169,7 @@ def test_samples_are_uniform_and_every_piece_has_one() -> None:
 
 
 def test_a_seed_gives_the_same_points() -> None:
-    pieces = standing_pieces(TWO_ROOMS[0], 0.2)
+    pieces = erode_floor(TWO_ROOMS[0], 0.2)
     first, second = (sample(pieces, 50, np.random.default_rng(5)) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
@@ -183,7 +183,7 @@ RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
 def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
 ) -> list[Portal]:
-    return [cut for _, cut in cuts_on_lines(np.array([line], float), standing_pieces(floor, 0.2), floor, walls, rules)]
+    return [cut for _, cut in cuts_on_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)]
 
 
 def test_a_cut_is_where_the_line_meets_the_wall_and_at_right_angles_to_it() -> None:
@@ -226,7 +226,7 @@ def test_no_wall_is_cut_that_a_robot_gets_around() -> None:
 
 def test_each_cut_comes_with_its_line() -> None:
     lines = np.array([[(2, 0.5), (6, 0.5)], [(2, 2.5), (6, 2.5)], [(2.1, 2.5), (6, 2.5)]])
-    found = list(cuts_on_lines(lines, standing_pieces(FLOOR, 0.2), FLOOR, WALLS, RULES))
+    found = list(cuts_on_lines(lines, erode_floor(FLOOR, 0.2), FLOOR, WALLS, RULES))
     assert [line[0].tolist() for line, _ in found] == [
         [2.0, 0.5],
         [2.0, 2.5],

@@ -22,11 +22,11 @@ from pipeline.sources.procedural import write_house, write_houses
 from pipeline.sources.procedural.house import (
     DUPLICATES,
     PER_HUNDRED,
-    level_id,
     make_house,
     original_of,
-    role_of,
+    planted_fault,
     scene_id,
+    storey_plan_id,
 )
 from pipeline.sources.procedural.truth import Area, TrueDoor, TrueRoom, Truth, storey_truth
 from pipeline.values import Level
@@ -36,7 +36,7 @@ SEED, COUNT = 11, 300
 
 def _truths(index: int, seed: int) -> list[Truth]:
     house = make_house(index, seed)
-    return [storey_truth(storey, level_id(house.id, k), k, 0.0) for k, storey in enumerate(house.storeys)]
+    return [storey_truth(storey, storey_plan_id(house.id, k), k, 0.0) for k, storey in enumerate(house.storeys)]
 
 
 @pytest.fixture(scope="module")
@@ -142,10 +142,10 @@ def test_scenes_without_a_layout_expect_rejection(houses: list[list[Truth]]) -> 
 
 @pytest.mark.parametrize("kind", DUPLICATES)
 def test_duplicates_repeat_an_earlier_sound_house(kind: str) -> None:
-    index = next(k for k in range(COUNT) if role_of(k, SEED) == kind)
+    index = next(k for k in range(COUNT) if planted_fault(k, SEED) == kind)
     source = original_of(index, SEED)
     assert source < index
-    assert role_of(source, SEED) == "sound"
+    assert planted_fault(source, SEED) == "sound"
     for copy, original in zip(_truths(index, SEED), _truths(source, SEED), strict=True):
         assert copy.expected == f"duplicate_of:{original.id}"
         a, b = _free(copy), _free(original)
@@ -295,7 +295,7 @@ def test_truth_is_written_beside_the_houses(root: Path, truths: list[Truth]) -> 
 
 @pytest.mark.parametrize("kind", ["open_front", "half_open_front"])
 def test_an_open_front_lacks_a_wall_that_the_truth_still_draws(kind: str, tmp_path: Path) -> None:
-    index = next(k for k in range(200) if role_of(k, SCENE_SEED) == kind)
+    index = next(k for k in range(200) if planted_fault(k, SCENE_SEED) == kind)
     truth = write_house(tmp_path, index, SCENE_SEED)[0]
     (item,) = suncg.find(str(tmp_path))
     level = next(iter(suncg.read(item)))

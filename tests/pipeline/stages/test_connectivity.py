@@ -11,7 +11,7 @@ import shapely
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import union_of
-from pipeline.geometry.spaces import floor_of, standing_pieces
+from pipeline.geometry.spaces import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect
 from pipeline.values import Doorway, Evidence, Spaces
@@ -120,16 +120,16 @@ def test_evidence_elsewhere_moves_no_cut(evidence: Evidence | None) -> None:
 def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:
     found = connected(before(two_rooms()))
     (pair,) = found.joined
-    way = shortest_way(floor_of(found).buffer(-pair.radius_m), *pair.points)
+    way = shortest_way(walkable_floor(found).buffer(-pair.radius_m), *pair.points)
     line = shapely.linestrings(way.points)
     assert line.intersects(found.passages[0].portal.strip())
-    assert floor_of(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))
+    assert walkable_floor(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))
 
 
 def test_three_closed_rooms_need_two_cuts_and_no_more() -> None:
     found = connected(before(three_rooms()))
     assert kinds(found) == ["cut", "cut"]
-    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+    assert len(erode_floor(walkable_floor(found), CONFIG.robot_radius_m)) == 1
     assert sorted(round(p.portal.depth, 2) for p in found.passages) == [0.1, 0.2]
 
 
@@ -163,7 +163,7 @@ def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
     walls = shapely.box(-0.2, -0.2, 8.2, 3.2).difference(room)
     found = connected(drawn(walls, room))
     assert found.passages == ()
-    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+    assert len(erode_floor(walkable_floor(found), CONFIG.robot_radius_m)) == 1
     assert found.rooms[0].area > room.area
 
 
@@ -176,7 +176,7 @@ def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
     assert found.notes["filled_pockets"] == 1
     assert "cuts" not in found.notes
     assert found.rooms[0].area == pytest.approx(19.0, abs=0.25)
-    assert len(standing_pieces(floor_of(found), CONFIG.robot_radius_m)) == 1
+    assert len(erode_floor(walkable_floor(found), CONFIG.robot_radius_m)) == 1
 
 
 def test_a_pocket_is_filled_in_the_smaller_room_of_a_house_too() -> None:

@@ -9,7 +9,7 @@ import pytest
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.spaces import floor_of, sample, standing_pieces
+from pipeline.geometry.spaces import erode_floor, sample, walkable_floor
 from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect
 from pipeline.values import Spaces
 from tests.builders.houses import Hole, Parts, level, shell, snapshots, three_rooms, two_rooms, wall
@@ -20,13 +20,13 @@ CONFIG = ConnectivityConfig(samples=24)
 def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, rng: np.random.Generator) -> Spaces:
     """Take all pairs by increasing distance, plan each; where there is none, cut on the line and plan again."""
     radius = config.robot_radius_m
-    points = sample(standing_pieces(floor_of(spaces), radius), config.samples, rng)
+    points = sample(erode_floor(walkable_floor(spaces), radius), config.samples, rng)
     pairs = [(i, j) for i in range(len(points)) for j in range(i + 1, len(points))]
     for i, j in sorted(pairs, key=lambda pair: np.hypot(*(points[pair[0]] - points[pair[1]]))):
-        while shortest_way(floor_of(spaces).buffer(-radius), points[i], points[j]) is None:
-            floor = floor_of(spaces)
+        while shortest_way(walkable_floor(spaces).buffer(-radius), points[i], points[j]) is None:
+            floor = walkable_floor(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
-            pieces = standing_pieces(floor, radius)
+            pieces = erode_floor(floor, radius)
             on_line = cuts_on_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
             cut = next((cut for _, cut in on_line if _joins_pieces(cut, pieces, floor, radius)), None)
             if cut is None:  # no clean cut near this line: another pair's will do
@@ -70,4 +70,4 @@ def test_planning_every_pair_makes_the_same_cuts(name: str, seed: int) -> None:
         assert one.kind == other.kind
         assert one.portal.sides == other.portal.sides
         np.testing.assert_allclose(one.portal.segment, other.portal.segment, atol=1e-12)
-    assert len(standing_pieces(floor_of(slow), CONFIG.robot_radius_m)) == 1
+    assert len(erode_floor(walkable_floor(slow), CONFIG.robot_radius_m)) == 1
