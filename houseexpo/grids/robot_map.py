@@ -1,7 +1,8 @@
 """A robot's map: occupancy cells with their size and place, read from the files of map_server, pictures and arrays.
 
 Formats: map_server's ``map.yaml`` with its picture (ROS 1 and Nav2), a picture alone (.pgm, .png and others), a NumPy
-array (.npy), and the ``nav_msgs/OccupancyGrid`` of a ROS 2 bag (.mcap, .db3, or the folder of a bag).
+array (.npy), the ``nav_msgs/OccupancyGrid`` of a ROS 2 bag (.mcap, .db3, or the folder of a bag), and the bitmap of a
+world of Stage's (.world, see ``stage_world``).
 
 R1  A picture's colours are averaged, and transparent pixels are unknown. ``negate`` swaps black and white.
 R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scale``, a cell darker than
@@ -39,6 +40,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
 from houseexpo.files import is_device, plain_yaml, real_path
+from houseexpo.grids.stage_world import FREE_FROM, WorldError, floor_of_world, is_stage_world
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -58,7 +60,10 @@ SAVED_SHARE: Final = 0.75
 BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
+WORLD: Final = ".world"
 YAML_BYTES: Final = 1 << 20
+STRETCHED: Final = 0.005
+"""Cells of a world's bitmap whose sides differ by less are square."""
 _DEEPEST: Final = 20
 HEAD_BYTES: Final = 1 << 12
 WALLS_ONLY: Final = "walls_only"
@@ -166,14 +171,14 @@ def read_map(
     occupied_thresh: float = OCCUPIED_THRESH,
     free_thresh: float | None = None,
 ) -> RobotMap:
-    """Read a robot's map: a ``map.yaml``, a picture, an array or a bag (see the module's rules).
+    """Read a robot's map: a ``map.yaml``, a picture, an array, a bag or Stage's world (see the module's rules).
 
     Parameters
     ----------
     path
         The file, or the folder of a bag.
     resolution
-        The side of a cell, metres, of a picture or an array alone. A ``map.yaml`` and a bag say their own.
+        The side of a cell, metres, of a picture or an array alone. The other files say their own.
     topic
         The topic of a bag (R7).
     negate, occupied_thresh, free_thresh
@@ -203,6 +208,8 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
         raise MapError(f"{file}: there is no such file", "check the path", "missing_file")
     if suffix in YAMLS:
         return _from_yaml(file)
+    if suffix == WORLD:
+        return _from_world(file)
     if resolution is None:
         raise MapError(f"{file.name}: expected the side of a cell, found none", "give the resolution", "bad_units")
     size = _number(resolution, "resolution", file.name)
@@ -220,18 +227,19 @@ def is_map_yaml(head: bytes) -> bool:
 
 
 def is_map_file(path: Path) -> bool:
-    """Whether a file may be a map by itself: a ``map.yaml``, a picture or an array."""
+    """Whether a file may be a map by itself: a ``map.yaml``, a picture, an array or Stage's world."""
     suffix = path.suffix.lower()
-    if suffix in YAMLS:
+    if suffix in (*YAMLS, WORLD):
         with path.open("rb") as stream:
-            return is_map_yaml(stream.read(HEAD_BYTES))
+            head = stream.read(HEAD_BYTES)
+        return is_stage_world(head) if suffix == WORLD else is_map_yaml(head)
     return suffix in (*PICTURES, ".npy")
 
 
 def without_pictures(files: Iterable[Path]) -> list[Path]:
-    """Return map files without the pictures that belong to a ``map.yaml`` among them (R5)."""
+    """Return map files without the pictures that belong to a ``map.yaml`` or a world among them (R5)."""
     every = list(files)
-    taken = {picture_of(file) for file in every if file.suffix.lower() in YAMLS}
+    taken = {picture_of(file) for file in every if file.suffix.lower() in (*YAMLS, WORLD)}
     return [file for file in every if real_path(file) not in taken]
 
 
@@ -241,10 +249,11 @@ def is_bag(path: Path) -> bool:
 
 
 def picture_of(path: Path) -> Path | None:
-    """Return the picture that a ``map.yaml`` takes (R5), or None if it names none that is there."""
+    """Return the picture that a ``map.yaml`` or a world takes (R5), or None if it names none that is there."""
     try:
-        return _picture(path, _document(path))
-    except MapError:
+        is_world = path.suffix.lower() == WORLD
+        return _picture(path, floor_of_world(path).bitmap if is_world else _document(path).get("image"))
+    except (MapError, WorldError, OSError):
         return None
 
 
@@ -297,12 +306,17 @@ class _Shading:
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:
     """Whether a picture is map_saver's; R2."""
+    return _unknown_grey(grey) == SAVED_UNKNOWN
+
+
+def _unknown_grey(grey: npt.NDArray[np.uint8]) -> int | None:
+    """Return the shade that most of what is neither black nor white has in a picture with white, or None."""
     counts = np.bincount(grey.ravel(), minlength=256)
     margin = int(255 * WHITE)
-    between = int(counts[margin + 1 : 255 - margin].sum())
-    return bool(
-        counts[255 - margin :].any() and counts[SAVED_UNKNOWN] > 0 and counts[SAVED_UNKNOWN] >= SAVED_SHARE * between
-    )
+    between = counts[margin + 1 : 255 - margin]
+    if not counts[255 - margin :].any() or not between.any() or between.max() < SAVED_SHARE * between.sum():
+        return None
+    return int(between.argmax()) + margin + 1
 
 
 def _from_yaml(file: Path) -> RobotMap:
@@ -310,14 +324,7 @@ def _from_yaml(file: Path) -> RobotMap:
     missing = [key for key in ("image", "resolution") if key not in document]
     if missing:
         raise MapError(f"{file.name}: expected the keys image and resolution, found no {missing[0]}", "add it")
-    picture = _picture(file, document)
-    if picture is None:
-        said = str(document["image"])[:120]
-        raise MapError(
-            f"{file.name}: image: expected a picture in the folder of the yaml, found none of the name {said!r}",
-            "put the picture beside the yaml, and its name into it",
-            "missing_file",
-        )
+    picture = _picture_in_folder(file, document["image"], "image")
     mode = str(document.get("mode", "trinary")).lower()
     if mode not in {"trinary", "scale", "raw"}:
         raise MapError(f"{file.name}: mode: expected trinary, scale or raw, found {mode[:40]!r}", "correct it")
@@ -344,9 +351,63 @@ def _document(file: Path) -> Mapping[str, Any]:
     return document
 
 
-def _picture(file: Path, document: Mapping[str, Any]) -> Path | None:
-    """R5: the picture, or None."""
-    named = document.get("image")
+def _from_world(file: Path) -> RobotMap:
+    """Return the map of Stage's world; the rules are those of ``stage_world``."""
+    try:
+        floor = floor_of_world(file)
+    except WorldError as error:
+        advice = "give the map that its floor plan was made of, or correct it"
+        raise MapError(str(error), advice, "empty" if "bitmap" in str(error) else "unreadable") from None
+    picture = _picture_in_folder(file, floor.bitmap, "bitmap")
+    grey = _grey_of(picture).grey
+    place = _place_of_floor(grey >= FREE_FROM, boundary=floor.boundary)
+    cells = np.where(grey >= FREE_FROM, 0, 100).astype(np.int8)
+    unknown_shade = _unknown_grey(grey)
+    if unknown_shade is not None:
+        cells[grey == unknown_shade] = UNKNOWN  # R2, for any shade, since people scale bitmaps; in Stage, it is free
+    (left, top), (right, bottom) = place
+    wide, high = floor.size_m[0] / (right - left), floor.size_m[1] / (bottom - top)
+    x, y, degrees = floor.pose
+    yaw = math.radians(degrees)
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    across, up = (left + right) / 2 * wide, (len(grey) - (top + bottom) / 2) * high
+    side = min(wide, high)
+    if max(wide, high) > (1 + STRETCHED) * side:  # the cells of a map are square
+        cells = cells[_repeat(cells.shape[0], high / side)][:, _repeat(cells.shape[1], wide / side)]
+    origin = x - cos * across + sin * up, y - sin * across - cos * up, yaw
+    return RobotMap(cells, float(side), origin, file.name, unknown_shade)
+
+
+def _place_of_floor(free: Bools, *, boundary: bool) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the first (across, down) of the cells that Stage stretches to a model's size, and the end of the last."""
+    rows, cols = np.flatnonzero(~free.all(axis=1)), np.flatnonzero(~free.all(axis=0))
+    if boundary or not len(rows):
+        return (0, 0), (free.shape[1], free.shape[0])
+    return (int(cols[0]), int(rows[0])), (int(cols[-1]) + 1, int(rows[-1]) + 1)
+
+
+def _repeat(count: int, scale: float) -> npt.NDArray[np.int64]:
+    """Return which of ``count`` rows is nearest to each row of ``scale`` times as many."""
+    many = max(round(count * scale), 1)
+    _check_size((many, 1), "the stretched map")
+    return np.minimum(((np.arange(many) + 0.5) / scale).astype(np.int64), count - 1)
+
+
+def _picture_in_folder(file: Path, named: Any, key: str) -> Path:
+    picture = _picture(file, named)
+    if picture is None:
+        kind = file.suffix[1:]
+        raise MapError(
+            f"{file.name}: {key}: expected a picture in the folder of the {kind}, found none of the name "
+            f"{str(named)[:120]!r}",
+            f"put the picture beside the {kind}, and its name into it",
+            "missing_file",
+        )
+    return picture
+
+
+def _picture(file: Path, named: Any) -> Path | None:
+    """R5: the picture of a name, or None."""
     if not isinstance(named, str) or not named or "\0" in named:
         return None
     folder = real_path(file.parent)

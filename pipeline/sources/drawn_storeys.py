@@ -249,9 +249,9 @@ def deepen_opening(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     step = DEEPEST_WALL_M * np.array(hole.across)
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
     near = [wall.shape for wall in walls if wall.shape.intersects(lane)]
-    parts = polygons_of(shapely.intersection(shapely.union_all(near), lane))
+    within = shapely.intersection(shapely.union_all(near), lane, grid_size=SAME_M)  # not the face that it runs along
     beside = shapely.buffer(hole.shape, CRACK_M)
-    through: BaseGeometry = shapely.union_all([part for part in parts if part.intersects(beside)])
+    through: BaseGeometry = shapely.union_all([part for part in polygons_of(within) if part.intersects(beside)])
     shape = shapely.convex_hull(through)
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else None
 

@@ -21,7 +21,8 @@ from typing import Any
 
 import msgspec
 
-from houseexpo.grids.robot_map import BAGS, YAMLS, is_map_file, is_map_yaml, without_pictures
+from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, is_map_file, is_map_yaml, without_pictures
+from houseexpo.grids.stage_world import is_stage_world
 from pipeline.sources.files import files_in
 from pipeline.sources.vector_plans import is_drawn
 from pipeline.values import Input
@@ -91,7 +92,7 @@ def recognise(path: Path) -> str | None:
         return "habitat"
     if suffix not in _MESHES and is_drawn(path, head):
         return "vector_plans"
-    if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)):
+    if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)) or (suffix == WORLD and is_stage_world(head)):
         return "occupancy_map"
     if suffix in _SKIPPED:
         return None

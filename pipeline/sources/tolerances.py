@@ -261,6 +261,7 @@ NAME_BOX_M: Final = 0.1  # half the side of the box about the point at which a r
 # Decisions about lines and areas (``vector_plans``).
 
 SHORTEST_M: Final = 0.01  # a shorter door, or a thinner wall, has no stated size
+LARGEST_THING_M2: Final = 12.0  # a named box that covers more is a carpet, a ceiling or a group of things
 THICKEST_LINE_M: Final = 2.0  # a thicker wall has no stated thickness
 JAMB_M: Final = 0.05  # beside a door's ends, its wall is looked for this far along it
 OFF_LINE_M: Final = 0.02  # a door's line may lie this far outside of its wall

@@ -23,6 +23,8 @@ from pipeline.sources.meshes.scene import Part, Piece, transform_triangles
 Floats = npt.NDArray[np.float64]
 
 COMPRESSED = frozenset({"EXT_meshopt_compression", "KHR_meshopt_compression"})
+_UNPACK = "unpack it (gltfpack -noq -kn -km -i {name} -o plain.glb), or export it without compression or with Draco's"
+"""gltfpack reads what it compressed; it writes plain floats (-noq), and keeps named nodes and materials (-kn -km)."""
 MAX_NODES = 1_000_000
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
@@ -90,7 +92,7 @@ def _check_extensions(tree: dict[str, Any], path: Path) -> None:
     compressed = required & COMPRESSED
     if compressed:
         detail = f"{path.name} is compressed with {', '.join(sorted(compressed))}, which is not read here"
-        raise Rejection("source", Reason.UNREADABLE, detail, "export it without mesh compression, or with Draco's")
+        raise Rejection("source", Reason.UNREADABLE, detail, _UNPACK.format(name=path.name))
 
 
 def _nodes(tree: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], dict[str, Any], Floats]]:

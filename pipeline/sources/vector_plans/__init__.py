@@ -28,6 +28,7 @@ FAMILIES = (
     "dxf",
     "geojson",
     "scene_text",
+    "interior_gs",
     "annotations",
     "svg",
     "tables",

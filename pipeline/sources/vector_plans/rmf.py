@@ -7,7 +7,8 @@ R1  A level's scale is the mean of its measurements; without one, it is that of 
     the distances between fiducials that both have, or simply that of the reference level. y of pictures runs down.
 R2  A wall is 0.1 m thick and 2.5 m high, as rmf_building_map_tools makes it; ``thickness`` among its parameters, which
     our own export writes, says another one. Walls that are two faces of one are filled.
-R3  A vertex whose name is the name of a room names the room around it.
+R3  A vertex whose name is the name of a room names the room around it. Where two floors or more have one such vertex
+    each, and none has two, these floors are the rooms, as our own export draws them.
 R4  A lift is a room of the levels that it has doors on, or passes where it names none; its doors are doors.
 R5  What refers to vertices that are not there is left out, with a note.
 """
@@ -26,7 +27,7 @@ from shapely import Polygon
 
 from houseexpo.files import plain_yaml
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of
+from pipeline.sources.drawn_storeys import Wall, clean, floor_of
 from pipeline.sources.files import LeftOut
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
@@ -102,25 +103,35 @@ class _Sheet:
         walls = solid_between(bodies)
         found = [hole_at(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
         found += [hole_at(a, b, walls, has_door=True) for a, b in lift_doors]
-        rooms = [room(name, at=at) for name, at in self.names if labels_for((name,))]  # R3
+        floors = self._floors()
         return Storey(
             walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
             holes=tuple(hole for hole in found if hole is not None),
-            rooms=(*rooms, *lifts),
-            floor=self._floor(found),
+            rooms=(*self._rooms(floors), *lifts),
+            floor=floor_of([*floors, *(hole.shape for hole in found if hole is not None)]) if floors else None,
             height_m=_number(self.level.get("elevation"), 0.0),
             all_named=False,
             about={"level_name": self.name},
         )
 
-    def _floor(self, holes: list[Hole | None]) -> Any:
+    def _rooms(self, floors: list[Polygon]) -> list[SourceRoom]:
+        """R3."""
+        named = [(name, at) for name, at in self.names if labels_for((name,))]
+        inside = [[k for k, (_, at) in enumerate(named) if shapely.contains_xy(floor, *at)] for floor in floors]
+        if max(map(len, inside), default=0) > 1 or sum(map(len, inside)) < 2:
+            return [room(name, at=at) for name, at in named]
+        of_floors = [room(named[found[0]][0], floor) for floor, found in zip(floors, inside, strict=True) if found]
+        taken = {k for found in inside for k in found}
+        return of_floors + [room(name, at=at) for k, (name, at) in enumerate(named) if k not in taken]
+
+    def _floors(self) -> list[Polygon]:
         shapes = []
         for floor in _as_list(self.level.get("floors")):
             corners = floor.get("vertices") if isinstance(floor, Mapping) else None
             ring = [self._at(index) for index in _as_list(corners)]
             shape = clean([point for point in ring if point is not None])
             shapes += [shape] if shape is not None else []
-        return floor_of([*shapes, *(hole.shape for hole in holes if hole is not None)]) if shapes else None
+        return shapes
 
     def edges(self, kind: str) -> Iterator[tuple[Point, Point, Mapping[str, Any]]]:
         """Yield the edges of a kind; R5."""

@@ -217,6 +217,20 @@ def test_meshopt_is_refused_as_what_it_is(tmp_path, name):
     with pytest.raises(Rejection, match=name) as caught:
         load_scene(path)
     assert caught.value.reason is Reason.UNREADABLE
+    assert "gltfpack -noq -kn -km -i house.gltf" in caught.value.advice
+
+
+def test_textures_that_need_ktx2_are_not_opened(tmp_path):
+    """As gltfpack -tc writes them: the picture is required, and named by an extension alone."""
+    blobs = [MESH.vertices.astype("<f4").tobytes(), INDICES]
+    more = {
+        "images": [{"uri": "wall.ktx2", "mimeType": "image/ktx2"}],
+        "textures": [{"extensions": {"KHR_texture_basisu": {"source": 0}}}],
+        "materials": [{"name": "wall", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "extensionsRequired": ["KHR_texture_basisu"],
+    }
+    scene = load_scene(write_gltf(tmp_path / "house.gltf", [FLOATS, INDEX], blobs, **more))
+    assert scene.mesh.vertices == pytest.approx(MESH.vertices, abs=1e-6)
 
 
 @pytest.mark.parametrize("uri", ["../outside.bin", "http://localhost/x.bin", "%2e%2e/outside.bin", "/etc/hostname"])

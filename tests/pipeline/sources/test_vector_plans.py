@@ -15,6 +15,8 @@ from houseexpo.exports import rmf
 from houseexpo.plan.categories import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.drawn_storeys import Hole, Wall, deepen_opening
+from pipeline.sources.vector_plans import is_drawn
 from pipeline.sources.vector_plans.tables import keys
 from tests.builders.batch import plans_of
 from tests.builders.formats import published_plans as published
@@ -24,6 +26,7 @@ FILES = {
     "layout.txt": (published.spatiallm, set()),
     "ase_scene_language.txt": (published.aria, set()),
     "annotation_3d.json": (published.structured3d, NAMED),
+    "structure.json": (published.interior_gs, NAMED),
     "zind_data.json": (published.zind, NAMED),
     "model.svg": (published.cubicasa, NAMED),
     "geometries.csv": (published.swiss_dwellings, NAMED),
@@ -61,6 +64,22 @@ def test_a_table_and_a_pickle_hold_many_plans(tmp_path):
     assert [item.key for item in find(str(path))] == ["0", "1", "2", "3"]
     assert len({plan.id for plan in plans_of(path)}) == 4
     assert len(plans_of(written(tmp_path / "msd.csv", published.swiss_dwellings(1, "geom")))) == 1
+
+
+def test_a_floor_plan_of_interiorgs_names_its_furniture_and_what_it_leaves_out(tmp_path):
+    document = json.loads(published.interior_gs())
+    document["walls"] += [{"location": [[0, 0]], "thickness": 0.1, "height": 2.8}, "nonsense"]
+    document["ins"] += [{"label": "Lamp", "position": [1, 1, 2.5], "size": [0.3, 0.3, 0.3]}, {"label": "Sofa"}]
+    path = written(tmp_path / "scene.json", json.dumps(document))
+    (level,) = reader("vector_plans").read(next(find(str(path))))
+    assert [thing.words for thing in level.furniture] == [("Sofa",)]
+    for part in ("walls[5]", "walls[6]", "ins[3]"):
+        assert part in level.provenance["left_out"]
+
+
+def test_a_json_of_another_kind_is_not_interiorgs(tmp_path):
+    path = written(tmp_path / "structure.json", json.dumps({"rooms": [{"type": "kitchen"}], "walls": []}))
+    assert not is_drawn(path, path.read_bytes())
 
 
 def test_a_scale_that_is_missing_is_guessed_from_doors(tmp_path):
@@ -207,6 +226,23 @@ def test_a_picture_runs_down_and_metres_run_up(tmp_path):
         vertex[0], vertex[1] = vertex[0] * SCALE, -vertex[1] * SCALE
     up = built(tmp_path, building, "metres.building.yaml")[0]
     assert shapely.equals_exact(shapely.normalize(down.free_space), shapely.normalize(up.free_space), 0.011)
+
+
+def test_a_door_beside_a_corner_is_as_deep_as_its_own_wall():
+    """The lane through the door runs along the face of the wall at the corner, a rounding error within it."""
+    walls = [Wall(shapely.box(1.5, 0.1, 1.6, 5.0), 0.0, 2.5), Wall(shapely.box(0.0, 0.0, 3.0, 0.1), 0.0, 2.5)]
+    hole = Hole(shapely.box(1.5, 0.1 - 1e-7, 1.6, 0.9), 0.0, 2.1, across=(1.0, 0.0))
+    assert deepen_opening(hole, walls).shape.area == pytest.approx(0.08, abs=1e-4)
+
+
+def test_floors_with_one_name_each_are_the_rooms(tmp_path):
+    """A wall that leaves a gap of 1 m in a room parts no room that is drawn as one floor."""
+    vertices = [[0, 0, 0, ""], [120, 0, 0, ""], [120, 80, 0, ""], [0, 80, 0, ""], [60, 0, 0, ""], [60, 80, 0, ""]]
+    vertices += [[30, 40, 0, "kitchen"], [90, 40, 0, "bedroom"], [90, 0, 0, ""], [90, 60, 0, ""]]
+    walls = [[0, 4, {}], [4, 8, {}], [8, 1, {}], [1, 2, {}], [2, 5, {}], [5, 3, {}], [3, 0, {}], [4, 5, {}], [8, 9, {}]]
+    floors = [{"vertices": [0, 4, 5, 3], "parameters": {}}, {"vertices": [4, 1, 2, 5], "parameters": {}}]
+    (whole,) = built(tmp_path, changed(vertices=vertices, walls=walls, floors=floors, doors=[]))
+    assert sorted(room.label for room in whole.rooms) == ["Bedroom", "Kitchen"]
 
 
 def test_a_lift_is_a_room_with_a_door(tmp_path):
