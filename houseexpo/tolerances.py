@@ -14,7 +14,10 @@ from typing import Final
 
 GRID_M: Final = 0.01  # coordinates of plans are whole centimetres, in published files and in ours
 SAME_M: Final = 1e-6  # lengths and coordinates that differ by less are equal: double precision at 20 km has 4e-12
+TINY: Final = 1e-9  # lengths, areas and weights are at least this where something is divided by them
+SAME_PX: Final = 1e-6  # sizes in cells that differ by less are equal, so that rounding adds no row
 SAME_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
+CRUMB_M2: Final = 1e-4  # in an export, a smaller piece of wall or floor is left over where shapes meet: 1 cm by 1 cm
 SLIVER_M2: Final = 1e-7  # a smaller piece of a convex decomposition is a line
 WELD_M: Final = 1e-4  # vertices of a mesh that are closer are one: a tenth of a millimetre, as exports write them
 TIE_PX: Final = 1e-7  # walls on the grid run through cell centres; this decides on which side of a wall they lie
@@ -75,6 +78,8 @@ BOX_INSIDE: Final = 0.5  # share of a box from which it lies in a room
 
 # Decisions elsewhere.
 
+ENTRANCE_REACH_M: Final = 0.6  # an entrance goes through an outer wall that is drawn up to this thick
+ENTRANCE_TOUCH_M: Final = 0.011  # and through parts of it this near to its door: the grid of rings, and rounding
 MITRE: Final = 2.0  # limit of mitred corners of walls: right angles keep their corner, acute ones do not extend far
 SPLIT_STEP_M: Final = 0.05  # step of radii in the search for a split; smaller parts that appear between are ignored
 MAX_CORNERS: Final = (

@@ -13,6 +13,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import door_mask, free_mask, room_mask
+from houseexpo.tolerances import SAME_PX
 
 
 @dataclass(frozen=True)
@@ -80,12 +81,12 @@ def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:
     x1, y1, x2, y2 = plan.bbox
     rows, cols = config.size
     scale = config.pixels_per_metre
-    if (x2 - x1) * scale > cols + 1e-6 or (y2 - y1) * scale > rows + 1e-6:
+    if (x2 - x1) * scale > cols + SAME_PX or (y2 - y1) * scale > rows + SAME_PX:
         if config.fit == "refuse":
             raise ConfigError(
                 f"plan {plan.id!r}: {x2 - x1:.2f} x {y2 - y1:.2f} m do not fit {cols} x {rows} cells at {scale:g} px/m"
             )
         if config.fit == "shrink":
             scale = min(cols / (x2 - x1), rows / (y2 - y1))
-    left, low = (math.floor((n - size * scale) / 2 + 1e-6) for n, size in ((cols, x2 - x1), (rows, y2 - y1)))
+    left, low = (math.floor((n - size * scale) / 2 + SAME_PX) for n, size in ((cols, x2 - x1), (rows, y2 - y1)))
     return GridFrame((x1 - left / scale, y1 - low / scale), scale, (rows, cols), config.y_up)

@@ -17,6 +17,7 @@ from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import rings_of
 from houseexpo.plan import Room
+from houseexpo.tolerances import CRUMB_M2, SAME_M2, WELD_M
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -133,8 +134,8 @@ class _Writer:
 
     def _walls(self, built: Solid, doors: Sequence[Passage]) -> list[Any]:
         """Walls with their openings, and the doors in these."""
-        whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=1e-4)
-        bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > 1e-4]
+        whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=WELD_M)
+        bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
         walls = [
             self._element("IfcWall", f"wall {i}", f"Wall {i}", part, 0.0, built.wall_height)
             for i, part in enumerate(bodies)
@@ -143,7 +144,7 @@ class _Writer:
         for each in doors:
             name, height = each.door.id, built.door_height if each.has_leaf else built.wall_height
             opening = self._element("IfcOpeningElement", f"opening {name}", f"Opening {name}", each.shape, 0.0, height)
-            inside = [int(k) for k, part in enumerate(bodies) if part.intersection(each.shape).area > 1e-6]
+            inside = [int(k) for k, part in enumerate(bodies) if part.intersection(each.shape).area > SAME_M2]
             if inside:
                 self._root(
                     "IfcRelVoidsElement",
@@ -169,7 +170,7 @@ class _Writer:
         return space
 
     def _slab(self, built: Solid) -> Any:
-        whole = shapely.union_all([built.space, *built.walls], grid_size=1e-4)
+        whole = shapely.union_all([built.space, *built.walls], grid_size=WELD_M)
         slab = self._element("IfcSlab", "floor", "Floor", whole, -FLOOR_M, FLOOR_M)
         slab.PredefinedType = "FLOOR"
         return slab

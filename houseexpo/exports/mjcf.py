@@ -15,6 +15,7 @@ from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
+from houseexpo.tolerances import CRUMB_M2, TINY
 
 _SLAB_M: Final = 0.05
 _WALL, _LINTEL, _FLOOR, _THING = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.56 0.47 1", "0.66 0.53 0.4 1"
@@ -70,7 +71,7 @@ def _pieces(built: Solid) -> Iterator[tuple[str, str, Any, float, float]]:
         for i, ring in enumerate(trapezoids(room.polygon)):
             yield f"room|{room.id}|{room.label}|{i}", _FLOOR, ring, -_SLAB_M, 0.0
     rest = shapely.difference(built.space, shapely.union_all([room.polygon for room in built.plan.rooms]))
-    floors = [ring for part in shapely.get_parts(rest) if part.area > 1e-4 for ring in trapezoids(part)]
+    floors = [ring for part in shapely.get_parts(rest) if part.area > CRUMB_M2 for ring in trapezoids(part)]
     yield from ((f"floor_{i}", _FLOOR, ring, -_SLAB_M, 0.0) for i, ring in enumerate(floors))
     for thing in built.furniture:
         for i, ring in enumerate(trapezoids(thing.polygon) if thing.height > 0 else ()):
@@ -98,7 +99,7 @@ def _site(world: ET.Element, each: Passage, height: float) -> None:
     along = np.array([bx - ax, by - ay])
     length = float(np.hypot(*along))
     turn = float(np.arctan2(along[1], along[0]))
-    across = np.array([-along[1], along[0]]) / max(length, 1e-9)
+    across = np.array([-along[1], along[0]]) / max(length, TINY)
     depths = (shapely.get_coordinates(each.shape) - (ax, ay)) @ across
     middle = np.array([(ax + bx) / 2, (ay + by) / 2]) + across * float(depths.min() + depths.max()) / 2
     kind = "door" if each.has_leaf else "doorway"

@@ -10,12 +10,10 @@ import shapely
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door
+from houseexpo.tolerances import ENTRANCE_REACH_M, ENTRANCE_TOUCH_M, TINY
 
 if TYPE_CHECKING:
     from shapely import Polygon
-
-_REACH_M = 0.6
-_TOUCH_M = 0.011  # rings are on a grid of 1 cm
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +43,11 @@ def passages(plan: FloorPlan, wall_thickness: float) -> list[Passage]:
 def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
     """The part of an outer wall, as thick as it is drawn, that an entrance takes out."""
     a, b = np.asarray(door.segment, np.float64)
-    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
-    across = np.array([-along[1], along[0]]) * _REACH_M
+    along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
+    across = np.array([-along[1], along[0]]) * ENTRANCE_REACH_M
     lane = shapely.Polygon([a - across, b - across, b + across, a + across])
     parts = shapely.get_parts(shapely.intersection(walls, lane))
-    near = [p for p in parts if p.geom_type == "Polygon" and shapely.dwithin(p, door.polygon, _TOUCH_M)]
+    near = [p for p in parts if p.geom_type == "Polygon" and shapely.dwithin(p, door.polygon, ENTRANCE_TOUCH_M)]
     hull = shapely.convex_hull(shapely.union_all(near))
     return hull if hull.geom_type == "Polygon" else door.polygon
 
@@ -57,7 +55,7 @@ def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
 def _middle(door: Door, shape: Polygon) -> tuple[tuple[float, float], tuple[float, float]]:
     """The door's segment, moved to the middle of its shape."""
     a, b = np.asarray(door.segment, np.float64)
-    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     across = np.array([-along[1], along[0]])
     depths = (shapely.get_coordinates(shape) - a) @ across
     step = across * float(depths.min() + depths.max()) / 2

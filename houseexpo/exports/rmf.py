@@ -17,6 +17,7 @@ from houseexpo.exports.solid import WALL_THICKNESS_M, solid
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import free_mask, rings_of
 from houseexpo.plan.categories import UNLABELLED
+from houseexpo.tolerances import CRUMB_M2, MITRE, TINY
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -25,7 +26,6 @@ RMF_WALL_M: Final = 0.1
 """rmf_building_map_tools makes every wall so thick."""
 
 _LEVEL = "L1"
-_LEAST_M2 = 1e-4
 _WALL: Final = {"alpha": [3, 1.0], "texture_name": [1, "default"]}
 
 
@@ -44,7 +44,7 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     doors = passages(turned, wall_thickness)
     walls = shapely.union_all(solid(turned, wall_thickness=wall_thickness, orientation="plan").walls)
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
-    bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > _LEAST_M2]
+    bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
     level = {
         "drawing": {"filename": f"{plan.id}.png"},
         "elevation": 0.0,
@@ -119,14 +119,14 @@ class _Sheet:
 
 def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], dict[str, Any]]]:
     """Yield the lines of one wall: rings inside its faces, and strips where it is thinner than Open-RMF's walls."""
-    core = shapely.buffer(body, -RMF_WALL_M / 2, join_style="mitre", mitre_limit=2.0)
+    core = shapely.buffer(body, -RMF_WALL_M / 2, join_style="mitre", mitre_limit=MITRE)
     cores = [part for part in shapely.get_parts(core) if part.area > 0]
     for part in cores:
         for ring in rings_of(part):
             yield from ((a, b, _WALL) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True))
-    covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=2.0)
+    covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=MITRE)
     for rest in shapely.get_parts(shapely.difference(body, covered)):
-        if rest.geom_type == "Polygon" and rest.area > _LEAST_M2:
+        if rest.geom_type == "Polygon" and rest.area > CRUMB_M2:
             yield from (_strip(ring) for ring in trapezoids(rest))
 
 
@@ -137,7 +137,7 @@ def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]
     k = int(np.argmin(sides))
     thick = float(sides[k])
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
-    step = (b - a) / max(float(np.hypot(*(b - a))), 1e-9) * min(thick, float(sides[(k + 1) % 4]) * 0.98) / 2
+    step = (b - a) / max(float(np.hypot(*(b - a))), TINY) * min(thick, float(sides[(k + 1) % 4]) * 0.98) / 2
     return a + step, b - step, {**_WALL, "thickness": [3, round(thick, 4)]}
 
 

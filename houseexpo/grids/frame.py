@@ -13,6 +13,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
 from houseexpo.plan.checks import number
+from houseexpo.tolerances import SAME_PX, TINY
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -73,7 +74,7 @@ class GridFrame:
             raise _too_many(f"{longest:.3g} along one side")
         margin_m = margin_px / pixels_per_metre
         # tolerance of 1e-6 cells: 4 m at 25 px/m are 100 cells, not 101 because of rounding
-        rows, cols = (math.ceil(size * pixels_per_metre - 1e-6) + 2 * margin_px for size in (y2 - y1, x2 - x1))
+        rows, cols = (math.ceil(size * pixels_per_metre - SAME_PX) + 2 * margin_px for size in (y2 - y1, x2 - x1))
         return cls((x1 - margin_m, y1 - margin_m), pixels_per_metre, (max(rows, 1), max(cols, 1)), y_up)
 
     @property
@@ -127,7 +128,7 @@ class GridFrame:
 def is_too_coarse(bounds: Sequence[float], pixels_per_metre: float) -> bool:
     """Return whether (x_min, y_min, x_max, y_max) has fewer than ``FEWEST_CELLS`` cells along its longer side."""
     x1, y1, x2, y2 = bounds
-    return max(x2 - x1, y2 - y1) * pixels_per_metre < FEWEST_CELLS - 1e-6
+    return max(x2 - x1, y2 - y1) * pixels_per_metre < FEWEST_CELLS - SAME_PX
 
 
 def check_not_too_coarse(bounds: Sequence[float], pixels_per_metre: float, name: str) -> None:
@@ -137,7 +138,7 @@ def check_not_too_coarse(bounds: Sequence[float], pixels_per_metre: float, name:
         x1, y1, x2, y2 = bounds
         raise ConfigError(
             f"pixels_per_metre: {pixels_per_metre:g} makes plan {name!r} ({x2 - x1:.2f} x {y2 - y1:.2f} m) smaller "
-            f"than {FEWEST_CELLS} cells; expected at least {FEWEST_CELLS / max(x2 - x1, y2 - y1, 1e-9):.2g}"
+            f"than {FEWEST_CELLS} cells; expected at least {FEWEST_CELLS / max(x2 - x1, y2 - y1, TINY):.2g}"
         )
 
 

@@ -19,7 +19,7 @@ from houseexpo.inference.tiling import grid_rings
 from houseexpo.plan import Box, Door, Room
 from houseexpo.plan.categories import UNLABELLED, canonical
 from houseexpo.plan.model import PlanData
-from houseexpo.tolerances import BOX_COVERS, BOX_FITS, BOX_INSIDE
+from houseexpo.tolerances import BOX_COVERS, BOX_FITS, BOX_INSIDE, TINY
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -141,7 +141,7 @@ def _overlaps(rooms: list[Polygon], boxes: Matrix) -> tuple[Matrix, Matrix, tupl
     shared[box, room] = shapely.area(shapely.intersection(shapes[box], np.array(rooms)[room]))
     sizes = shapely.area(shapes), shapely.area(rooms)
     union = sizes[0][:, None] + sizes[1] - shared
-    return shared, shared / np.maximum(union, 1e-9), sizes
+    return shared, shared / np.maximum(union, TINY), sizes
 
 
 def _pair_boxes(fit: Matrix) -> dict[int, int]:
