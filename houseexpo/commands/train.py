@@ -90,7 +90,7 @@ def _policy(
     from houseexpo.outputs import check_apart
     from houseexpo.pseudoslam.learning import need_learn
     from houseexpo.pseudoslam.learning.config import TrainConfig
-    from houseexpo.pseudoslam.learning.places import check_options, places_of
+    from houseexpo.pseudoslam.learning.environments import check_options, choose_plans
 
     need_learn("houseexpo train")
     changes = {"seed": seed, "steps": steps}
@@ -111,8 +111,8 @@ def _policy(
     from houseexpo.pseudoslam.learning.training import POLICY, Run, train as run_train  # isort: skip  # PyTorch
 
     say = partial(console().print, highlight=False, soft_wrap=True)
-    places = places_of(opened, given.environment, given.evaluation.plans)
-    run_train(Run(task, given, places, out), resume=resume, threads=threads, say=say)
+    plans = choose_plans(opened, given.environment, given.evaluation.plans)
+    run_train(Run(task, given, plans, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, described in {out / Path(POLICY).with_suffix('.json')}")
 
 

@@ -9,7 +9,7 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError, installing
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.openings import passages
+from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
@@ -59,7 +59,7 @@ def _draw(document: Any, turned: FloorPlan, wall_thickness: float) -> None:
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour)
     space = document.modelspace()
-    doors = passages(turned, wall_thickness)
+    doors = wall_openings(turned, wall_thickness)
     gaps = shapely.union_all([each.shape for each in doors if each.door.kind == "entrance"])
     for wall in turned.walls(wall_thickness):
         _outline(space, shapely.difference(wall, gaps), "WALLS")

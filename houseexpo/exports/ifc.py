@@ -11,7 +11,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError, installing
 from houseexpo.exports.encoding import Files, plain
 from houseexpo.exports.mesh import FLOOR_M
-from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
@@ -60,7 +60,7 @@ def ifc(
         orientation=orientation,
     )
     writer = _Writer(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid.compress, plan.id)
-    writer.write(built, passages(built.plan, wall_thickness))
+    writer.write(built, wall_openings(built.plan, wall_thickness))
     writer.file.header.file_name.time_stamp = _TIME
     return {f"{plan.id}.ifc": writer.file.to_string().encode()}
 
@@ -97,7 +97,7 @@ class _Writer:
             UnitsInContext=self._new("IfcUnitAssignment", Units=units),
         )
 
-    def write(self, built: Solid, doors: Sequence[Passage]) -> None:
+    def write(self, built: Solid, doors: Sequence[WallOpening]) -> None:
         """Put a house into the file."""
         place = self._new("IfcLocalPlacement", RelativePlacement=self._axes)
         site = self._root("IfcSite", "site", Name="Site", ObjectPlacement=place, CompositionType="ELEMENT")
@@ -132,7 +132,7 @@ class _Writer:
             RelatingStructure=storey,
         )
 
-    def _walls(self, built: Solid, doors: Sequence[Passage]) -> list[Any]:
+    def _walls(self, built: Solid, doors: Sequence[WallOpening]) -> list[Any]:
         """Walls with their openings, and the doors in these."""
         whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=WELD_M)
         bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > CRUMB_M2]

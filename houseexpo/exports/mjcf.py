@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, numbers
-from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
@@ -54,7 +54,7 @@ def mjcf(
     ET.SubElement(world, "geom", name="ground", type="plane", pos=middle, size=half, rgba="0.5 0.5 0.5 1")
     for name, colour, ring, low, high in _pieces(built):
         _geom((asset, world), name, ring, (low, high), colour)
-    for each in passages(built.plan, wall_thickness):
+    for each in wall_openings(built.plan, wall_thickness):
         _site(world, each, door_height if each.has_leaf else wall_height)
     ET.indent(root)
     return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
@@ -93,7 +93,7 @@ def _geom(into: tuple[ET.Element, ET.Element], name: str, ring: Any, heights: tu
     ET.SubElement(world, "geom", name=name, type="mesh", mesh=name, rgba=colour)
 
 
-def _site(world: ET.Element, each: Passage, height: float) -> None:
+def _site(world: ET.Element, each: WallOpening, height: float) -> None:
     """Add the passage as a box along its own segment."""
     (ax, ay), (bx, by) = each.segment
     along = np.array([bx - ax, by - ay])

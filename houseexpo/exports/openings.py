@@ -1,4 +1,4 @@
-"""The passages of a plan for formats in which a door stands in a wall: also those that the outline closes."""
+"""The openings in the walls of a plan, for formats in which a door stands in a wall; entrances are among them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Passage:
+class WallOpening:
     """A door of the plan; ``shape`` goes through the wall as it is drawn, ``segment`` is on the middle of it."""
 
     door: Door
@@ -30,13 +30,13 @@ class Passage:
         return self.door.kind in {"door", "entrance"}
 
 
-def passages(plan: FloorPlan, wall_thickness: float) -> list[Passage]:
+def wall_openings(plan: FloorPlan, wall_thickness: float) -> list[WallOpening]:
     """Return the doors of a plan whose outer walls are drawn ``wall_thickness`` metres thick."""
     found = []
     walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind == "entrance" for d in plan.doors) else None
     for door in plan.doors:
         shape = door.polygon if walls is None or door.kind != "entrance" else _cut_in_wall(door, walls)
-        found.append(Passage(door, shape, _middle(door, shape) if door.kind == "entrance" else door.segment))
+        found.append(WallOpening(door, shape, _middle(door, shape) if door.kind == "entrance" else door.segment))
     return found
 
 

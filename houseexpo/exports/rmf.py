@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, plain
-from houseexpo.exports.openings import Passage, passages
+from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
@@ -41,7 +41,7 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     turned = oriented(plan, orientation)
     _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
     sheet = _Sheet(frame)
-    doors = passages(turned, wall_thickness)
+    doors = wall_openings(turned, wall_thickness)
     walls = shapely.union_all(solid(turned, wall_thickness=wall_thickness, orientation="plan").walls)
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
     bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
@@ -141,7 +141,7 @@ def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]
     return a + step, b - step, {**_WALL, "thickness": [3, round(thick, 4)]}
 
 
-def _leaf(each: Passage) -> dict[str, Any]:
+def _leaf(each: WallOpening) -> dict[str, Any]:
     kind = "hinged" if each.has_leaf else "opening"
     return {
         "motion_axis": [1, "start"],

@@ -11,7 +11,7 @@ import shapely
 from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.scene import FURNITURE
 from houseexpo.exports.encoding import Files, number, plain
-from houseexpo.exports.openings import passages
+from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
@@ -35,7 +35,7 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     turned = oriented(plan, orientation)
     walls = turned.walls(wall_thickness)
     x1, y1, x2, y2 = shapely.total_bounds(walls).tolist()
-    entrances = [each for each in passages(turned, wall_thickness) if each.door.kind == "entrance"]
+    entrances = [each for each in wall_openings(turned, wall_thickness) if each.door.kind == "entrance"]
     box = f"{number(x1)} {number(-y2)} {number(x2 - x1)} {number(y2 - y1)}"
     wide, high = number((x2 - x1) * _PIXELS_A_METRE), number((y2 - y1) * _PIXELS_A_METRE)
     lines = [

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.exports.encoding import Files, number, plain
 from houseexpo.exports.mesh import FLOOR_M, extrude
-from houseexpo.exports.openings import passages
+from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid
 from houseexpo.floorplan import FloorPlan
@@ -56,7 +56,7 @@ def usd(
     if over > 0:
         lintels = enumerate(built.lintels)
         walls += [_body(f"Lintel_{i}", "wall", "lintel", each, door_height, over) for i, each in lintels]
-    doors = passages(turned, wall_thickness)
+    doors = wall_openings(turned, wall_thickness)
     floors = [
         _body(f"Floor_{room.id}", "floor", room.label, room.polygon, -FLOOR_M, FLOOR_M, words=room.source_labels)
         for room in turned.rooms

@@ -9,7 +9,7 @@ from houseexpo.files import as_json
 from houseexpo.release.descriptions import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, Facts
 
 
-def files(facts: Facts) -> dict[str, bytes]:
+def citation_files(facts: Facts) -> dict[str, bytes]:
     """Return the files by name; ``datacite.json`` is made only if a date is given, since DataCite needs a year."""
     found = {
         "CITATION.cff": _citation(facts),

@@ -144,7 +144,7 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
         "README.md": card(facts, tables),
         "stats.json": as_json(facts.material.stats),
         "provenance.json": as_json(provenance),
-        **citation.files(facts),
+        **citation.citation_files(facts),
     }
     for name, data in written.items():
         write_whole(folder / name, data)

@@ -32,7 +32,7 @@ def square_kernel(cells: int) -> Pixels:
     return np.ones((cells, cells), np.uint8)
 
 
-def line(angle: float, cells: int) -> Pixels:
+def line_kernel(angle: float, cells: int) -> Pixels:
     """A straight line, so many cells long, as the kernel of a filter."""
     half = (cells + 1) // 2
     x, y = (round(half * float(v)) for v in (np.cos(angle), np.sin(angle)))
@@ -145,7 +145,7 @@ def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) 
         found |= touching(mostly_marked_parts(lanes, traces, TRACED), grow_mask(ending, 1))
         lanes = _gaps_in_line(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
         found |= touching(lanes, grow_mask(ending, 1))
-        beyond.append(dilate_mask(ending, line(angle, raster.size(HOLE_M))) & below)
+        beyond.append(dilate_mask(ending, line_kernel(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
         found |= going_on & _across(beyond, turn)
     return _as_sheets(found, reaching)
@@ -156,7 +156,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
     found = reaching.copy()
     for turn, run in enumerate(_runs(reaching, raster)):
         angle = np.pi * turn / TURNS
-        crossing = open_mask(reaching, line(angle + np.pi / 2, raster.size(CROSSING_M)))
+        crossing = open_mask(reaching, line_kernel(angle + np.pi / 2, raster.size(CROSSING_M)))
         ending = run & ~grow_mask(crossing, 2)
         if ending.any():
             found |= touching(_gaps_in_line(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
@@ -167,22 +167,24 @@ def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
     """Return the straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
     wavy = grow_mask(reaching, 2)
     long = raster.size(STRAIGHT_M)
-    straight = wavy & grow_mask(open_mask(wavy, line(0.0, long)) | open_mask(wavy, line(np.pi / 2, long)), 1)
+    straight = wavy & grow_mask(
+        open_mask(wavy, line_kernel(0.0, long)) | open_mask(wavy, line_kernel(np.pi / 2, long)), 1
+    )
     found = []
     for turn in range(TURNS):
         oblique = turn % (TURNS // 2) != 0
-        run = open_mask(reaching, line(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
+        run = open_mask(reaching, line_kernel(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
         found.append(run & ~straight if oblique else run)
     return found
 
 
 def _gaps_in_line(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
     """Return what lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
-    hole = line(angle, cells)
+    hole = line_kernel(angle, cells)
     gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
     if within is not None:
         gaps &= within
-    return np.asarray(gaps & dilate_mask(ending, line(angle, 2 * cells)))
+    return np.asarray(gaps & dilate_mask(ending, line_kernel(angle, 2 * cells)))
 
 
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
@@ -221,7 +223,7 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
     """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
     least, most = (raster.size(m) for m in DOOR_M)
     jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
-    in_line = open_mask(np.ascontiguousarray(walls), line(0.0, raster.size(RUN_M)))
+    in_line = open_mask(np.ascontiguousarray(walls), line_kernel(0.0, raster.size(RUN_M)))
     thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
     solid = open_mask(close_mask(np.ascontiguousarray(walls | standing), thick), square_kernel(thin))
     for row in np.flatnonzero((standing & ~walls).any(axis=1)):
@@ -290,7 +292,7 @@ def top_of_walls(columns: Columns) -> float:
 
 
 def wall_masks(columns: Columns) -> WallMasks:
-    """Judge all columns."""
+    """Return the walls of a scan and the doorways in them, from what its columns hold at which height."""
     raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
     body = columns.share(FOOT_M, HEAD_M)
     seen_m = max(top - TOP_BAND_M, min(MIN_TOP_M, top - SLIVER_M))

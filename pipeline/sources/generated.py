@@ -15,7 +15,7 @@ from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from pipeline.sources import suncg
-from pipeline.sources.homes.house import home_id, make_home
+from pipeline.sources.homes.home import home_id, make_home
 from pipeline.sources.homes.kinds import table_digest
 from pipeline.sources.homes.level import level_of
 from pipeline.sources.procedural import scene_id, write_house

@@ -10,7 +10,7 @@ import time
 
 from rich.console import Console
 
-from pipeline.sources.homes.house import make_home
+from pipeline.sources.homes.home import make_home
 from research.home_comparison import STEP_M, compare_measures, cross_validate, made_plans, measure_all, show
 from research.home_statistics import measure_published
 from tests.builders.shared import DATA, needs_shared

@@ -38,7 +38,7 @@ Rows = list[dict[str, float]]
 
 def unlearned(task: str, name: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> Rows:
     """What a policy by its name does in them."""
-    from houseexpo.pseudoslam.learning.places import simulator_of
+    from houseexpo.pseudoslam.learning.environments import simulator_of
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     told = read_policy(PAPER / f"{task}-0" / "policy.pt", task).config.environment

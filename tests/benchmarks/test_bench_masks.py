@@ -26,7 +26,7 @@ def explored(seed: int | None, *, masked: bool, count: int) -> dict[str, float]:
     """Mean coverage after 200 and 800 steps, and collisions, of a policy, or of random motions for None."""
     import torch
 
-    from houseexpo.pseudoslam.learning.places import environments
+    from houseexpo.pseudoslam.learning.environments import environments
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     trained = read_policy(PAPER / f"exploration-cnn-{seed or 0}" / "policy.pt", "exploration")

@@ -42,8 +42,8 @@ def scores_of(
     experiment: str, seed: int, plans: Plans, ids: Sequence[str] | None, episodes: int, number: int
 ) -> list[dict[str, float]]:
     """What came of so many episodes of a policy, in plans of these ids, ``number`` of them at a time."""
+    from houseexpo.pseudoslam.learning.environments import environments
     from houseexpo.pseudoslam.learning.evaluation import scores
-    from houseexpo.pseudoslam.learning.places import environments
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     task = task_of(experiment)

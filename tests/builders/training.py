@@ -10,7 +10,7 @@ from houseexpo.configuration import config_from
 from houseexpo.dataset import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.places import places_of
+from houseexpo.pseudoslam.learning.environments import choose_plans
 from tests.builders.simulations import hut
 
 TRAIN, TEST = ("hut_a", "hut_b", "hut_c"), ("hut_d", "hut_e")
@@ -62,5 +62,5 @@ def run(folder: Path, config: TrainConfig | None = None, task: str = "avoidance"
     if task != "avoidance":
         huts = folder.parent / "huts"
         plans = open_dataset(huts if huts.is_dir() else write_split_huts(folder.parent))
-    places = places_of(plans, config.environment, config.evaluation.plans)
-    return train(Run(task, config, places, folder), threads=1, **given)
+    chosen = choose_plans(plans, config.environment, config.evaluation.plans)
+    return train(Run(task, config, chosen, folder), threads=1, **given)

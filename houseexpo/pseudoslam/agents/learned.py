@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, R
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT, best_of, describe
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning import need_learn
-from houseexpo.pseudoslam.learning.places import simulator_of
+from houseexpo.pseudoslam.learning.environments import simulator_of
 from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.planning import feature_rules
 

@@ -21,8 +21,8 @@ from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import as_json, read_file, write_whole
 from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
 from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.environments import environments
 from houseexpo.pseudoslam.learning.model import Policy, States, new_policy
-from houseexpo.pseudoslam.learning.places import environments
 from houseexpo.pseudoslam.tasks import ROOM
 
 FORMAT: Final = 1

@@ -30,9 +30,9 @@ from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.discounting import Collecting
+from houseexpo.pseudoslam.learning.environments import RunPlans, environments
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
 from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
-from houseexpo.pseudoslam.learning.places import Places, environments
 from houseexpo.pseudoslam.learning.policy_file import write_policy
 from houseexpo.pseudoslam.learning.records import Curve, commit
 from houseexpo.workers import cores
@@ -48,12 +48,12 @@ class Run:
 
     task: str
     config: TrainConfig
-    places: Places
+    plans: RunPlans
     folder: Path
 
     def record(self) -> dict[str, Any]:
         """Return what distinguishes this run from others."""
-        return {"task": self.task, "config": self.config.record(), "lists": self.places.record()}
+        return {"task": self.task, "config": self.config.record(), "lists": self.plans.record()}
 
 
 def train(
@@ -78,9 +78,9 @@ def train(
     """
     torch.set_num_threads(threads or cores())
     begun = _checkpoint_to_resume(run, resume=resume)
-    config, places = run.config, run.places
-    shared = run.task, config.environment, places.plans
-    envs = environments(*shared, number=config.envs, plan_ids=places.train, threads=threads)
+    config, plans = run.config, run.plans
+    shared = run.task, config.environment, plans.source
+    envs = environments(*shared, number=config.envs, plan_ids=plans.train, threads=threads)
     tests = environments(*shared, number=min(config.envs, config.evaluation.plans), threads=threads)
     try:
         learner = new_learner(wrap_for_learner(envs, config), config)
@@ -145,7 +145,7 @@ class _Training:
         return score
 
     def _score(self) -> Score:
-        ids, config = self._run.places.test, self._run.config.evaluation
+        ids, config = self._run.plans.test, self._run.config.evaluation
         return evaluate(self._learner.policy, self._tests, ids, config.plans, deterministic=config.deterministic)
 
 

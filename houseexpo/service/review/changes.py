@@ -17,7 +17,7 @@ class DecidedOtherwiseError(ConfigError):
     """Somebody else has decided on the plan in the meantime."""
 
 
-def several(value: Any, key: str) -> list[Any]:
+def items_of(value: Any, key: str) -> list[Any]:
     """Return the value of a key of ``LISTS`` as a list, empty if there is no value."""
     return list(as_list(value, key) or [])
 
@@ -26,7 +26,7 @@ def check_points(table: Mapping[str, Any], place: str) -> None:
     """Raise ConfigError, with ``place`` at the start, if the value of a key of ``LISTS`` is not points."""
     for key, depth in LISTS.items():
         value = table.get(key, [])
-        if not isinstance(value, list) or not all(_is_points(item, depth) for item in several(value, key)):
+        if not isinstance(value, list) or not all(_is_points(item, depth) for item in items_of(value, key)):
             expected = "two points [[x, y], [x, y]]" if depth > 1 else "a point [x, y]"
             raise ConfigError(
                 f"{place}: {key}: expected {expected}, or a list of these, found {value!r}; correct the file first"
@@ -52,7 +52,7 @@ def changes_of(table: Mapping[str, Any], action: Action, value: Any) -> dict[str
     elif action == "note":
         wanted = {"why": value or None}
     else:
-        wanted = {action: _plain([*several(table.get(action), action), value])}
+        wanted = {action: _plain([*items_of(table.get(action), action), value])}
     return {key: (table.get(key), after) for key, after in wanted.items()}
 
 
@@ -65,8 +65,8 @@ def undone_value(line: Line, key: str, now: Any, before: Any, after: Any) -> tup
     if now == after:
         return now, before
     if key in LISTS:
-        added = [item for item in several(after, key) if item not in several(before, key)]
-        return now, _plain([item for item in several(now, key) if item not in added])
+        added = [item for item in items_of(after, key) if item not in items_of(before, key)]
+        return now, _plain([item for item in items_of(now, key) if item not in added])
     raise DecidedOtherwiseError(
         f"{line.plan}: somebody changed {key!r} since {sentence_of(line)}; decide again instead"
     )

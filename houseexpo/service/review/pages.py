@@ -33,7 +33,7 @@ from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import sides_of
 from houseexpo.service.review.building import Building
-from houseexpo.service.review.changes import DecidedOtherwiseError, several
+from houseexpo.service.review.changes import DecidedOtherwiseError, items_of
 from houseexpo.service.review.decisions import Decisions, Judged
 from houseexpo.service.review.log import Line
 from houseexpo.service.search import plan_title
@@ -256,8 +256,8 @@ def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
     """Return the doors and the "no room" points of a plan's table (``Decisions.table``), in plan metres."""
     if plan.frame is None:
         return {"doors": [], "no_rooms": []}
-    doors = [plan_from_source(plan.frame, door).tolist() for door in several(table.get("door"), "door")]
-    points = [plan_from_source(plan.frame, point).tolist() for point in several(table.get("no_room"), "no_room")]
+    doors = [plan_from_source(plan.frame, door).tolist() for door in items_of(table.get("door"), "door")]
+    points = [plan_from_source(plan.frame, point).tolist() for point in items_of(table.get("no_room"), "no_room")]
     return {"doors": doors, "no_rooms": points}
 
 

@@ -37,7 +37,7 @@ from pipeline.sources.tolerances import (
     WALL_HEIGHT_M,
     WIDEST_DOOR_M,
 )
-from pipeline.sources.vector_plans.drawn import Storey, hole_at, through
+from pipeline.sources.vector_plans.drawn import Storey, deepen_to_wall, hole_at
 from pipeline.values import SourceObject, SourceRoom
 
 LARGEST_MESH: Final = 1 << 27
@@ -221,7 +221,7 @@ def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -
     if not NARROWEST_DOOR_M < float(lengths.max()) < WIDEST_DOOR_M:
         return None
     plain = Hole(box, low, top, has_door, (float(x), float(y)))
-    deeper = through(plain, walls)
+    deeper = deepen_to_wall(plain, walls)
     if deeper is not plain:
         return deeper
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2

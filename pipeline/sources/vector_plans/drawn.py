@@ -171,7 +171,7 @@ def hole_at(
     return Hole(shape, bottom_m, top_m, has_door, (float(across[0]), float(across[1])))
 
 
-def through(hole: Hole, walls: Sequence[Polygon]) -> Hole:
+def deepen_to_wall(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
     reached = deepen_opening(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
     if reached is None or reached.shape.area < THROUGH_WALL * hole.shape.area:

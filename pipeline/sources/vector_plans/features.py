@@ -24,7 +24,15 @@ from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import DOOR_M, NAME_BOX_M, SAME_M, SHEET_M, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Point, Storey, hole_at, solid_between, strips, through, way_through
+from pipeline.sources.vector_plans.drawn import (
+    Point,
+    Storey,
+    deepen_to_wall,
+    hole_at,
+    solid_between,
+    strips,
+    way_through,
+)
 from pipeline.values import SourceObject, SourceRoom
 
 _WORDS: Final = {
@@ -65,7 +73,9 @@ def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
     """Return the storey of a drawing; it may be empty."""
     shapes = [*nest_rings(drawn.wall_areas), *strips(drawn.wall_lines, SHEET_M)]
     walls = solid_between(shapes) if drawn.wall_lines else shapes
-    holes = [through(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None]
+    holes = [
+        deepen_to_wall(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None
+    ]
     holes += [hole for a, b, leaf in drawn.door_lines if (hole := hole_at(a, b, walls, has_door=leaf)) is not None]
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
     return Storey(

@@ -16,7 +16,7 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
 from pipeline.sources.homes.details import Details, add_details, front_doors
-from pipeline.sources.homes.house import home_id, make_home
+from pipeline.sources.homes.home import home_id, make_home
 from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, draw_house, draw_wish, stratum_of
 from pipeline.sources.homes.level import digest, level_of
 from pipeline.sources.homes.shaping import Doorways, bend_rooms, doors, one_space

@@ -1,4 +1,4 @@
-"""Distances and directions to goals over blocks of cells, in the true house.
+"""The robot's distances to its goal, and people's next steps to theirs, over blocks of cells of the true house.
 
 - ``march`` computes the robot's distances to its goal by fast marching (Sethian, 1996) over blocks in which it can
   stand.

@@ -14,7 +14,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam import learning as needs
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
-from houseexpo.pseudoslam.learning.places import check_options, environments, places_of, simulator_of
+from houseexpo.pseudoslam.learning.environments import check_options, choose_plans, environments, simulator_of
 from houseexpo.pseudoslam.learning.records import Curve
 from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
 from tests.builders.training import TEST, TRAIN, tiny, write_split_huts, write_tiny
@@ -109,19 +109,19 @@ def test_options_of_another_task_are_refused(given: dict[str, Any], said: str) -
 
 def test_plans_are_learned_in_or_tested_in(tmp_path: Path) -> None:
     plans = open_dataset(write_split_huts(tmp_path))
-    found = places_of(plans, EnvironmentConfig(), 9)
+    found = choose_plans(plans, EnvironmentConfig(), 9)
     assert found.train == TRAIN
     assert sorted(found.test or ()) == list(TEST)
-    assert places_of(plans, EnvironmentConfig(), 1).test == (found.test or ())[:1]
-    envs = environments("exploration", tiny().environment, found.plans, number=2, plan_ids=found.train)
+    assert choose_plans(plans, EnvironmentConfig(), 1).test == (found.test or ())[:1]
+    envs = environments("exploration", tiny().environment, found.source, number=2, plan_ids=found.train)
     assert envs.plan_ids == list(TRAIN)
-    assert places_of(None, EnvironmentConfig(), 9).plans is ROOM
+    assert choose_plans(None, EnvironmentConfig(), 9).source is ROOM
 
 
 def test_a_plan_on_both_sides_is_refused(tmp_path: Path) -> None:
     plans = open_dataset(write_split_huts(tmp_path, test=("hut_d", "hut_a")))
     with pytest.raises(ConfigError, match="'train' and 'test' share 1 of their plans, such as 'hut_a'"):
-        places_of(plans, EnvironmentConfig(), 9)
+        choose_plans(plans, EnvironmentConfig(), 9)
 
 
 def test_a_curve_that_goes_on_drops_what_came_later(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ import pytest
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, EvaluationConfig, PPOConfig, TrainConfig
-from houseexpo.pseudoslam.learning.places import environments
+from houseexpo.pseudoslam.learning.environments import environments
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.training import TEST, run, tiny, write_tiny
 

@@ -34,10 +34,10 @@ TASKS: Final[dict[str, tuple[type[Task], Callable[..., PseudoSlamVectorEnv]]]] =
 
 
 @dataclass(frozen=True)
-class Places:
-    """The plans of a run; ids are None if there is only the task's own room."""
+class RunPlans:
+    """The plans of a run and the data set that holds them; ids are None if there is only the task's own room."""
 
-    plans: Plans
+    source: Plans
     train: tuple[str, ...] | None = None
     test: tuple[str, ...] | None = None
 
@@ -51,7 +51,7 @@ class Places:
         }
 
 
-def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: int) -> Places:
+def choose_plans(dataset: Dataset | None, config: EnvironmentConfig, test_plans: int) -> RunPlans:
     """Return the plans for training and evaluation; without a data set, the paper's room.
 
     1. The plans for training are all of the list ``config.train``.
@@ -59,7 +59,7 @@ def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: in
     3. The lists must not have common plans, otherwise ConfigError is raised.
     """
     if dataset is None:
-        return Places(ROOM)
+        return RunPlans(ROOM)
     train, test = dataset.split(config.train).ids, dataset.split(config.test).ids  # R1
     for name, ids in ((config.train, train), (config.test, test)):
         if not ids:
@@ -72,7 +72,7 @@ def places_of(dataset: Dataset | None, config: EnvironmentConfig, test_plans: in
             f"{both[0]!r}; `houseexpo split` makes lists that share none"
         )
     drawn = np.random.default_rng(0).permutation(len(test))[:test_plans]  # R2
-    return Places(dataset, tuple(train), tuple(test[i] for i in drawn.tolist()))
+    return RunPlans(dataset, tuple(train), tuple(test[i] for i in drawn.tolist()))
 
 
 def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
