@@ -74,6 +74,14 @@ class Metrics(NamedTuple):
         )
         return cls(constants, counts, pool.readings[:, 0].copy(), pose_px, config, cell_m, explored, coverage, poses)
 
+    def part(self, rows: slice) -> Metrics:
+        """Return the metrics of some of the episodes."""
+        return self._replace(
+            constants=EpisodeConstants.of(self.constants.rows[rows]), counts=self.counts[rows],
+            readings=self.readings[rows], pose_px=self.pose_px[rows], explored_m2=self.explored_m2[rows],
+            coverage=self.coverage[rows], poses=self.poses[rows],
+        )  # fmt: skip
+
     @property
     def pose(self) -> Floats:
         """The pose (N, 3): x, y in the plan's metres, heading in radians."""

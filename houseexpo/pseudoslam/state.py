@@ -190,6 +190,7 @@ def new_episode(
     bodies, tracks, flow, field = moving
     return Episode(
         *rasters, np.zeros((side, side), np.uint8), np.zeros((cells, cells), np.uint8), np.zeros(beams),
+        np.zeros(0, np.uint8),
         np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS),
         np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
         bodies, tracks, flow, field, no_plans(), new_graph(0, 0),

@@ -44,6 +44,7 @@ from tests.benchmarks.vector_runs import (
     kernel_run,
     rates,
 )
+from tests.builders.scans import UNASKED
 from tests.builders.shared import DATA, needs_shared
 
 
@@ -75,13 +76,15 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
         def sector(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
             for y, x in cells:
                 n_runs, n_hit = sector_scan(occupied, x, y, x + y, np.pi / 2, 100.0, runs, hit, slopes)
-                merge_runs(known, observable, runs, n_runs, FREE)
-                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+                merge_runs(known, observable, runs, n_runs, FREE, UNASKED)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE, UNASKED)
 
         def rays(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
             for y, x in cells:
-                *_, n_hit = ray_merge(occupied, observable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True)
-                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+                *_, n_hit = ray_merge(
+                    occupied, observable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True, UNASKED
+                )
+                merge_cells(known, observable, hit, n_hit, OBSTACLE, UNASKED)
 
         one, other = (microseconds(call, 4) / len(cells) for call in (sector, rays))
         table.add_row(f"{plan.area:.0f}", f"{one:.1f}", f"{other:.1f}", f"{1000 * GMAPPING_MS / one:,.0f}")
@@ -109,8 +112,8 @@ def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
         ) -> None:
             for x, y, heading in batch.arrays.pose.view(np.float64)[:, :3].tolist():
                 n_runs, n_hit = sector_scan(occupied, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
-                merge_runs(known, observable, runs, n_runs, FREE)
-                merge_cells(known, observable, hit, n_hit, OBSTACLE)
+                merge_runs(known, observable, runs, n_runs, FREE, UNASKED)
+                merge_cells(known, observable, hit, n_hit, OBSTACLE, UNASKED)
 
         look = microseconds(scan, 20) / N
         table.add_row(f"{plan.area:.0f}", f"{whole:.1f}", f"{cut:.1f}", f"{look:.1f}", f"{whole - cut - look:.1f}")

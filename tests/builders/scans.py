@@ -15,6 +15,8 @@ from houseexpo.pseudoslam.worlds.world import scan_buffers
 
 Cells = set[tuple[int, int]]
 Floats = npt.NDArray[np.float64]
+UNASKED = np.zeros(0, np.uint8)
+"""For kernels that mark what they change: nobody asks."""
 
 
 def slow_rays(

@@ -52,6 +52,7 @@ class Batch:
         self._shown: Array | None = None
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._step: Callable[..., None]
+        self._kernels: dict[bool, Callable[..., None]] = {}
         self._scratch = [scratch_of(config) for _ in range(self.threads)]
         self._executor = ThreadPoolExecutor(self.threads - 1, "pseudoslam") if self.threads > 1 else None
         parts = min(_BLOCKS * self.threads, number) if self._executor else 1
@@ -100,6 +101,22 @@ class Batch:
         )  # fmt: skip
         self._leaves = leaves  # last, since compiling the kernel may be interrupted
 
+    def kernel(self, *, moves: bool) -> Callable[..., None]:
+        """Return the compiled steps of such episodes; ``moves`` is an argument of ``kernel_for``."""
+        if moves not in self._kernels:  # numba needs 20 us to find one
+            motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
+            first = self.state(next(iter(self._rest))).episode
+            self._kernels[moves] = entry_point(
+                kernel_for(first, self._params, moves=moves),
+                self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
+            )  # fmt: skip
+        return self._kernels[moves]
+
+    def renew_views(self, *, copy: bool = False) -> None:
+        """Have the next steps draw their views into a new array; unless it is a ``copy``, it has no views yet."""
+        shown = self.arrays.shown
+        self.arrays = self.arrays._replace(shown=shown.copy() if copy else np.empty_like(shown))
+
     def draw_into(self, views: Array) -> None:
         """Draw all views into an array (N, side, side) of the caller, as long as none has to be ``fresh``."""
         self._shown = views
@@ -117,15 +134,16 @@ class Batch:
         With ``fresh``, views are drawn into a new array, without those of environments that are left out.
         """
         if fresh:
-            self.arrays = self.arrays._replace(shown=np.empty_like(self.arrays.shown))
+            self.renew_views()
         run, pool, sizes, params = self._step, self.arrays, self.sizes, self._params
-        self._share(lambda scratch, first, end: run(pool, sizes, motions, wanted, params, scratch, first, end))
+        self.share_scratch(lambda scratch, first, end: run(pool, sizes, motions, wanted, params, scratch, first, end))
 
     def share(self, work: Callable[[int, int], None]) -> None:
         """Call ``work`` on all threads for ranges of environments: from a first number up to but excluding a second."""
-        self._share(lambda _, first, end: work(first, end))
+        self.share_scratch(lambda _, first, end: work(first, end))
 
-    def _share(self, work: Callable[[Scratch, int, int], None]) -> None:
+    def share_scratch(self, work: Callable[[Scratch, int, int], None]) -> None:
+        """Do the same for work that also takes a thread's working memory."""
         if self._is_closed:
             raise ClosedEnvironmentError("the environments were closed: make new ones")
         blocks, running = iter(self._blocks), []  # all threads take the next block from here

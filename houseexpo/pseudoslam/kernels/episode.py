@@ -44,6 +44,8 @@ class Episode(NamedTuple):
     """(cells, cells), the overview of the whole map; (0, 0) if it is not observed."""
     ranges: Floats
     """(beams,), the ranges of the last scan, pixels; (0,) if they are not observed."""
+    fresh: Grid
+    """(chunks,), 1 where a step has made cells of the map known, see ``mapping.CHUNK``; (0,) outside teams."""
     pose: Rows
     """(1,) ``POSE``; in a kernel's view of one environment, this and the next two are the records themselves."""
     counts: Rows
@@ -81,7 +83,7 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
     bodies, tracks, flow, field, plans, graph = pool.bodies, pool.tracks, pool.flow, pool.field, pool.plans, pool.graph
     return Episode(
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
-        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i],
+        pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.fresh[i],
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0],
         Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),

@@ -28,10 +28,13 @@ from houseexpo.pseudoslam.kernels.types import Cells, Grid, Kinds, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
 """The values of a map: black, gray and white in the paper's figure."""
+CHUNK_BITS = 6
+CHUNK = 1 << CHUNK_BITS
+"""Number of cells, one after the other in a flat map, that share a flag (``Episode.fresh``)."""
 
 
 @njit(cache=True, nogil=True)
-def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value: int) -> tuple[int, int]:
+def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value: int, fresh: Grid) -> tuple[int, int]:
     """Set cells of the map to ``value``; return how many were unknown before, and how many of those count.
 
     Parameters
@@ -40,6 +43,8 @@ def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value
         (rows, cols); the latter is 1 for cells that count for coverage, else 0.
     cells
         Flat indices, of which the first ``n_cells`` are used; a cell may occur several times.
+    fresh
+        (chunks,), set to 1 for chunks in which a cell was unknown before; (0,) if nobody asks.
     """
     flat, counts = known.ravel(), observable.ravel()
     new, covered = 0, 0
@@ -48,12 +53,14 @@ def merge_cells(known: Grid, observable: Grid, cells: Cells, n_cells: int, value
         if flat[cell] == UNKNOWN:
             new += 1
             covered += int(counts[cell])
+            if len(fresh) > 0:
+                fresh[np.uint64(int(cell) >> CHUNK_BITS)] = 1
         flat[cell] = value
     return new, covered
 
 
 @njit(cache=True, nogil=True)
-def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: int) -> tuple[int, int]:
+def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: int, fresh: Grid) -> tuple[int, int]:
     """Do the same as ``merge_cells`` with the first ``n_runs`` runs of cells."""
     flat, counts = known.ravel(), observable.ravel()
     new, covered = 0, 0
@@ -67,6 +74,9 @@ def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: in
                 if flat[np.uint64(cell)] == UNKNOWN:
                     new += 1
                     covered += int(counts[np.uint64(cell)])
+            if len(fresh) > 0:
+                for chunk in range(first >> CHUNK_BITS, ((stop - 1) >> CHUNK_BITS) + 1):
+                    fresh[np.uint64(chunk)] = 1
         for cell in range(first, stop):
             flat[np.uint64(cell)] = value
     return new, covered

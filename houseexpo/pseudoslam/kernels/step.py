@@ -311,7 +311,7 @@ def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> No
         episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
         scratch.slopes,
     )  # fmt: skip
-    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, whole(FREE))
+    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, whole(FREE), episode.fresh)
     _count(episode, scratch, n_hit, new, covered)
 
 
@@ -319,10 +319,11 @@ def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> No
 def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan along the rays from the robot's pose, and merge the scan into the map."""
     pose, sensor = episode.pose, params.sensor
-    settled = len(episode.bodies.clocks) + len(episode.bodies.people) == 0
+    bodies = episode.bodies
+    settled = len(bodies.clocks) + len(bodies.people) == 0 and len(bodies.robots) < 2
     new, covered, n_hit = ray_merge(
         episode.occupied, episode.observable, episode.known, pose.x, pose.y, pose.heading, sensor.fan_cos,
-        sensor.fan_sin, sensor.range_px, scratch.hit, settled,
+        sensor.fan_sin, sensor.range_px, scratch.hit, settled, episode.fresh,
     )  # fmt: skip
     _count(episode, scratch, n_hit, new, covered)
 
@@ -330,7 +331,9 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
 @njit(inline="always")
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
     """Merge the visible obstacles after the free cells, and count new cells."""
-    new_hit, covered_hit = merge_cells(episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE))
+    new_hit, covered_hit = merge_cells(
+        episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE), episode.fresh
+    )
     episode.counts.known += new + new_hit
     episode.counts.covered += covered + covered_hit
     episode.counts.scans += 1
@@ -369,7 +372,7 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
     right, down, turn = registration_error(errors, key_of(counts.key, REGISTRATION), counts.steps)
     new, covered = merge_patch(
         episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
-        pose.seen_heading - heading + turn,
+        pose.seen_heading - heading + turn, episode.fresh,
     )  # fmt: skip
     _count(episode, scratch, 0, new, covered)
 

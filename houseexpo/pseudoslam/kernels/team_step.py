@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import THINNER_PX, placed_people, stamp_disc, way_to_disc
+from houseexpo.pseudoslam.kernels.collision import THINNER_PX, erase, placed_people, stamp_disc, way_to_disc
 from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
+from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.odometry import grip
-from houseexpo.pseudoslam.kernels.teams import merge_map
 from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, row_type
 
 APART_PX = 1e-6
@@ -24,7 +24,6 @@ APART_PX = 1e-6
 NOTHING, ROBOT, SOMEONE = range(3)
 """What is in a robot's way beside what is in its cells: a person counts for all but the first robot, whose step moves
 the people and keeps off them itself."""
-MOST_CELLS = np.iinfo(np.int64).max
 TOGETHER = row_type(
     steps=int, covered=int, explored=int, found=int, meetings=int, joined=int, steps_90=float, steps_99=float,
     metres_90=float, metres_99=float,
@@ -36,20 +35,40 @@ the team knew shares of what can be seen, NaN before."""
 
 
 class Others(NamedTuple):
-    """What robots of N teams are in the way of: walls, people and each other."""
+    """What robots of N teams of R are in the way of: walls, people and each other.
+
+    Pools of robots have N * R rows: the robots of the first team, then those of the next.
+    """
 
     walls: Grid
     """(N, cells), not 0 for what does not move."""
     people: Rows
-    """(N, P) ``PERSON``."""
+    """(N * R, P) ``PERSON``, of which the first robots' count."""
     places: Floats
-    """(N, robots, 2), the robots' places, pixels, which ``gather`` updates: ``Bodies.robots`` of the first robots."""
+    """(N * R, R, 2), ``Bodies.robots``, of which the first robots' count: the robots' places, pixels, which ``gather``
+    updates."""
+    drawn: Floats
+    """(N * R, R + P, 2), where robots and people are drawn in the cells of each robot, NaN where not."""
     meets: Grid
     """(N,), what is in the way of the robot that ``prepare`` was called for: ``NOTHING``, ``ROBOT`` or ``SOMEONE``."""
+    had: Counts
+    """(N,), the number of cells that this robot knew before its step."""
     radius_px: float
     """The radius of a robot."""
     people_px: float
     """The radius of a person."""
+
+
+class Shared(NamedTuple):
+    """What N teams of R robots know together, and what their robots have not told each other yet."""
+
+    known: Grid
+    """(N, cells), the cells that some robot of each team knows."""
+    pending: Grid
+    """(N, R, R, chunks), 1 for each chunk (``mapping.CHUNK``) in which the second robot may know cells that the first
+    has not been told; (N, R, R, 0) if they never tell."""
+    together: Rows
+    """(N,) ``TOGETHER``."""
 
 
 @njit(cache=True, nogil=True)
@@ -62,39 +81,41 @@ def prepare(
     Parameters
     ----------
     occupied, counts, poses, sizes
-        Arrays of the pool of these robots' episodes: (N, cells), (N, 1), (N, 1); and the rows and columns of each one's
-        rasters (N, 2).
+        Arrays of the pool of all robots: (N * R, cells), (N * R, 1), (N * R, 1); and the rows and columns of each one's
+        rasters (N * R, 2).
     motions
-        (N, 2), turns and distances, radians and pixels, which are shortened in place.
+        (N * R, 2), turns and distances, radians and pixels, which are shortened in place.
     robot
         The robot's number in its team.
     first, end
         Teams ``first`` to ``end``, excluded.
     """
-    places, reach, reach_people = others.places, 2.0 * others.radius_px, others.radius_px + others.people_px
+    robots = others.places.shape[1]
+    reach, reach_people = 2.0 * others.radius_px, others.radius_px + others.people_px
     for i in range(first, end):
-        draw_round(occupied, sizes, others, robot, i)
-        pose = poses[i, 0]
-        held = grip(errors, counts[i, 0].key, counts[i, 0].steps + 1)
-        turn, forward = motions[i, 0] * held, motions[i, 1] * held
+        row = i * robots + robot
+        _begin(occupied, counts, sizes, others, robot, i)
+        pose, places = poses[row, 0], others.places[i * robots]
+        held = grip(errors, counts[row, 0].key, counts[row, 0].steps + 1)
+        turn, forward = motions[row, 0] * held, motions[row, 1] * held
         sign = -1.0 if forward < 0.0 else 1.0
         right, down = sign * math.cos(pose.heading + turn), -sign * math.sin(pose.heading + turn)
         distance = abs(forward)
         free = distance
-        for k in range(places.shape[1]):
+        for k in range(robots):
             if k != robot:
-                x, y = places[i, k, 0] - pose.x, places[i, k, 1] - pose.y
+                x, y = places[k, 0] - pose.x, places[k, 1] - pose.y
                 free = min(free, way_to_disc(x, y, right, down, reach, APART_PX))
         others.meets[i] = ROBOT if free < distance else NOTHING
         if robot > 0:
-            here = placed_people(others.people[i])
+            here = placed_people(others.people[i * robots])
             for p in range(len(here)):
                 x, y = here[p].x - pose.x, here[p].y - pose.y
                 way = way_to_disc(x, y, right, down, reach_people, APART_PX)
                 if way < free:
                     free, others.meets[i] = way, SOMEONE
         if free < distance:
-            motions[i, 1] = math.copysign(free, forward) / held
+            motions[row, 1] = math.copysign(free, forward) / held
 
 
 @njit(cache=True, nogil=True)
@@ -102,83 +123,126 @@ def prepare_drives(
     occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, commands: Floats, others: Others, errors: Errors,
     robot: int, first: int, end: int, readings: Rows, drive: Drive, shape: Robot, seconds: float,
 ) -> None:  # fmt: skip
-    """Do the same as ``prepare`` for robots with a drive; ``commands`` (N, 3) are those of ``kernels.driving``."""
-    places = others.places
-    discs = np.empty((places.shape[1] - 1, 2))
+    """Do the same as ``prepare`` for robots with a drive; ``commands`` (N * R, 3) are those of ``kernels.driving``."""
+    robots = others.places.shape[1]
+    discs = np.empty((robots - 1, 2))
     for i in range(first, end):
-        draw_round(occupied, sizes, others, robot, i)
-        held = grip(errors, counts[i, 0].key, counts[i, 0].steps + 1)
+        row = i * robots + robot
+        _begin(occupied, counts, sizes, others, robot, i)
+        held = grip(errors, counts[row, 0].key, counts[row, 0].steps + 1)
         for k in range(len(discs)):
-            other = k if k < robot else k + 1
-            discs[k, 0], discs[k, 1] = places[i, other, 0], places[i, other, 1]
-        path = path_of(readings[i, 0], commands[i, 0], commands[i, 1], drive, shape, seconds, held)
-        free = way_past_discs(path, poses[i, 0], discs, 2.0 * others.radius_px, APART_PX)
+            discs[k] = others.places[i * robots, k if k < robot else k + 1]
+        path = path_of(readings[row, 0], commands[row, 0], commands[row, 1], drive, shape, seconds, held)
+        free = way_past_discs(path, poses[row, 0], discs, 2.0 * others.radius_px, APART_PX)
         others.meets[i] = ROBOT if free < math.inf else NOTHING
         if robot > 0:
-            here = placed_people(others.people[i])
+            here = placed_people(others.people[i * robots])
             centres = np.empty((len(here), 2))
             for p in range(len(here)):
                 centres[p, 0], centres[p, 1] = here[p].x, here[p].y
-            way = way_past_discs(path, poses[i, 0], centres, others.radius_px + others.people_px, APART_PX)
+            way = way_past_discs(path, poses[row, 0], centres, others.radius_px + others.people_px, APART_PX)
             if way < free:
                 free, others.meets[i] = way, SOMEONE
-        commands[i, 2] = free
+        commands[row, 2] = free
 
 
 @njit(cache=True, nogil=True)
-def draw_round(occupied: Grid, sizes: Counts, others: Others, robot: int, i: int) -> None:
-    """Draw walls, people and the other robots of team ``i`` into the cells of one of its robots."""
-    rows, cols = sizes[i, 0], sizes[i, 1]
-    cells = rows * cols
-    for cell in range(cells):
-        occupied[i, np.uint64(cell)] = others.walls[i, np.uint64(cell)]
-    raster = occupied[i, :cells].reshape((rows, cols))
+def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: Others, robot: int, i: int) -> None:
+    """Note what one robot of team ``i`` knows, and draw the people and the other robots into its cells.
+
+    What was drawn there before is erased first; before the first step, everything is drawn anew.
+    """
+    robots = others.places.shape[1]
+    row = i * robots + robot
+    begins = counts[row, 0].steps < 0
+    others.had[i] = 0 if begins else counts[row, 0].known  # what a robot knows at the start counts as found by it
+    if robots == 1:
+        return
+    rows, cols = sizes[row, 0], sizes[row, 1]
+    cells, drawn, places = rows * cols, others.drawn[row], others.places[i * robots]
+    raster = occupied[row, :cells].reshape((rows, cols))
+    if begins:
+        for cell in range(cells):
+            occupied[row, np.uint64(cell)] = others.walls[i, np.uint64(cell)]
+    else:
+        for k in range(len(drawn)):
+            if not math.isnan(drawn[k, 0]):
+                erase(raster, drawn[k, 0], drawn[k, 1], others.radius_px if k < robots else others.people_px)
+    drawn[:] = math.nan
     thinner = THINNER_PX if robot > 0 else 0.0
-    here = placed_people(others.people[i])
+    here = placed_people(others.people[i * robots])
     for p in range(len(here)):
         stamp_disc(raster, here[p].x, here[p].y, max(others.people_px - thinner, 1.0))
-    for k in range(others.places.shape[1]):
+        drawn[robots + p, 0], drawn[robots + p, 1] = here[p].x, here[p].y
+    for k in range(robots):
         if k != robot:
-            x, y = others.places[i, k, 0], others.places[i, k, 1]
-            stamp_disc(raster, x, y, max(others.radius_px - THINNER_PX, 1.0))
+            stamp_disc(raster, places[k, 0], places[k, 1], max(others.radius_px - THINNER_PX, 1.0))
+            drawn[k] = places[k]
 
 
 @njit(cache=True, nogil=True)
 def gather(
-    observable: Grid, known: Grid, counts: Rows, poses: Rows, sizes: Counts, others: Others, team_known: Grid,
-    together: Rows, had: Counts, reach_px: float, robot: int, first: int, end: int,
+    observable: Grid, known: Grid, counts: Rows, poses: Rows, sizes: Counts, fresh: Grid, others: Others,
+    shared: Shared, robot: int, first: int, end: int,
 ) -> None:  # fmt: skip
     """Count what one robot of each team has met and seen in its step, and add it to what the team knows.
 
-    Parameters
-    ----------
-    team_known
-        (N, cells), what the robots of each team know together.
-    together
-        (N,) ``TOGETHER``.
-    had
-        (N,), the number of cells that the robot knew before the step.
-    reach_px
-        Greatest distance from the robot's place at which a step changes the map; infinite if it may be anywhere.
+    Only chunks that the step marked as ``fresh`` (N * R, chunks) are looked at; their marks move to ``shared.pending``.
     """
+    robots, together = others.places.shape[1], shared.together
+    tells = shared.pending.shape[3] > 0
     for i in range(first, end):
-        rows, cols = sizes[i, 0], sizes[i, 1]
-        cells = rows * cols
-        count, pose = counts[i, 0], poses[i, 0]
+        row = i * robots + robot
+        cells = sizes[row, 0] * sizes[row, 1]
+        count, pose, marks = counts[row, 0], poses[row, 0], fresh[row]
         if others.meets[i] != NOTHING:
             count.collisions += 1 - count.blocked
             count.blocked = 1
             together[i].meetings += 1 if others.meets[i] == ROBOT else 0
             others.meets[i] = NOTHING
-        others.places[i, robot, 0], others.places[i, robot, 1] = pose.x, pose.y
-        box = np.array([0, rows, 0, cols])
-        if reach_px < math.inf and together[i].steps > 0:
-            box[0], box[2] = max(int(pose.seen_y - reach_px), 0), max(int(pose.seen_x - reach_px), 0)
-            box[1], box[3] = min(int(pose.seen_y + reach_px) + 1, rows), min(int(pose.seen_x + reach_px) + 1, cols)
-        new, covered = merge_map(
-            team_known[i, :cells].reshape((rows, cols)), observable[i, :cells].reshape((rows, cols)),
-            known[i, :cells].reshape((rows, cols)), box, MOST_CELLS,
-        )  # fmt: skip
-        together[i].explored += new
-        together[i].covered += covered
-        together[i].found += count.known - had[i]
+        others.places[i * robots, robot, 0], others.places[i * robots, robot, 1] = pose.x, pose.y
+        own, other, seen = shared.known[i], known[row], observable[row]
+        chunks = (cells + CHUNK - 1) >> CHUNK_BITS
+        for start in range(0, chunks, CHUNK):
+            stop = min(start + CHUNK, chunks)
+            if not _any(marks, start, stop):
+                continue
+            for chunk in range(start, stop):
+                if marks[chunk] != 0:
+                    marks[chunk] = 0
+                    for k in range(robots):
+                        if tells and k != robot:
+                            shared.pending[i, k, robot, chunk] = 1
+                    low, high = chunk << CHUNK_BITS, min((chunk + 1) << CHUNK_BITS, cells)
+                    new, covered = merge_known(own, other, seen, low, high)
+                    together[i].explored += new
+                    together[i].covered += covered
+        together[i].found += count.known - others.had[i]
+
+
+@njit(inline="always")
+def _any(marks: Grid, start: int, stop: int) -> bool:
+    """Return whether a mark is set, in a loop without a branch."""
+    some = np.uint8(0)
+    for k in range(start, stop):
+        some |= marks[np.uint64(k)]
+    return bool(some != 0)
+
+
+@njit(inline="always")
+def merge_known(own: Grid, other: Grid, observable: Grid, low: int, high: int) -> tuple[int, int]:
+    """Copy the known cells of a flat map from ``low`` to ``high``, excluded, into the unknown cells of another.
+
+    Return the number of cells copied, and how many of them are observable.
+    """
+    missing = np.uint8(0)
+    for k in range(low, high):  # known cells have all bits of FREE
+        missing = np.uint8(missing | (other[np.uint64(k)] & ~own[np.uint64(k)] & FREE))
+    new, covered = 0, 0
+    if missing:
+        for k in range(low, high):
+            if own[np.uint64(k)] == UNKNOWN and other[np.uint64(k)] != UNKNOWN:
+                own[np.uint64(k)] = other[np.uint64(k)]
+                new += 1
+                covered += int(observable[np.uint64(k)])
+    return new, covered

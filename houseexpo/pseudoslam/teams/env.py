@@ -14,14 +14,12 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.spec import MAPS, Actions, EnvOptions, Kind, Observation
 from houseexpo.pseudoslam.kernels.step import STEP
-from houseexpo.pseudoslam.metrics import EpisodeConstants, Metrics
+from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.spec import make_team_spec, observation_space_of, starts_of
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
-
-_WANTED = np.full(1, STEP, np.uint8)
 
 
 class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
@@ -54,8 +52,6 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             agent: observation_space_of(task, self._env_spec, robots) for agent in self.possible_agents
         }
         self._pictures = self._env_spec.pictures(robots)
-        one_each = (self._env_spec.pictures(1) for _ in range(robots))
-        self._own_pictures = [pictures for pictures in one_each if pictures]
         self._rng: np.random.Generator | None = None
         self._team: Team | None = None
         self._episode: TeamEpisode
@@ -142,12 +138,9 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
     def _observations(self, now: Metrics) -> dict[str, Observation]:
         team, robots = self.team, len(self.team)
         if self._pictures:
-            for k, (state, pictures) in enumerate(zip(team.states, self._own_pictures, strict=True)):
-                constants = EpisodeConstants.of(team.constants.rows[k : k + 1])
-                pictures.draw(state.pool, state.sizes, _WANTED, constants, lambda draw: draw(0, 1))
-                self._pictures.shown[k] = pictures.shown[0]
-        sizes = np.array([state.occupied.shape for state in team.states])
-        found = self._env_spec.observe(team.pool, now, self._pictures, sizes)
+            wanted = np.full(robots, STEP, np.uint8)
+            self._pictures.draw(team.pool, team.sizes, wanted, team.constants, lambda draw: draw(0, robots))
+        found = self._env_spec.observe(team.pool, now, self._pictures, team.sizes)
         more = self._episode.observe()
         if more or isinstance(found, dict):
             parts = found if isinstance(found, dict) else {"map": found}

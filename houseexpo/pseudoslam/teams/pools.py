@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,17 +10,29 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.spec import EnvSpec, new_constants
-from houseexpo.pseudoslam.kernels.collision import PERSON
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
-from houseexpo.pseudoslam.kernels.team_step import Others
+from houseexpo.pseudoslam.kernels.team_step import Others, Shared
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.teams.team import Floats, Grid, Team, around_of, moves_people, new_measures, take_note
+from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.team import (
+    Contact,
+    Floats,
+    Grid,
+    Team,
+    around_of,
+    chunks_of,
+    moves_people,
+    new_contact,
+    new_measures,
+    take_note,
+    tells,
+)
 
 Bools = npt.NDArray[np.bool_]
 
 
 class TeamPools:
-    """The episodes of N teams with R robots each: a ``Batch`` of N for the robots with the same number.
+    """The episodes of N teams with R robots each: a ``Batch`` of N * R robots, team after team.
 
     ``put`` moves a team's arrays into the pools. From then on, its arrays are views of them, and ``step`` takes the
     steps of all teams: the kernels and the order of ``Team.step``, with the same bits.
@@ -30,141 +43,155 @@ class TeamPools:
         Number of threads; it does not change the results.
     """
 
-    def __init__(self, spec: EnvSpec, teams: int, robots: int, threads: int | None = None) -> None:
-        self.spec, self.teams = spec, teams
+    def __init__(self, spec: EnvSpec, radio: Radio, teams: int, robots: int, threads: int | None = None) -> None:
+        self.spec, self.radio, self.teams, self.robots = spec, radio, teams, robots
         params = spec.params()
-        self.batches = [
-            Batch(teams, spec.config, params, threads, moves=moves_people(spec.config, robot))
-            for robot in range(robots)
-        ]
-        self.constants = [new_constants(teams) for _ in range(robots)]
+        self.batch = Batch(teams * robots, spec.config, params, threads, moves=False)
+        self.constants = new_constants(teams * robots)
         self.placed: list[Team | None] = [None] * teams
-        self.together = new_measures(teams)
         self.observable = np.ones(teams)
-        self.around, self._params, self._walks = around_of(spec, params), params, moves_people(spec.config, 0)
+        self.contact: Contact = new_contact(teams, robots)
+        self.around, self._params = around_of(spec, params, radio), params
+        self._walks = moves_people(spec.config, 0)
         self._walls: Grid = np.zeros((teams, 0), np.uint8)
-        self._known: Grid = np.zeros((teams, 0), np.uint8)
-        self._meets = np.zeros(teams, np.uint8)
+        self._shared = Shared(self._walls, np.zeros((teams, robots, robots, 0), np.uint8), new_measures(teams))
+        self._drawn: Floats = np.zeros((teams * robots, 0, 2))
+        self._meets, self._had = np.zeros(teams, np.uint8), np.zeros(teams, np.int64)
+
+    @property
+    def together(self) -> Any:
+        """What the teams have done so far (N,) ``kernels.team_step.TOGETHER``."""
+        return self._shared.together
 
     def put(self, i: int, team: Team) -> None:
         """Move the arrays of a team into place ``i``; the team that was there is no longer valid."""
-        first, before = self.batches[0], self._width
-        for robot, (batch, state) in enumerate(zip(self.batches, team.states, strict=True)):
-            batch.put(i, state)
-            batch.state(i).view[...] = state.view
-            self.constants[robot].rows[i] = team.constants.rows[robot]
-        cells, width = team.walls.size, self._width
-        if width > self._walls.shape[1]:
-            self._walls, self._known = _wider(self._walls, width), _wider(self._known, width)
-        self._walls[i, :cells], self._known[i, :cells] = team.walls.ravel(), team.known.ravel()
+        first, before = i * self.robots, self._width
+        rows = slice(first, first + self.robots)
+        for row, state in enumerate(team.states, start=first):
+            self.batch.put(row, state)
+            self.batch.state(row).view[...] = state.view
+        self.constants.rows[rows] = team.constants.rows
+        if before != self._width:
+            self._widen(team.others.drawn.shape[1])
+        cells, width, shared = team.walls.size, self._width, self._shared
+        self._walls[i, :cells], shared.known[i, :cells] = team.walls.ravel(), team.shared.known[0]
+        shared.pending[i] = 0
+        shared.pending[i, ..., : team.shared.pending.shape[3]] = team.shared.pending[0]
         self.together[i], self.observable[i] = team.together[0], team.observable[0]
+        self._drawn[rows] = team.others.drawn
+        contact = self.contact
+        contact.heard[i], contact.joined[i] = team.heard, team.is_joined
+        contact.fading_db[i] = team.contact.fading_db[0]
         self.placed[i] = team
-        moved = range(self.teams) if before != width else [i]
-        for k in moved:
-            self._bind(k, tuple(first.sizes[k].tolist()))
+        for k in range(self.teams) if before != width else [i]:
+            if self.placed[k] is not None:
+                self.bind(k)
 
     @property
     def _width(self) -> int:
         """The number of cells for which the pools have room."""
-        batch = self.batches[0]
-        return batch.arrays.occupied.shape[1] if hasattr(batch, "arrays") else 0
+        return self.batch.arrays.occupied.shape[1] if hasattr(self.batch, "arrays") else 0
 
-    def _bind(self, i: int, shape: tuple[int, ...]) -> None:
-        """Make the arrays of the team at place ``i`` views of the pools."""
+    def _widen(self, drawn: int) -> None:
+        """Make room for as many cells as the pool of the robots has, and for discs that are drawn."""
+        width, robots, shared = self._width, self.robots, self._shared
+        chunks = chunks_of(width) if tells(self.radio) and robots > 1 else 0
+        self._walls = _wider(self._walls, width)
+        self._shared = shared._replace(known=_wider(shared.known, width), pending=_wider(shared.pending, chunks))
+        if self._drawn.shape[1] != drawn:
+            self._drawn = np.full((self.teams * robots, drawn, 2), np.nan)
+
+    def bind(self, i: int) -> Team:
+        """Make the arrays of the team at place ``i`` views of the pools; return the team."""
+        team = self.team(i)
+        first = i * self.robots
+        team.states = [self.batch.state(row) for row in range(first, first + self.robots)]
+        rows, cols = self.batch.sizes[first].tolist()
+        team.walls = self._walls[i, : rows * cols].reshape(rows, cols)
+        one, shared, contact = slice(i, i + 1), self._shared, self.contact
+        team.shared = Shared(shared.known[one], shared.pending[one], shared.together[one])
+        team.contact = Contact(contact.heard[one], contact.joined[one], contact.fading_db[one])
+        team.observable = self.observable[one]
+        return team
+
+    def team(self, i: int) -> Team:
+        """Return the team that was put at place ``i``."""
         team = self.placed[i]
-        if team is None:
-            return
-        cells = shape[0] * shape[1]
-        team.states = [batch.state(i) for batch in self.batches]
-        team.walls = self._walls[i, :cells].reshape(shape)
-        team.known = self._known[i, :cells].reshape(shape)
-        team.together, team.observable = self.together[i : i + 1], self.observable[i : i + 1]
+        assert team is not None  # noqa: S101  # only placed teams are asked for
+        return team
 
-    def step(self, motions: Floats, active: Bools) -> tuple[list[Metrics], list[Metrics]]:
-        """Step the ``active`` teams (N,) by motions (N, R, 2) or commands (N, R, 3), and let them exchange their maps.
+    def step(self, motions: Floats, active: Bools) -> tuple[Metrics, Metrics]:
+        """Step the ``active`` teams (N,) by motions (N * R, 2) or commands (N * R, 3), and let them exchange maps.
 
-        Return for each robot's number the metrics of N robots before the exchange and after it.
+        Return the metrics of N * R robots before the exchange and after it. Views are drawn into a new array.
         """
-        wanted = np.where(active, STEP, SKIP).astype(np.uint8)
-        people = self.batches[0].arrays.bodies.people if self._walks else np.zeros((self.teams, 0), PERSON)
-        others = Others(
-            self._walls, people, self.batches[0].arrays.bodies.robots, self._meets, float(self._params.robot.radius_px),
-            float(self._params.walk.radius_px),
-        )  # fmt: skip
-        around, robots = self.around, len(self.batches)
-        for robot, batch in enumerate(self.batches):
-            pool, sizes, own = batch.arrays, batch.sizes, np.ascontiguousarray(motions[:, robot])
-            had = pool.counts["known"][:, 0].copy()
-            if robots > 1:
-                batch.share(
-                    lambda first, end, pool=pool, sizes=sizes, own=own, robot=robot: around.prepare(  # type: ignore[misc]
-                        pool, sizes, own, others, (robot, first, end)
-                    )
+        batch, robots, around = self.batch, self.robots, self.around
+        batch.renew_views()
+        pool, sizes, others, shared = batch.arrays, batch.sizes, self._others(), self._shared
+        wanted = np.full((robots, self.teams, robots), SKIP, np.uint8)
+        for robot in range(robots):
+            wanted[robot, :, robot][active] = STEP
+        kernels = [batch.kernel(moves=self._walks and robot == 0) for robot in range(robots)]
+
+        def work(scratch: Any, first: int, end: int) -> None:
+            begin, stop = -(-first // robots), -(-end // robots)  # the teams whose first robots are in this part
+            for robot in range(robots):
+                part = robot, begin, stop
+                around.prepare(pool, sizes, motions, others, part)
+                kernels[robot](
+                    pool, sizes, motions, wanted[robot].ravel(), self._params, scratch, begin * robots, stop * robots
                 )
-            batch.step(own, wanted)
-            batch.share(
-                lambda first, end, pool=pool, sizes=sizes, had=had, robot=robot: around.gather(  # type: ignore[misc]
-                    pool, sizes, others, self._known, self.together, had, (robot, first, end)
-                )
-            )
+                around.gather(pool, sizes, others, shared, part)
+
+        batch.share_scratch(work)
         seen = self.metrics()
         self.together["steps"] += active
         return seen, self._exchange(seen, active)
 
-    def _exchange(self, seen: list[Metrics], active: Bools) -> list[Metrics]:
+    def _others(self) -> Others:
+        bodies = self.batch.arrays.bodies
+        return Others(
+            self._walls, bodies.people, bodies.robots, self._drawn, self._meets, self._had,
+            float(self._params.robot.radius_px), float(self._params.walk.radius_px),
+        )  # fmt: skip
+
+    def _exchange(self, seen: Metrics, active: Bools) -> Metrics:
         """Let the robots of each active team exchange maps, take note of the step, and return the metrics then."""
-        joined, robots = np.full(self.teams, len(self.batches) == 1), len(self.batches)
-        found, teams = seen, [i for i in np.flatnonzero(active).tolist() if robots > 1]
-        if teams and self._team(teams[0]).radio.model != "none":
-            for i in teams:
-                team = self._team(i)
-                team.exchange()
-                joined[i] = team.is_joined
+        found = seen
+        if self.robots > 1 and self.radio.model != "none":
+            if self.radio.relative_poses == "met":
+                for i in np.flatnonzero(active).tolist():
+                    self.team(i).exchange()
+            else:
+                self._tell(active.astype(np.uint8))
             found = self.metrics()
-        ways_px = np.stack([each.readings["path_length"] for each in seen], axis=1)
+        ways_px = seen.readings["path_length"].reshape(self.teams, -1)
         rows = self.together[active]
-        take_note(rows, joined[active], ways_px.sum(axis=1)[active] / self._ppm, self.observable[active])
+        joined = self.contact.joined[active]
+        take_note(
+            rows, joined, ways_px.sum(axis=1)[active] / self.spec.config.pixels_per_metre, self.observable[active]
+        )
         self.together[active] = rows
         return found
 
-    @property
-    def _ppm(self) -> float:
-        return self.spec.config.pixels_per_metre
+    def _tell(self, wanted: Grid) -> None:
+        batch, robots, others, shared = self.batch, self.robots, self._others(), self._shared
+        work: Callable[[int, int], None] = lambda first, end: self.around.exchange(  # noqa: E731
+            batch.arrays, batch.sizes, others, shared, self.contact, wanted, (-(-first // robots), -(-end // robots))
+        )
+        batch.share(work)
 
-    def _team(self, i: int) -> Team:
-        team = self.placed[i]
-        assert team is not None  # noqa: S101  # only placed teams are active
-        return team
-
-    def metrics(self) -> list[Metrics]:
-        """Return for each robot's number the metrics of N robots."""
-        return [
-            Metrics.of(constants, batch.arrays, self.spec.config)
-            for constants, batch in zip(self.constants, self.batches, strict=True)
-        ]
+    def metrics(self) -> Metrics:
+        """Return the metrics of N * R robots."""
+        return Metrics.of(self.constants, self.batch.arrays, self.spec.config)
 
     def close(self) -> None:
         """End the threads."""
-        for batch in self.batches:
-            batch.close()
+        self.batch.close()
 
 
-def _wider(raster: Grid, width: int) -> Grid:
-    """Return rasters with room for ``width`` cells."""
-    found = np.zeros((len(raster), width), np.uint8)
-    found[:, : raster.shape[1]] = raster
+def _wider(array: Grid, width: int) -> Grid:
+    """Return an array with room for ``width`` values on its last axis."""
+    found = np.zeros((*array.shape[:-1], width), np.uint8)
+    found[..., : array.shape[-1]] = array
     return found
-
-
-def of_team(metrics: list[Metrics], i: int) -> Metrics:
-    """Return the metrics of the robots of team ``i`` (R,), of metrics by number (R of N)."""
-
-    def rows(name: str) -> Any:
-        return np.stack([getattr(each, name)[i] for each in metrics])
-
-    first = metrics[0]
-    return Metrics(
-        type(first.constants).of(np.stack([each.constants.rows[i] for each in metrics])),
-        rows("counts"), rows("readings"), rows("pose_px"), first.config, first.cell_m, rows("explored_m2"),
-        rows("coverage"), rows("poses"),
-    )  # fmt: skip

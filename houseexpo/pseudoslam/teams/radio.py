@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Final, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.checks import number, one_of, whole
-from houseexpo.pseudoslam.kernels.teams import way_in_walls
+from houseexpo.pseudoslam.kernels.radio import Link, find_heard, received_dbm
 
 Model = Literal["none", "always", "range", "sight", "signal"]
 RelativePoses = Literal["known", "met"]
+MOST_CELLS: Final = int(np.iinfo(np.int64).max)
+"""What a step can send without a limit."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +83,17 @@ class Radio:
         if self.cells_per_step is not None:
             whole(self.cells_per_step, "radio.cells_per_step", at_least=1)
 
+    def link(self, cell_m: float) -> Link:
+        """Return the parameters for kernels, on a grid with cells of this side."""
+        return Link(
+            get_args(Model).index(self.model), float(cell_m), float(self.range_m), float(self.power_dbm),
+            float(self.threshold_dbm), float(self.loss_db), float(self.reference_m), float(self.air_exponent),
+            float(self.wall_exponent), float(self.wall_unit_m), self.cells_per_step or MOST_CELLS,
+        )  # fmt: skip
+
     def received_dbm(self, air_m: float, wall_m: float, fading_db: tuple[float, float] = (0.0, 0.0)) -> float:
         """Return the received power after lengths in air and in walls, and fading in both."""
-        loss = self.loss_db
-        if wall_m > 0.0:
-            loss += 10.0 * self.wall_exponent * math.log10(max(wall_m / self.wall_unit_m, 1.0)) + fading_db[1]
-        if air_m >= self.reference_m:
-            loss += 10.0 * self.air_exponent * math.log10(air_m / self.reference_m) + fading_db[0]
-        return self.power_dbm - loss
+        return received_dbm(self.link(1.0), air_m, wall_m, *fading_db)
 
     def hears(
         self,
@@ -107,30 +111,6 @@ class Radio:
         places_px
             (n, 2), the robots' places, pixels.
         """
-        n = len(places_px)
-        if self.model in {"none", "always"}:
-            found = np.full((n, n), self.model == "always")
-            np.fill_diagonal(found, val=False)
-            return found
-        found = np.zeros((n, n), bool)
-        places = places_px.tolist()
-        for i in range(n):
-            for j in range(i):
-                found[i, j] = found[j, i] = self._pair(walls, (*places[i], *places[j]), cell_m, fading_db)
+        found = np.zeros((len(places_px), len(places_px)), bool)
+        find_heard(self.link(cell_m), walls, places_px, np.array(fading_db), found.view(np.uint8))
         return found
-
-    def _pair(
-        self,
-        walls: npt.NDArray[np.uint8],
-        ends_px: tuple[float, float, float, float],
-        cell_m: float,
-        fading_db: tuple[float, float],
-    ) -> bool:
-        x, y, to_x, to_y = ends_px
-        way_m = math.hypot(to_x - x, to_y - y) * cell_m
-        if self.model == "signal":
-            wall_m = way_in_walls(walls, x, y, to_x, to_y) * cell_m
-            return self.received_dbm(way_m - wall_m, wall_m, fading_db) > self.threshold_dbm
-        if way_m > self.range_m:
-            return False
-        return self.model == "range" or way_in_walls(walls, x, y, to_x, to_y) == 0.0

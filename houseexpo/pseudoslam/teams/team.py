@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import cv2
@@ -16,24 +17,25 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
-from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, PERSON, STATIC, placed_people
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.team_step import MOST_CELLS, TOGETHER, Others, gather, prepare, prepare_drives
+from houseexpo.pseudoslam.kernels.mapping import CHUNK
+from houseexpo.pseudoslam.kernels.radio import exchange_maps, find_heard
+from houseexpo.pseudoslam.kernels.step import SKIP, STEP
+from houseexpo.pseudoslam.kernels.team_step import TOGETHER, Others, Shared, gather, prepare, prepare_drives
 from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import arguments_of, entry_point, kernel_for
+from houseexpo.pseudoslam.state import RASTERS, State, flatten, one_of, unflatten
+from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
 from houseexpo.pseudoslam.teams.discs import stamp
-from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.worlds.moving import new_bodies
+from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
-_SHARED: Final = ("shown", "overview", "ranges", "pose", "counts", "readings")
-"""The arrays of all robots that are rows of one array."""
+_ALL: Final = np.ones(1, np.uint8)
 LEVELS: Final = {0.9: "90", 0.99: "99"}
 """The shares of the house for which steps and metres are measured, and their names in percent."""
 
@@ -112,10 +114,9 @@ def report_of(
 class Around:
     """The compiled parts of a step round the single robot's, for the robots with the same number of N teams."""
 
-    def __init__(self, params: StepParams, full_step_px: float, *, drives: bool) -> None:
+    def __init__(self, params: StepParams, radio: Radio, pixels_per_metre: float, *, drives: bool) -> None:
         self._params, self._drives = params, drives
-        errors, reach = params.errors, params.sensor.range_px + full_step_px + 2.0
-        self._reach_px = math.inf if errors.any else reach
+        self._link = radio.link(1.0 / pixels_per_metre)
         self._calls: dict[str, Callable[..., None]] = {}
 
     def prepare(
@@ -132,22 +133,31 @@ class Around:
         else:
             self._call("prepare", prepare, given)
 
-    def gather(  # noqa: PLR0917  # what the kernel takes
+    def gather(
+        self, pool: Episode, sizes: npt.NDArray[np.int64], others: Others, shared: Shared, part: tuple[int, int, int]
+    ) -> None:
+        """Call ``kernels.team_step.gather``."""
+        given = (
+            pool.observable, pool.known, pool.counts, pool.pose, sizes, pool.fresh, others, shared, *part,
+        )  # fmt: skip
+        self._call("gather", gather, given)
+
+    def exchange(  # noqa: PLR0917  # what the kernel takes
         self,
         pool: Episode,
         sizes: npt.NDArray[np.int64],
         others: Others,
-        known: Grid,
-        together: Rows,
-        had: npt.NDArray[np.int64],
-        part: tuple[int, int, int],
+        shared: Shared,
+        contact: Contact,
+        wanted: Grid,
+        part: tuple[int, int],
     ) -> None:
-        """Call ``kernels.team_step.gather``."""
+        """Call ``kernels.radio.exchange_maps`` for teams from one number to another."""
         given = (
-            pool.observable, pool.known, pool.counts, pool.pose, sizes, others, known, together, had, self._reach_px,
-            *part,
+            pool.known, pool.observable, pool.counts, sizes, others, shared, self._link, contact.fading_db,
+            contact.heard.view(np.uint8), contact.joined.view(np.uint8), wanted, *part,
         )  # fmt: skip
-        self._call("gather", gather, given)
+        self._call("exchange", exchange_maps, given)
 
     def _call(self, name: str, kernel: Any, given: tuple[Any, ...]) -> None:
         if name not in self._calls:
@@ -157,6 +167,33 @@ class Around:
     def __getstate__(self) -> dict[str, Any]:
         """Pickle and copy without the compiled functions, which the copy finds again."""
         return {**self.__dict__, "_calls": {}}
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What the robots of N teams of R heard in the last exchange."""
+
+    heard: npt.NDArray[np.bool_]
+    """(N, R, R), who could hear whom."""
+    joined: npt.NDArray[np.bool_]
+    """(N,), whether each robot reached each other one, also through others."""
+    fading_db: Floats
+    """(N, 2), additional losses in air and in walls."""
+
+
+def new_contact(teams: int, robots: int) -> Contact:
+    """Return that nobody has heard anybody, but a robot alone."""
+    return Contact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1), np.zeros((teams, 2)))
+
+
+def chunks_of(cells: int) -> int:
+    """Return the number of chunks of cells (``kernels.mapping.CHUNK``)."""
+    return -(-cells // CHUNK)
+
+
+def tells(radio: Radio) -> bool:
+    """Return whether robots tell each other by the kernel what changed in their maps."""
+    return radio.model != "none" and radio.relative_poses == "known"
 
 
 class Team:
@@ -203,30 +240,47 @@ class Team:
         self._place(robots, rng, list(starts))
         first = self.states[0]
         self.walls: Grid = (first.occupied & STATIC).astype(np.uint8)
-        self.fading_db = _fading(radio, first)
         self.constants = new_constants(robots)
         for k, state in enumerate(self.states):
             self.constants.rows[k] = constants_of(state, world)
-        self.pool = self._share()
-        self._steps = [self._kernel(k) for k in range(robots)]
-        self.known: Grid = np.zeros_like(first.known)
-        """What the robots know together (rows, cols)."""
-        self.heard = np.zeros((robots, robots), bool)
-        """Who could hear whom in the last exchange (n, n)."""
-        self.together = new_measures(1)
-        """The team's row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
+        self.pool, self.sizes = self._share()
+        self.contact = new_contact(1, robots)
+        self.contact.fading_db[0] = _fading(radio, first)
+        chunks = chunks_of(self.walls.size) if tells(radio) and robots > 1 else 0
+        self.shared = Shared(
+            np.zeros((1, self.walls.size), np.uint8), np.ones((1, robots, robots, chunks), np.uint8), new_measures(1)
+        )
         self.observable = np.array([float(max(first.observable_cells, 1))])
-        self._around = around or around_of(spec, self.params)
-        people = first.episode.bodies.people if self._has_people(0) else np.zeros(0, PERSON)
+        self._around = around or around_of(spec, self.params, radio)
+        bodies = self.pool.bodies
         self.others = Others(
-            self.walls.reshape(1, -1), people[None], first.episode.bodies.robots[None], np.zeros(1, np.uint8),
+            self.walls.reshape(1, -1), bodies.people, bodies.robots,
+            np.full((robots, robots + bodies.people.shape[1], 2), np.nan), np.zeros(1, np.uint8), np.zeros(1, np.int64),
             float(self.radius_px), float(self.params.walk.radius_px),
         )  # fmt: skip
+        self._motions = np.zeros((robots, 3 if self._drives else 2))
+        self._steps = [self._kernel(k) for k in range(robots)]
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
-            self._act(k, np.zeros(3 if self._drives else 2))
+            self._act(k)
         self.exchange()
+
+    @property
+    def known(self) -> Grid:
+        """What the robots know together (rows, cols)."""
+        return self.shared.known[0, : self.walls.size].reshape(self.walls.shape)
+
+    @property
+    def heard(self) -> npt.NDArray[np.bool_]:
+        """Who could hear whom in the last exchange (n, n)."""
+        found: npt.NDArray[np.bool_] = self.contact.heard[0]
+        return found
+
+    @property
+    def together(self) -> Rows:
+        """The team's row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
+        return self.shared.together
 
     @property
     def measures(self) -> TeamMeasures:
@@ -246,11 +300,13 @@ class Team:
     def __len__(self) -> int:
         return len(self.states)
 
-    def _kernel(self, robot: int) -> tuple[Callable[..., None], tuple[Any, ...]]:
-        """Return the compiled step of a robot, and its arguments, of which the third is its motion or command."""
-        state = self.states[robot]
-        given = arguments_of(state, np.zeros((1, 3 if self._drives else 2)), self.params, self.scratch)
-        return entry_point(kernel_for(state.episode, self.params, moves=self._has_people(robot)), *given), given
+    def _kernel(self, robot: int) -> Callable[[], None]:
+        """Return the compiled step of a robot by its motion or command."""
+        wanted = np.full(len(self), SKIP, np.uint8)
+        wanted[robot] = STEP
+        given = self.pool, self.sizes, self._motions, wanted, self.params, self.scratch, robot, robot + 1
+        kernel = kernel_for(self.states[robot].episode, self.params, moves=self._has_people(robot))
+        return partial(entry_point(kernel, *given), *given)
 
     def _has_people(self, robot: int) -> bool:
         return moves_people(self.spec.config, robot)
@@ -289,13 +345,13 @@ class Team:
             if config.known_map:  # without the robots before it
                 state.episode.known[:] = first.episode.known
             self.states.append(state)
+        places, people = self.places_px(), self.states[0].episode.bodies.people
         for k, state in enumerate(self.states):
-            bodies = state.episode.bodies
-            if robots > 1 and not self._has_people(k):
-                bodies = new_bodies(1, 0)  # a clock says that something moves, so that scans do not rely on the map
-            if k == 0:
-                bodies = bodies._replace(robots=self.places_px())
-            state.episode = state.episode._replace(bodies=bodies)
+            bodies = state.episode.bodies._replace(robots=places)
+            if k > 0:
+                bodies = bodies._replace(people=np.zeros_like(people))
+            fresh = np.ones(chunks_of(state.occupied.size), np.uint8)  # also what a robot knows from the start
+            state.episode = state.episode._replace(bodies=bodies, fresh=fresh)
 
     def _check_start(self, number: int, start: Pose | None) -> None:
         """Raise ConfigError if a start overlaps an earlier robot's."""
@@ -308,15 +364,14 @@ class Team:
                     f"({x:g}, {y:g}) m; leave at least {least:g} m between their centres"
                 )
 
-    def _share(self) -> Episode:
-        """Put the robots' small arrays into rows of shared ones, and return an episode with these."""
-        shared: dict[str, Any] = {
-            name: np.stack([getattr(state.episode, name) for state in self.states]) for name in _SHARED
-        }
-        for k, state in enumerate(self.states):
-            rows = {name: part[k] for name, part in shared.items()}
-            self.states[k] = replace(state, episode=state.episode._replace(**rows))
-        return self.states[0].episode._replace(**shared)
+    def _share(self) -> tuple[Episode, npt.NDArray[np.int64]]:
+        """Put the robots' episodes into one pool; return it, and the sizes of the rasters of each."""
+        shape = self.walls.shape
+        leaves = [np.stack(parts) for parts in zip(*(flatten(state.episode) for state in self.states), strict=True)]
+        leaves[:RASTERS] = [raster.reshape(len(self), -1) for raster in leaves[:RASTERS]]
+        pool = unflatten(self.states[0].episode, leaves)
+        self.states = [replace(state, episode=one_of(pool, k, shape)) for k, state in enumerate(self.states)]
+        return pool, np.tile(np.array(shape), (len(self), 1))
 
     def places_px(self) -> Floats:
         """Return the robots' places (n, 2), pixels, as a new array."""
@@ -331,40 +386,41 @@ class Team:
 
         Return the metrics after the motions and before the exchange, so that rewards are for what a robot saw itself.
         """
-        for k, motion in enumerate(motions):
-            self._act(k, motion)
+        self._motions[:] = motions
+        for k in range(len(self)):
+            self._act(k)
         after = self.metrics()
         self.together["steps"] += 1
         self.exchange()
         metres = np.array([float(after.readings["path_length"].sum()) / self.ppm])
-        take_note(self.together, np.array([self.is_joined]), metres, self.observable)
+        take_note(self.together, self.contact.joined, metres, self.observable)
         return after
 
-    def _act(self, robot: int, motion: Floats) -> None:
+    def _act(self, robot: int) -> None:
         """Take one robot's step, and add what it saw to what the team knows."""
-        state = self.states[robot]
-        kernel, given = self._steps[robot]
-        given[2][0] = motion
-        begins = int(state.counts.steps) < 0  # what a robot knows at the start counts as found by it
-        had = np.array([0 if begins else int(state.counts.known)])
-        if len(self) > 1:
-            self._around.prepare(state.pool, state.sizes, given[2], self.others, (robot, 0, 1))
-        kernel(*given)
-        known = self.known.reshape(1, -1)
-        self._around.gather(state.pool, state.sizes, self.others, known, self.together, had, (robot, 0, 1))
+        part = robot, 0, 1
+        self._around.prepare(self.pool, self.sizes, self._motions, self.others, part)
+        self._steps[robot]()
+        self._around.gather(self.pool, self.sizes, self.others, self.shared, part)
 
     def exchange(self) -> None:
         """Let the robots that hear each other exchange their maps, each what it had before."""
         if len(self) == 1:
             return
-        self.heard = self.radio.hears(self.walls, self.places_px(), 1.0 / self.ppm, self.fading_db)
         if self.radio.relative_poses == "met":
-            self._meet()
+            self._exchange_by_sight()
+        else:
+            self._around.exchange(self.pool, self.sizes, self.others, self.shared, self.contact, _ALL, (0, 1))
+
+    def _exchange_by_sight(self) -> None:
+        """Do the same for robots that know their relative poses only from meeting."""
+        link = self.radio.link(1.0 / self.ppm)
+        heard, fading = self.heard.view(np.uint8), self.contact.fading_db[0]
+        self.contact.joined[0] = find_heard(link, self.walls, self.places_px(), fading, heard)
+        self._meet()
         had = [int(state.counts.known) for state in self.states]
         news = [
-            (i, j)
-            for i, j in np.argwhere(self.heard).tolist()
-            if self._may_use_pose(i, j) and self._sent[i, j] != had[j]
+            (i, j) for i, j in np.argwhere(self.heard).tolist() if (i, j) in self._from and self._sent[i, j] != had[j]
         ]
         maps = {j: self.states[j].known.copy() for _, j in news}
         most = self.radio.cells_per_step or MOST_CELLS
@@ -375,11 +431,10 @@ class Team:
             counts = self.states[i].counts
             counts.known += new
             counts.covered += covered
+            if new:
+                self.states[i].episode.fresh[:] = 1  # the team may not know it in this place
             if new < most:
                 self._sent[i, j] = had[j]
-
-    def _may_use_pose(self, i: int, j: int) -> bool:
-        return self.radio.relative_poses == "known" or (i, j) in self._from
 
     def _meet(self) -> None:
         """Measure the transformation between the maps of robots that see each other."""
@@ -413,13 +468,7 @@ class Team:
     @property
     def is_joined(self) -> bool:
         """Whether each robot reached each other one by radio in the last exchange, also through others."""
-        reached, more = {0}, [0]
-        while more:
-            for k in np.flatnonzero(self.heard[more.pop()]).tolist():
-                if k not in reached:
-                    reached.add(k)
-                    more.append(k)
-        return len(reached) == len(self)
+        return bool(self.contact.joined[0])
 
     def ways_m(self) -> Floats:
         """Return the metres that each robot has travelled (n,)."""
@@ -449,11 +498,9 @@ class Team:
         return values | steps
 
 
-def around_of(spec: EnvSpec, params: StepParams) -> Around:
+def around_of(spec: EnvSpec, params: StepParams, radio: Radio) -> Around:
     """Return the compiled parts of a step round the single robot's."""
-    config = spec.config
-    full_step_px = config.full_step_m * config.pixels_per_metre
-    return Around(params, full_step_px, drives=config.robot.drive is not None)
+    return Around(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
 
 
 def _rotation(angle: float) -> Floats:

@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.envs.spec import (
 )
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.teams.pools import TeamPools, of_team
+from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.spec import make_team_spec, observation_space_of, starts_of
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
@@ -62,22 +62,20 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         self._adds_parts = bool(task.spaces(self._env_spec, robots))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._pools = TeamPools(self._env_spec, num_envs, robots, threads)
-        one_each = (self._env_spec.pictures(num_envs) for _ in range(robots))
-        self._pictures = [pictures for pictures in one_each if pictures]
+        self._pools = TeamPools(self._env_spec, radio, num_envs, robots, threads)
+        self._pictures = self._env_spec.pictures(num_envs * robots)
         self._rngs: dict[int, np.random.Generator] = {}
         self._episodes: list[TeamEpisode | None] = [None] * num_envs
         self._plan_ids = np.full(num_envs, None, object)
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
-        self._before: list[Metrics] = []
+        self._before: Metrics
 
     def team(self, i: int) -> Team:
         """Return the robots of environment ``i``; its arrays are views, which the next step changes."""
-        team = self._pools.placed[i]
-        if team is None or not self._begun[i]:
+        if not self._begun[i]:
             raise gymnasium.error.ResetNeeded(f"environment {i}: call reset() first")
-        return team
+        return self._pools.bind(i)
 
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]`` (N,).
@@ -96,6 +94,8 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if which.all() and any(one is not None for one in seeds):
             self._env_spec.choice.start_over()
         self._begun = self._begun & ~which
+        if self._begun.any():  # earlier observations belong to the caller
+            self._pools.batch.renew_views(copy=True)
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
@@ -132,33 +132,35 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if given.shape[:2] != (teams, robots):
             raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {given.shape}")
         motions, ahead = self._env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
-        active, moves = ~self._ended, motions.reshape(teams, robots, -1)
-        moves[~active] = 0.0
-        seen, now = self._pools.step(moves, active)
+        active = ~self._ended
+        motions[self._ended.repeat(robots)] = 0.0
+        seen, now = self._pools.step(motions, active)
         rewards = self._rewards(seen, ahead.reshape(teams, robots), active)
         for i in np.flatnonzero(self._ended).tolist():
             self._start(i)
         if self._ended.any():
             now = self._pools.metrics()
         success = self._successes(now)
-        terminated, truncated = success & active, now[0].truncated() & active
+        terminated, truncated = success & active, now.truncated()[::robots] & active
         self._ended, self._before = terminated | truncated, now
         return self._observations(now), rewards, terminated, truncated, self._infos(now, success, np.ones(teams, bool))
 
-    def _rewards(self, seen: list[Metrics], ahead: Bools, active: Bools) -> Floats:
+    def _rewards(self, seen: Metrics, ahead: Bools, active: Bools) -> Floats:
         rewards = self.task.rewards_by_robot(self._before, seen, ahead)
         if rewards is None:
             rewards = np.zeros((self.num_envs, self.robots))
             for i in np.flatnonzero(active).tolist():
-                rewards[i] = self._episode(i).step(of_team(self._before, i), of_team(seen, i), ahead[i])
+                part = slice(i * self.robots, (i + 1) * self.robots)
+                rewards[i] = self._episode(i).step(self._before.part(part), seen.part(part), ahead[i])
         rewards[~active] = 0.0
         return rewards
 
-    def _successes(self, now: list[Metrics]) -> Bools:
-        pools = self._pools
+    def _successes(self, now: Metrics) -> Bools:
+        pools, robots = self._pools, self.robots
         found = self.task.successes(pools.together["covered"] / pools.observable, now)
         if found is None:
-            found = np.array([self._episode(i).success(of_team(now, i)) for i in range(self.num_envs)])
+            parts = [now.part(slice(i * robots, (i + 1) * robots)) for i in range(self.num_envs)]
+            found = np.array([self._episode(i).success(part) for i, part in enumerate(parts)])
         return found
 
     def _episode(self, i: int) -> TeamEpisode:
@@ -166,45 +168,39 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         assert episode is not None  # noqa: S101  # only begun episodes are asked for
         return episode
 
-    def _observations(self, now: list[Metrics]) -> Observation:
+    def _observations(self, now: Metrics) -> Observation:
         """Return new arrays (N, R, ...)."""
-        spec, found = self._env_spec, []
-        for k, batch in enumerate(self._pools.batches):
-            pictures = self._pictures[k] if self._pictures else None
-            if pictures:
-                wanted = np.full(self.num_envs, STEP, np.uint8)
-                pictures.draw(batch.arrays, batch.sizes, wanted, self._pools.constants[k], batch.share)
-            found.append(spec.observe(batch.arrays, now[k], pictures, batch.sizes))
+        batch, pictures = self._pools.batch, self._pictures
+        if pictures:
+            wanted = np.full(self.num_envs * self.robots, STEP, np.uint8)
+            pictures.draw(batch.arrays, batch.sizes, wanted, self._pools.constants, batch.share, fresh=True)
+        found = self._env_spec.observe(batch.arrays, now, pictures, batch.sizes)
         more = [self._episode(i).observe() for i in range(self.num_envs)] if self._adds_parts else []
-        if not more and not isinstance(found[0], dict):
-            return np.stack([each for each in found if not isinstance(each, dict)], axis=1)
-        parts = [each if isinstance(each, dict) else {"map": each} for each in found]
-        joined = {key: np.stack([part[key] for part in parts], axis=1) for key in parts[0]}
+        if not more and not isinstance(found, dict):
+            return self._by_team(found)
+        parts = found if isinstance(found, dict) else {"map": found}
+        joined = {key: self._by_team(part.copy() if key == "global_map" else part) for key, part in parts.items()}
         return joined | {key: np.stack([part[key] for part in more]) for key in (more[0] if more else {})}
 
-    def _infos(self, now: list[Metrics], success: Bools, which: Bools) -> dict[str, Any]:
+    def _by_team(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return an array (N * R, ...) as (N, R, ...)."""
+        return array.reshape(self.num_envs, self.robots, *array.shape[1:])
+
+    def _infos(self, now: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
         """Return the entries of the robots' ``info`` (N, R, ...), and "team", whose entries are (N,)."""
         pools, ppm = self._pools, self.config.pixels_per_metre
-        reports = [
-            self._env_spec.report(batch.arrays, each, success) for batch, each in zip(pools.batches, now, strict=True)
-        ]
-        infos: dict[str, Any] = {key: np.stack([report[key] for report in reports], axis=1) for key in reports[0]}
-        ways_m = np.stack([each.readings["path_length"] for each in now], axis=1) / ppm
+        report = self._env_spec.report(pools.batch.arrays, now, success.repeat(self.robots))
+        infos: dict[str, Any] = {key: self._by_team(part) for key, part in report.items()}
+        ways_m = self._by_team(now.readings["path_length"]) / ppm
         team: dict[str, Any] = report_of(pools.together, ways_m, infos["collisions"], pools.observable, ppm)
         own = [self._episode(i).report() for i in range(self.num_envs)] if self.task.measures else []
         for key in own[0] if own else ():
             team[key] = np.array([np.nan if report[key] is None else report[key] for report in own], np.float64)
-        infos["hears"] = np.stack([self.team_at(i).heard for i in range(self.num_envs)])
+        infos["hears"] = pools.contact.heard.copy()
         if self._env_spec.text_info:
             infos["plan_id"] = self._plan_ids.copy()
         infos["team"] = team
         return {**infos, **{f"_{key}": which.copy() for key in infos}}
-
-    def team_at(self, i: int) -> Team:
-        """Return the robots of environment ``i``, also while it is being reset."""
-        team = self._pools.placed[i]
-        assert team is not None  # noqa: S101  # only begun episodes are asked for
-        return team
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""

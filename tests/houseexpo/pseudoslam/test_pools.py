@@ -20,18 +20,18 @@ def episode() -> Episode:
 def test_all_arrays_in_their_order(episode: Episode) -> None:
     found = flatten(episode)
     assert all(isinstance(leaf, np.ndarray) for leaf in found)
-    assert len(found) == 9 + 3 + 4 + 4 + 2 + 3 + 4
+    assert len(found) == 10 + 3 + 4 + 4 + 2 + 3 + 4
     assert found[0] is episode.occupied
-    assert found[9] is episode.bodies.clocks
-    assert found[21] is episode.field.distances
+    assert found[10] is episode.bodies.clocks
+    assert found[22] is episode.field.distances
     assert found[-1] is episode.graph.state
 
 
 def test_the_same_tuples_of_other_arrays(episode: Episode) -> None:
     numbered = unflatten(episode, (np.array(k) for k, _ in enumerate(flatten(episode))))
-    assert [int(leaf) for leaf in flatten(numbered)] == list(range(29))
+    assert [int(leaf) for leaf in flatten(numbered)] == list(range(30))
     assert list(map(type, numbered)) == list(map(type, episode))
-    assert int(numbered.flow.sizes) == 9 + 3 + 4
+    assert int(numbered.flow.sizes) == 10 + 3 + 4
 
 
 def test_there_and_back_are_views(episode: Episode) -> None:

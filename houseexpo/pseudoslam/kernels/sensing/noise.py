@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import CHUNK_BITS, FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Cells, Errors, Floats, Grid, Runs, Sensor
 
 HIT, LOST, FURTHEST = 0, 1, 2
@@ -83,12 +84,12 @@ def draw_noisy(
 
 @njit(cache=True, nogil=True)
 def merge_patch(
-    known: Grid, observable: Grid, patch: Grid, x: float, y: float, right: float, down: float, turn: float
+    known: Grid, observable: Grid, patch: Grid, x: float, y: float, right: float, down: float, turn: float, fresh: Grid
 ) -> tuple[int, int]:
     """Merge a patch into the map, rotated by ``turn`` about (x, y) and then shifted; the patch is empty afterwards.
 
     Every cell of the map gets the patch's cell at its position, so that rotation leaves no holes. Return how many cells
-    were unknown before, and how many of those count.
+    were unknown before, and how many of those count. ``fresh`` is that of ``mapping.merge_cells``.
     """
     rows, cols = known.shape
     side = patch.shape[0]
@@ -107,6 +108,8 @@ def merge_patch(
             if known[row, col] == UNKNOWN:
                 new += 1
                 covered += int(observable[row, col])
+                if len(fresh) > 0:
+                    fresh[np.uint64((row * cols + col) >> CHUNK_BITS)] = 1
             known[row, col] = patch[from_row, from_col]
     patch[:] = UNKNOWN
     return new, covered

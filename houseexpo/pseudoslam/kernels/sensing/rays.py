@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import CHUNK_BITS, FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.tolerances import CORNER_PX
 from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
 
@@ -75,12 +75,12 @@ def ray_scan(
 @njit(cache=True, nogil=True)
 def ray_merge(
     occupied: Grid, observable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
-    range_px: float, hit: Cells, settled: bool,
+    range_px: float, hit: Cells, settled: bool, fresh: Grid,
 ) -> tuple[int, int, int]:  # fmt: skip
     """Scan like ``ray_scan`` and set the free cells of the map directly, since listing them first takes twice as long.
 
     With ``settled``, the map is assumed to be correct, since nothing moves and it has no errors. Obstacles that it
-    already contains are not listed in ``hit``.
+    already contains are not listed in ``hit``. ``fresh`` is that of ``mapping.merge_cells``.
 
     Returns
     -------
@@ -112,6 +112,8 @@ def ray_merge(
                     if state == UNKNOWN:
                         new += 1
                         covered += int(counts[cell])
+                        if len(fresh) > 0:
+                            fresh[np.uint64(int(cell) >> CHUNK_BITS)] = 1
                     drawn[cell] = FREE
                     continue
                 if k + t > 0:

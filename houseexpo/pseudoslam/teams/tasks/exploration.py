@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from houseexpo.pseudoslam.config.checks import number, one_of
-from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
+from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.tasks import Exploration, ExplorationReward
 from houseexpo.pseudoslam.teams.tasks.task import Floats, TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
@@ -53,24 +53,24 @@ class TeamExploration(TeamTask):
         """The task of one robot."""
         return self._each
 
-    def rewards_by_robot(self, before: list[Metrics], seen: list[Metrics], ahead: Bools) -> Floats:
+    def rewards_by_robot(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
         """Return the rewards (N, R) of a step of N teams at once."""
-        found = np.empty(ahead.shape)
-        for robot, (was, after) in enumerate(zip(before, seen, strict=True)):
-            found[:, robot] = self._each.rewards(was, after, ahead[:, robot], self._each.success(after))
-        return found
+        found: Floats = self._each.rewards(before, seen, ahead.ravel(), self._each.success(seen))
+        return found.reshape(ahead.shape)
 
-    def successes(self, coverage: Floats, now: list[Metrics]) -> Bools:
+    def successes(self, coverage: Floats, now: Metrics) -> Bools:
         """Return in which of N teams enough is known (N,)."""
+        teams = len(coverage)
         if self.success_coverage is None:
-            return np.zeros(len(coverage), bool)
+            return np.zeros(teams, bool)
         if self.until == "team":
             return coverage >= self.success_coverage
-        known = np.stack([each.coverage for each in now], axis=1) >= self.success_coverage
+        known = now.coverage.reshape(teams, -1) >= self.success_coverage
         if self.until == "report":
-            base = np.column_stack([now[0].readings["start_x"], now[0].readings["start_y"]])
-            away = np.stack([np.hypot(*(each.pose_px[:, :2] - base).T) for each in now], axis=1)
-            known &= away <= self.report_m * now[0].config.pixels_per_metre
+            start_x, start_y = (now.readings[key].reshape(teams, -1)[:, :1] for key in ("start_x", "start_y"))
+            places = now.pose_px.reshape(teams, -1, 6)
+            away = np.hypot(places[..., 0] - start_x, places[..., 1] - start_y)
+            known &= away <= self.report_m * now.config.pixels_per_metre
         return np.asarray(known.any(axis=1))
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
@@ -80,31 +80,15 @@ class TeamExploration(TeamTask):
 
 
 class _Episode(TeamEpisode):
-    """An episode of one team: the same functions, with each robot's metrics by itself."""
+    """An episode of one team: the same functions."""
 
     def __init__(self, team: Team, task: TeamExploration) -> None:
         super().__init__(team)
         self._task = task
 
     def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
-        one_each = _by_robot(before), _by_robot(seen)
-        found: Floats = self._task.rewards_by_robot(*one_each, ahead[None])[0]
+        found: Floats = self._task.rewards_by_robot(before, seen, ahead[None])[0]
         return found
 
     def success(self, now: Metrics) -> bool:
-        return bool(self._task.successes(np.array([self.team.coverage]), _by_robot(now))[0])
-
-
-def _by_robot(metrics: Metrics) -> list[Metrics]:
-    """Return the metrics of one team's robots (R,) as R of (1,)."""
-    found = []
-    for k in range(len(metrics.counts)):
-        one = slice(k, k + 1)
-        found.append(
-            metrics._replace(
-                constants=EpisodeConstants.of(metrics.constants.rows[one]), counts=metrics.counts[one],
-                readings=metrics.readings[one], pose_px=metrics.pose_px[one], explored_m2=metrics.explored_m2[one],
-                coverage=metrics.coverage[one], poses=metrics.poses[one],
-            )
-        )  # fmt: skip
-    return found
+        return bool(self._task.successes(np.array([self.team.coverage]), now)[0])

@@ -55,17 +55,17 @@ class TeamTask(ABC):
         """Return the spaces of the parts that the task adds to each robot's observation."""
         return {}
 
-    def rewards_by_robot(self, before: list[Metrics], seen: list[Metrics], ahead: Bools) -> Floats | None:  # noqa: ARG002
+    def rewards_by_robot(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats | None:  # noqa: ARG002
         """Return the rewards (N, R) of a step of N teams at once, None if their episodes must be asked one by one.
 
-        ``before`` and ``seen`` are, for each robot's number, the metrics of N robots; ``ahead`` is (N, R).
+        ``before`` and ``seen`` are the metrics of N * R robots, team after team; ``ahead`` is (N, R).
         """
         return None
 
-    def successes(self, coverage: Floats, now: list[Metrics]) -> Bools | None:  # noqa: ARG002
+    def successes(self, coverage: Floats, now: Metrics) -> Bools | None:  # noqa: ARG002
         """Return in which of N teams the task is fulfilled (N,), None if their episodes must be asked one by one.
 
-        ``coverage`` (N,) is the share of what can be seen that each team knows.
+        ``coverage`` (N,) is the share of what can be seen that each team knows; ``now`` are the metrics of all N * R.
         """
         return None
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, merge_cells, merge_runs, shrink
-from tests.builders.scans import crop_ties, slow_crop
+from tests.builders.scans import UNASKED, crop_ties, slow_crop
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 
@@ -16,16 +16,16 @@ VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 def test_merging_counts_what_was_unknown() -> None:
     known, observable = np.zeros((3, 4), np.uint8), np.zeros((3, 4), np.uint8)
     observable[0] = 1
-    assert merge_cells(known, observable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE) == (3, 2)
-    assert merge_cells(known, observable, np.array([1, 2], np.int32), 2, OBSTACLE) == (1, 1)
+    assert merge_cells(known, observable, np.array([0, 1, 1, 5, 9], np.int32), 4, FREE, UNASKED) == (3, 2)
+    assert merge_cells(known, observable, np.array([1, 2], np.int32), 2, OBSTACLE, UNASKED) == (1, 1)
     assert known.tolist() == [[FREE, OBSTACLE, OBSTACLE, 0], [0, FREE, 0, 0], [0, 0, 0, 0]]
 
 
 def test_more_than_a_byte_can_count_counts() -> None:
     ones = np.ones((30, 30), np.uint8)
     cells, runs = np.arange(900, dtype=np.int32), np.array([[0, 899]], np.int32)
-    assert merge_cells(np.zeros((30, 30), np.uint8), ones, cells, 900, FREE) == (900, 900)
-    assert merge_runs(np.zeros((30, 30), np.uint8), ones, runs, 1, FREE) == (900, 900)
+    assert merge_cells(np.zeros((30, 30), np.uint8), ones, cells, 900, FREE, UNASKED) == (900, 900)
+    assert merge_runs(np.zeros((30, 30), np.uint8), ones, runs, 1, FREE, UNASKED) == (900, 900)
 
 
 def test_runs_are_cells_side_by_side() -> None:
@@ -36,8 +36,8 @@ def test_runs_are_cells_side_by_side() -> None:
         runs = np.stack([starts, np.minimum(starts + rng.integers(0, 9, 40), 152)], axis=1).astype(np.int32)
         cells = np.concatenate([np.arange(first, last + 1) for first, last in runs[:30]]).astype(np.int32)
         expected = known.copy()
-        counted = merge_cells(expected, observable, cells, len(cells), value)
-        assert merge_runs(known, observable, runs, 30, value) == counted
+        counted = merge_cells(expected, observable, cells, len(cells), value, UNASKED)
+        assert merge_runs(known, observable, runs, 30, value, UNASKED) == counted
         assert np.array_equal(known, expected)
 
 

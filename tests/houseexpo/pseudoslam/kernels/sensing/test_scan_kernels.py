@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_
 from houseexpo.pseudoslam.kernels.sensing.rays import free_corner, ray_merge, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.worlds.world import scan_buffers
-from tests.builders.scans import Cells, slow_rays, slow_sector
+from tests.builders.scans import UNASKED, Cells, slow_rays, slow_sector
 
 QUARTER = math.pi / 2
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ
@@ -161,13 +161,13 @@ def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool, seen: fl
         scan = (x, y, heading, np.cos(fan), np.sin(fan), range_px)
         runs, hit, expected = np.empty((len(fan) * 72, 2), np.int32), np.empty(len(fan), np.int32), known.copy()
         n_runs, n_hit = ray_scan(occupied, *scan, runs, hit)
-        counted = merge_runs(expected, observable, runs, n_runs, FREE)
-        merge_cells(expected, observable, hit, n_hit, OBSTACLE)
+        counted = merge_runs(expected, observable, runs, n_runs, FREE, UNASKED)
+        merge_cells(expected, observable, hit, n_hit, OBSTACLE, UNASKED)
         ends = np.empty(len(fan), np.int32)
-        new, covered, n_ends = ray_merge(occupied, observable, known, *scan, ends, settled)
+        new, covered, n_ends = ray_merge(occupied, observable, known, *scan, ends, settled, UNASKED)
         assert (new, covered) == counted
         assert ends[:n_ends].tolist() == hit[:n_hit].tolist()
-        merge_cells(known, observable, ends, n_ends, OBSTACLE)
+        merge_cells(known, observable, ends, n_ends, OBSTACLE, UNASKED)
         assert np.array_equal(known, expected)
         assert (known == UNKNOWN).any()
 
