@@ -42,9 +42,9 @@ class LayoutConfig:
 
 @dataclass(frozen=True)
 class DoorsConfig:
-    """Which differences between the two planes are doors."""
+    """Which differences between the two planes are doors. No stage reads ``sliver_m`` any more (docs/decisions.md)."""
 
-    sliver_m: float = 0.03  # differences thinner than this are noise
+    sliver_m: float = 0.03
     narrowest_m: float = 0.4
     widest_m: float = 2.5  # a lintel over more divides rooms, but is no door
     jambless_m: float = 0.95  # nor is one over more of which an end hangs in the air
@@ -69,12 +69,12 @@ class IsolatedConfig:
 
 @dataclass(frozen=True)
 class ConnectivityConfig:
-    """Sampled points, A* between them, and cuts if there is no path."""
+    """Sampled points, ways of a disc between them, and cuts if there is none."""
 
     samples: int = 100  # m of the paper
     robot_radius_m: float = 0.2
     cut_width_m: float = 0.8
-    pixels_per_metre: int = 20
+    pixels_per_metre: int = 20  # of a grid on which ways were looked for; no stage reads it any more
 
 
 @dataclass(frozen=True)

@@ -221,13 +221,6 @@ class Canvas:
         """Draw a thin line through points (n, 2)."""
         ImageDraw.Draw(self.image).line(self._pixels(shapely.linestrings(path)), fill=colour, width=2 * FINE)
 
-    def write(self, at: tuple[float, float], words: str, size: float = 13) -> None:
-        """Write words about a point, metres, on a pale ground."""
-        pen = ImageDraw.Draw(self.image)
-        (x, y), type_ = self._pixel(at), font(size * FINE)
-        pen.rectangle(pen.textbbox((x, y), words, font=type_, anchor="mm"), fill=PAPER)
-        pen.text((x, y), words, fill=INK, font=type_, anchor="mm")
-
     def ruler(self, frame: Frame) -> None:
         """Write the metres of the source's plan axes along the lower and the left edge.
 
@@ -309,8 +302,6 @@ def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame) -> Picture:
     canvas = Canvas(bounds)
     for _, colour, shape in layers:
         canvas.fill(shape, colour)
-    for at, words in evidence.names:
-        canvas.write(at, words)
     canvas.ruler(frame)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
     axes = "X and Y" if frame.up == "z" else "X and Z"

@@ -22,8 +22,8 @@ class Evidence:
     ``leaves`` are door leaves, open or closed; ``doorways`` are the places of known doors. ``floor`` is the source's or
     None. ``low_headroom`` is where a roof is too low to stand under. ``shallow_headers`` hang from the ceiling by a
     hand's breadth only. ``partial_height`` are parts of the walls that end below the ceiling (a garden's wall, a
-    partition). ``names`` are plan points (x, y) with the source's words. ``heights`` are those of the sections, metres.
-    ``scanned`` is True for a point cloud and the mesh of a scan.
+    partition). ``heights`` are those of the sections, metres. ``scanned`` is True for a point cloud and the mesh of a
+    scan.
     """
 
     walls: BaseGeometry
@@ -37,7 +37,6 @@ class Evidence:
     low_headroom: BaseGeometry = EMPTY
     shallow_headers: BaseGeometry = EMPTY
     partial_height: BaseGeometry = EMPTY
-    names: tuple[tuple[tuple[float, float], str], ...] = ()
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
     scanned: bool = False
 

@@ -70,13 +70,6 @@ def test_a_leaf_lies_above_the_wall_that_it_stands_in() -> None:
     assert (at(picture, 1.5, 1.5), at(picture, 1.1, 1.1)) == (LEAF, WALL)
 
 
-def test_names_are_written_where_they_are() -> None:
-    named = draw_evidence(replace(EVERYTHING, names=(((7.5, 7.5), "Kitchen"),)), BOUNDS, UPRIGHT)
-    changed = np.argwhere((named != draw_evidence(EVERYTHING, BOUNDS, UPRIGHT)).any(axis=-1))
-    assert len(changed) > 50
-    assert changed.mean(axis=0) == pytest.approx((180, 720), abs=15)
-
-
 @pytest.mark.parametrize(
     ("factor", "shift", "expected"),
     [
