@@ -226,8 +226,8 @@ def _most_seen(faces: npt.NDArray[np.int64]) -> int:
 # R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 # ---------------------------------------------------------------------------------------------------------------------
 
-SQUARE = np.sin(np.deg2rad(25.0))
-DOOR_M = 1.25
+SQUARE_TURN = np.sin(np.deg2rad(25.0))
+SINGLE_DOOR_M = 1.25
 """The widest gap between the end of a wall and one that crosses."""
 DOUBLE_DOOR_M = 1.5
 """The widest such gap where a leaf hangs at the end."""
@@ -274,7 +274,7 @@ def _ends_of(walls: Outlines, thickest_m: float = THICK_WALL_M) -> Iterator[Wall
     unit = edge / length[:, None]
     came = unit[before]
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
-    square = turn > np.cos(np.arcsin(SQUARE))  # a left turn of about 90 degrees: convex, the wall on the left
+    square = turn > np.cos(np.arcsin(SQUARE_TURN))  # a left turn of about 90 degrees: convex, the wall on the left
     end = square & square[after] & (length <= thickest_m) & (np.minimum(length[before], length[after]) >= SLIVER_M)
     long = np.maximum(length[before], length[after]) >= TWICE * length
     juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
@@ -326,7 +326,7 @@ def gaps(
             continue
         gap = gap_at(end, tall, reach_m)
         facing = _between_ends(gap or _strip_before_end(end, reach_m), end, ends, reach_m)
-        widest = DOUBLE_DOOR_M if k in hinges else DOOR_M
+        widest = DOUBLE_DOOR_M if k in hinges else SINGLE_DOOR_M
         if facing is not None:  # R1
             found.append(facing)
         elif gap is not None and _width(gap, end) <= widest and not end.is_nib:  # R2
@@ -511,7 +511,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
 # A boundary for a house that its walls leave open.
 # ---------------------------------------------------------------------------------------------------------------------
 
-NEAR_M = 0.25
+BAND_NEAR_M = 0.25
 FARTHEST_M = 10.0
 FRONT_M = 6.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
@@ -532,7 +532,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
         return []
     bands: list[Polygon] = []
     ends = list(wall_ends(ground))
-    near_walls = shapely.buffer(ground, NEAR_M, quad_segs=2)
+    near_walls = shapely.buffer(ground, BAND_NEAR_M, quad_segs=2)
     for part in large:
         edge = part.exterior
         if shapely.intersection(edge, near_walls).length < MOST * edge.length:
@@ -542,8 +542,8 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
             gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
         ]
         bands += going_on
-        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), NEAR_M, cap_style="flat"))
-        if rest.length > NEAR_M:
+        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), BAND_NEAR_M, cap_style="flat"))
+        if rest.length > BAND_NEAR_M:
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
             band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, union_of([floor, ground])))
@@ -567,7 +567,7 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
-    return bool(overlap(gap, shapely.buffer(edge, NEAR_M, quad_segs=2)).area > 0.9 * gap.area)
+    return bool(overlap(gap, shapely.buffer(edge, BAND_NEAR_M, quad_segs=2)).area > 0.9 * gap.area)
 
 
 def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -599,11 +599,11 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     hull = shapely.convex_hull(tall)
     if hull.geom_type != "Polygon" or hull.area < least_m2:
         return []
-    bare = shapely.difference(hull.exterior, shapely.buffer(tall, NEAR_M, quad_segs=2))
+    bare = shapely.difference(hull.exterior, shapely.buffer(tall, BAND_NEAR_M, quad_segs=2))
     fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
     if bare.length > (1 - MOSTLY) * hull.length or any(front.length > FRONT_M for front in fronts):
         return []
-    bands = shapely.buffer(fronts, NEAR_M, cap_style="square", join_style="mitre")
+    bands = shapely.buffer(fronts, BAND_NEAR_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
     return [part for band in bands for part in polygons_of(subtract(band, union_of([inner, tall])))]
 
@@ -622,12 +622,12 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
         reached = shapely.buffer(union_of(wide), radius + HAIR_M)
         bands: list[Polygon] = []
-        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * NEAR_M)):
-            into = {part for way, part in ways if way.distance(hall) < NEAR_M}
+        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * BAND_NEAR_M)):
+            into = {part for way, part in ways if way.distance(hall) < BAND_NEAR_M}
             if hall.area < least_m2 or len(into) < JOINED:
                 continue
-            bare = shapely.difference(hall.exterior, shapely.buffer(ground, NEAR_M / 2, quad_segs=2))
-            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > NEAR_M]
+            bare = shapely.difference(hall.exterior, shapely.buffer(ground, BAND_NEAR_M / 2, quad_segs=2))
+            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BAND_NEAR_M]
             if sum(edge.length for edge in edges) < QUARTER * hall.length:
                 bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
         if bands:

@@ -154,8 +154,8 @@ def _shares(strips: list[Portal], shape: BaseGeometry) -> Floats:
 # R2  The way through is square to what lies in the wall; of a leaf, which may stand open, along it too.
 # ---------------------------------------------------------------------------------------------------------------------
 
-WIDTH_M = (0.5, 2.5)
-REACH_M = 0.8
+PLACE_WIDTH_M = (0.5, 2.5)
+CUT_REACH_M = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,11 +183,11 @@ def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: b
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_of(shape)
-        if not WIDTH_M[0] <= box.width <= WIDTH_M[1] or len(ways.query(shape, "dwithin", AROUND_M)):
+        if not PLACE_WIDTH_M[0] <= box.width <= PLACE_WIDTH_M[1] or len(ways.query(shape, "dwithin", AROUND_M)):
             continue
-        yield CutPlace(_line(box.centre, box.across, REACH_M), why)
+        yield CutPlace(_line(box.centre, box.across, CUT_REACH_M), why)
         if leaf:
-            yield CutPlace(_line(box.centre, box.along, box.width / 2 + REACH_M), why)
+            yield CutPlace(_line(box.centre, box.along, box.width / 2 + CUT_REACH_M), why)
 
 
 def _line(centre: npt.NDArray[np.float64], way: npt.NDArray[np.float64], reach_m: float) -> npt.NDArray[np.float64]:

@@ -25,7 +25,7 @@ from pipeline.tolerances import AROUND_M, HAND_M, LAP_M, SHEET_M, SLIVER_M, STAN
 
 PLAY_M = 0.35
 """A leaf ends at most so far from the jamb: the play and the frame are between."""
-THICKEST_M = 1.05
+THICKEST_WALL_M = 1.05
 """Stone walls of old houses; what goes on farther from a door is a wall that crosses."""
 ASKEW = np.tan(np.deg2rad(15.0))
 SAME_SLOPE = 0.04
@@ -152,7 +152,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
     """Return where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
     point = box.centre + at * box.along
-    line = shapely.linestrings([point - THICKEST_M * box.across, point + THICKEST_M * box.across])
+    line = shapely.linestrings([point - THICKEST_WALL_M * box.across, point + THICKEST_WALL_M * box.across])
     best: tuple[float, float] | None = None
     for part in shapely.get_parts(shapely.intersection(line, walls)):
         if part.is_empty:
@@ -161,6 +161,6 @@ def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | No
         low, high = float(across.min()), float(across.max())
         if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
             best = (low, high)
-    if best is None or best[1] - best[0] > THICKEST_M:
+    if best is None or best[1] - best[0] > THICKEST_WALL_M:
         return None
     return best

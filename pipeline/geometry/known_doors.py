@@ -42,15 +42,15 @@ from pipeline.tolerances import (
 # R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
 # ---------------------------------------------------------------------------------------------------------------------
 
-WIDTH_M = (0.5, 1.7)
+LEAF_WIDTH_M = (0.5, 1.7)
 PLATE_M = 0.12
-DEEPEST_M = 0.45
+DEEPEST_LEAF_M = 0.45
 TALL_M = 1.7
 HIGHEST_M = 3.4
 TOUCH_M = 0.06
 IN_ROW_M = 0.2
-PARALLEL = np.cos(np.deg2rad(10.0))
-SQUARE = np.sin(np.deg2rad(10.0))
+PARALLEL_LEAVES = np.cos(np.deg2rad(10.0))
+SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     for group in (each for members in parallel for each in _touching(members, parts)):  # R2
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
-        if WIDTH_M[0] <= box.width <= 2 * WIDTH_M[1] and box.thickness <= DEEPEST_M:
+        if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= DEEPEST_LEAF_M:
             plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
     return [leaf for leaf in found if not _is_panelling(leaf, found)]
@@ -101,10 +101,10 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
 
     Frames of two doors touch in a corner, and posts stand square to both.
     """
-    wide = sorted((k for k in group if parts[k].width >= WIDTH_M[0]), key=lambda k: -parts[k].width)
+    wide = sorted((k for k in group if parts[k].width >= LEAF_WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:
-        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL]
+        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL_LEAVES]
         if same:
             same[0].append(k)
         else:
@@ -124,12 +124,12 @@ def _distance(box: Box, post: Box) -> float:
 def _is_square(box: Box, post: Box) -> bool:
     """Return whether a post stands parallel to a box or at right angles to it."""
     along = abs(dot(box.along, post.along))
-    return bool(along > PARALLEL or along < SQUARE)
+    return bool(along > PARALLEL_LEAVES or along < SQUARE_LEAVES)
 
 
 def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
     """Return whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
-    if box.width < WIDTH_M[0] or box.thickness > DEEPEST_M:
+    if box.width < LEAF_WIDTH_M[0] or box.thickness > DEEPEST_LEAF_M:
         return False
     corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
@@ -149,21 +149,21 @@ def _likely(bodies: Bodies, highest_m: float) -> Iterable[int]:
     low, high = bodies.low, bodies.high
     extent = np.hypot(*(high - low)[:, :2].T)
     tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= TALL_M) & (high[:, 2] <= highest_m)
-    return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * WIDTH_M[1]))]
+    return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * LEAF_WIDTH_M[1]))]
 
 
 def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
     """R1."""
-    if box.width > WIDTH_M[1] or box.thickness > DEEPEST_M:
+    if box.width > LEAF_WIDTH_M[1] or box.thickness > DEEPEST_LEAF_M:
         return False
-    if box.thickness <= PLATE_M and box.width >= WIDTH_M[0]:
+    if box.thickness <= PLATE_M and box.width >= LEAF_WIDTH_M[0]:
         return True
     return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
     """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
-    if not (WIDTH_M[0] <= box.width <= WIDTH_M[1] and box.thickness <= DEEPEST_M):
+    if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= DEEPEST_LEAF_M):
         return False
     return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
 
@@ -171,7 +171,7 @@ def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
 def _holds(box: Box, part: Box) -> bool:
     to = part.centre - box.centre
     aside = abs(dot(to, box.across)) < box.thickness / 2 and abs(dot(to, box.along)) < 0.15 * box.width
-    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL)
+    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL_LEAVES)
 
 
 def _volume(bodies: Bodies, body: int) -> float:
@@ -183,7 +183,7 @@ def _volume(bodies: Bodies, body: int) -> float:
 
 def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
     """R3: return whether a row of plates goes on from this one, or it is one itself."""
-    if leaf.box.width > WIDTH_M[1]:
+    if leaf.box.width > LEAF_WIDTH_M[1]:
         return _plates(leaf) > 2
     beside = sum(other is not leaf and _in_row(leaf.box, other.box) for other in leaves)
     return beside >= 2
@@ -191,15 +191,15 @@ def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
 
 def _plates(leaf: Leaf) -> int:
     """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
-    wide = [part for part in leaf.parts if part.width >= WIDTH_M[0]]
+    wide = [part for part in leaf.parts if part.width >= LEAF_WIDTH_M[0]]
     at = sorted(float(dot(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
-    return 1 + int((np.diff(at) > WIDTH_M[0] / 2).sum()) if at else 0
+    return 1 + int((np.diff(at) > LEAF_WIDTH_M[0] / 2).sum()) if at else 0
 
 
 def _in_row(one: Box, other: Box) -> bool:
     to = other.centre - one.centre
     return bool(
-        abs(dot(one.along, other.along)) > PARALLEL
+        abs(dot(one.along, other.along)) > PARALLEL_LEAVES
         and abs(dot(to, one.across)) < 0.1
         and abs(dot(to, one.along)) < (one.width + other.width) / 2 + IN_ROW_M
     )
@@ -269,7 +269,7 @@ RECESS_WIDTH_M = (0.45, 2.8)
 DEPTH_M = (0.015, 0.6)
 LEAF_M = 0.09
 SEAM_M = 0.12
-LOOKS = np.linspace(-0.4, 0.4, 5)
+LOOK_SHARES = np.linspace(-0.4, 0.4, 5)
 
 Floats = npt.NDArray[np.float64]
 
@@ -327,7 +327,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
     """Return how thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
     across = sign * box.across
     found: list[float] = []
-    for share in LOOKS:
+    for share in LOOK_SHARES:
         foot = box.centre + share * box.width * box.along + (box.thickness / 2 - 0.01) * across
         ray = shapely.linestrings([foot, foot + (LEAF_M + 0.05) * across])
         parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
@@ -336,7 +336,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
         ends = dot(shapely.get_coordinates(parts[0]) - foot, across)
         if ends.min() <= 0.03 and ends.max() <= LEAF_M + 0.02:
             found.append(float(ends.max() - ends.min()))
-    return float(np.median(found)) if len(found) >= len(LOOKS) - 1 else None
+    return float(np.median(found)) if len(found) >= len(LOOK_SHARES) - 1 else None
 
 
 def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[Polygon]:
@@ -415,7 +415,7 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
     if overlap(rectangle(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
         return 0.0
-    wide = overlap(rectangle(box, depth=2 * DEEPEST_M), near)
+    wide = overlap(rectangle(box, depth=2 * DEEPEST_LEAF_M), near)
     return float(wide.area / box.width)
 
 
@@ -475,6 +475,6 @@ def _each_once(doorways: list[Doorway]) -> list[Doorway]:
 def _boxes(mesh: Mesh) -> list[Box]:
     """Return the box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
     whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
-    if WIDTH_M[0] <= whole.width <= 2 * WIDTH_M[1] and whole.thickness <= DEEPEST_M:
+    if LEAF_WIDTH_M[0] <= whole.width <= 2 * LEAF_WIDTH_M[1] and whole.thickness <= DEEPEST_LEAF_M:
         return [whole]
     return [leaf.box for leaf in find_leaves(Bodies.of(mesh))]

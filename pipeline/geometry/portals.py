@@ -21,7 +21,7 @@ from pipeline.tolerances import AROUND_M, CRACK_M, NEARLY_ALL, PLACE_M, SHEET_M,
 # A portal: the straight strip through a wall that joins two spaces, and rows of such strips.
 # ---------------------------------------------------------------------------------------------------------------------
 
-PARALLEL = np.cos(np.deg2rad(20.0))
+PARALLEL_FACES = np.cos(np.deg2rad(20.0))
 Vector = npt.NDArray[np.float64]
 
 
@@ -124,7 +124,7 @@ def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
 
 def distance_in_row(whole: Portal, other: Portal) -> float | None:
     """Metres between the near ends of two portals between the same spaces, or None if they are not in one row."""
-    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL:
+    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL_FACES:
         return None
     start, end, aside = _offsets(whole, other)
     if abs(aside) > (whole.depth + other.depth) / 2:
@@ -169,7 +169,7 @@ def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, 
 
 STEP_M = 0.08
 DETAIL_M = 0.004
-DEEPEST_M = 1.2
+DEEPEST_PORTAL_M = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +259,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
         return None
     d1, d2 = first.b - first.a, second.b - second.a
     u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
-    if dot(u1, u2) > -PARALLEL:
+    if dot(u1, u2) > -PARALLEL_FACES:
         return None
     along = u1 - u2  # the two run against each other
     along /= math.hypot(*along)
@@ -267,7 +267,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
     depth = float(dot((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
     low = max(dot(first.a, along), dot(second.b, along))
     high = min(dot(first.b, along), dot(second.a, along))
-    if not 0 < depth <= DEEPEST_M or high - low < SHEET_M:
+    if not 0 < depth <= DEEPEST_PORTAL_M or high - low < SHEET_M:
         return None
     middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle

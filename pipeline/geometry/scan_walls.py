@@ -102,7 +102,7 @@ OBLIQUE_RUN_M = 1.2
 TRACED = 0.2
 CROSSING_M = 0.7
 """A wall that crosses is longer than the thickest is thick."""
-DOOR_M = (0.55, 1.25)
+DOORWAY_WIDTH_M = (0.55, 1.25)
 JAMB_M, HOLE_WALLS_M = 0.075, (0.15, 0.38)
 """From the thinnest wall, as drawn in the raster, to a thick one."""
 SHORT_WALL_M = 2.6
@@ -221,7 +221,7 @@ def _close_by(walls: Bools, raster: Raster) -> Bools:
 
 def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
     """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
-    least, most = (raster.size(m) for m in DOOR_M)
+    least, most = (raster.size(m) for m in DOORWAY_WIDTH_M)
     jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
     in_line = open_mask(np.ascontiguousarray(walls), line_kernel(0.0, raster.size(RUN_M)))
     thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
@@ -260,14 +260,14 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 #     air of the house on both sides: the place of a window or of a door to the outside has a back.
 # ---------------------------------------------------------------------------------------------------------------------
 
-FOOT_M, HEAD_M = 0.2, 1.85
+BODY_FOOT_M, BODY_HEAD_M = 0.2, 1.85
 TOP_BAND_M = 0.2
 MIN_TOP_M = 2.0
 TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
 """In a high house, more of the wall can be looked at above all doors."""
 PASSED = 0.15
 """In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-OUTER_M = 0.2
+OUTER_WALL_M = 0.2
 LEAK_M = 1.0
 FILLED = 0.6
 BEFORE = 4
@@ -286,7 +286,7 @@ class WallMasks:
 def top_of_walls(columns: Columns) -> float:
     """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
     amount = columns.amount
-    middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
+    middle = np.median(amount[columns.heights < BODY_HEAD_M]) if len(amount) else 0.0
     high = columns.heights[amount > STANDS * middle]
     return float(high.max()) if len(high) else 0.0
 
@@ -294,7 +294,7 @@ def top_of_walls(columns: Columns) -> float:
 def wall_masks(columns: Columns) -> WallMasks:
     """Return the walls of a scan and the doorways in them, from what its columns hold at which height."""
     raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
-    body = columns.share(FOOT_M, HEAD_M)
+    body = columns.share(BODY_FOOT_M, BODY_HEAD_M)
     seen_m = max(top - TOP_BAND_M, min(MIN_TOP_M, top - SLIVER_M))
     lowest = seen_m if columns.ceiling_m is None else top - HAND_M  # a lintel may be as low
     high = columns.share(lowest, top) >= MOST
@@ -305,11 +305,11 @@ def wall_masks(columns: Columns) -> WallMasks:
     reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
     thick = close_mask(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
-    band = outside & grow_mask(~outside, raster.size(OUTER_M))  # R4
+    band = outside & grow_mask(~outside, raster.size(OUTER_WALL_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
     solid = house | _unseen_cells(~(house | outside), columns)  # R5
     standing = close_mask((body >= PASSED) & thick, raster.size(WALL_M)) & thick
-    behind = grow_mask(standing, raster.size(OUTER_M)) & solid & ~thick
+    behind = grow_mask(standing, raster.size(OUTER_WALL_M)) & solid & ~thick
     free = solid & ~(standing | behind)
     walls = _shrink(solid)
     return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6

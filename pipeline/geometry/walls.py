@@ -469,9 +469,9 @@ class Sections:
 GOES_ON = 0.75
 KNEE_M = 0.4
 """A roof begins so far above the wall that carries it, at most."""
-LOOKS = 5
+EDGE_LOOKS = 5
 HEADROOM_M = (1.0, 1.9)
-LARGE_M2 = 0.5
+ROOF_M2 = 0.5
 
 
 def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
@@ -539,7 +539,7 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
     top = corners[:, :, 2].max(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     plan_m2 = np.abs(normal[:, 2]) / 2
-    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > LARGE_M2)
+    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > ROOF_M2)
     return union_of(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
@@ -554,7 +554,7 @@ def _places(part: Polygon) -> list[shapely.Point]:
     """Points spread over a part: one in each of a few pieces of it."""
     x1, y1, x2, y2 = part.bounds
     along_x = x2 - x1 >= y2 - y1
-    edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
+    edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, EDGE_LOOKS + 1)
     boxes = [shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b) for a, b in pairwise(edges)]
     pieces = [overlap(part, box) for box in boxes]
     return [piece.representative_point() for piece in pieces if not piece.is_empty]

@@ -48,9 +48,9 @@ Features: TypeAlias = dict[str, float]
 NARROW_M: Final = (0.7, 0.35)
 """Narrower than the first is narrow; by the second is wholly so. The same form below."""
 WIDE_M: Final = (1.1, 1.5)
-DEEP_M: Final = (0.35, 0.6)
+DEEP_PASSAGE_M: Final = (0.35, 0.6)
 SMALL_M2: Final = (4.0, 3.0)
-LARGE_M2: Final = (40.0, 120.0)
+LARGE_ROOM_M2: Final = (40.0, 120.0)
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
 GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
@@ -124,7 +124,7 @@ def passage_features(planned: Planned) -> list[Features]:
                 "leaf": float(len(leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)) > 0),
                 "narrow": _ramp(NARROW_M[0] - portal.width, NARROW_M[1]),
                 "wide": _ramp(portal.width - WIDE_M[0], WIDE_M[1]),
-                "deep": _ramp(portal.depth - DEEP_M[0], DEEP_M[1]),
+                "deep": _ramp(portal.depth - DEEP_PASSAGE_M[0], DEEP_PASSAGE_M[1]),
                 "loose_end": float(not portal.ends_at_walls(layout.door)),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
                 "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
@@ -158,7 +158,7 @@ def room_features(planned: Planned) -> list[Features]:
         found.append(
             {
                 "small": _ramp(SMALL_M2[0] - room.area, SMALL_M2[1]),
-                "large": _ramp(room.area - LARGE_M2[0], LARGE_M2[1]),
+                "large": _ramp(room.area - LARGE_ROOM_M2[0], LARGE_ROOM_M2[1]),
                 "odd": float(is_odd[k]),
                 "jutting_wall": float(jutting[k]),
                 "given_edge": _share_along(edge, given),

@@ -32,7 +32,7 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import SPECK_M2, erode_floor, piece_of, sample, walkable_floor
+from pipeline.geometry.spaces import STANDING_M2, erode_floor, piece_of, sample, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import BLOCK_M, PLACE_M
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
@@ -191,7 +191,7 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     reach = AROUND * radius_m
     near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
     parts = erode_floor(union_of([near, strip]), radius_m)
-    return any((shapely.area(shapely.intersection(part, pieces)) > SPECK_M2).sum() > 1 for part in parts)
+    return any((shapely.area(shapely.intersection(part, pieces)) > STANDING_M2).sum() > 1 for part in parts)
 
 
 def _with_cut(spaces: Spaces, cut: Portal, why: str = "") -> Spaces:

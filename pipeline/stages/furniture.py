@@ -23,7 +23,7 @@ from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
 STEP_OVER_M = 0.5
-SMALLEST_M2 = 0.01
+FURNITURE_M2 = 0.01
 UNNAMED = "object"
 
 
@@ -31,7 +31,7 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
     floor = union_of(spaces.rooms)
-    inside = [o for o in obstacles if overlap(o.polygon, floor).area > SMALLEST_M2]
+    inside = [o for o in obstacles if overlap(o.polygon, floor).area > FURNITURE_M2]
     if not inside:
         return spaces, ()
     taken = union_of(o.polygon for o in inside)
@@ -54,7 +54,7 @@ def _named_obstacles(level: Level) -> list[Obstacle]:
         if len(z) and z.min() < STEP_OVER_M:
             word = each.words[0] if each.words else UNNAMED
             found += [Obstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
-    return [obstacle for obstacle in found if obstacle.polygon.area > SMALLEST_M2]
+    return [obstacle for obstacle in found if obstacle.polygon.area > FURNITURE_M2]
 
 
 def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:

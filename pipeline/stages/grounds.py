@@ -39,7 +39,7 @@ from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 MAX_GUESSES: Final = 2
 MAX_LEFT_OUT: Final = 3
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
-DOOR_M: Final = (0.7, 1.15)
+USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 
 
@@ -135,7 +135,7 @@ def _odd_doors(passages: tuple[Passage, ...]) -> float:
     if not widths:
         return 0.0
     middle = float(np.median(widths))
-    return _share(max(DOOR_M[0] - middle, middle - DOOR_M[1], 0.0), MUCH_TOO_WIDE_M)
+    return _share(max(USUAL_WIDTH_M[0] - middle, middle - USUAL_WIDTH_M[1], 0.0), MUCH_TOO_WIDE_M)
 
 
 def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:

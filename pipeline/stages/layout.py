@@ -85,7 +85,7 @@ SLIT_M = 0.25
 STROKE_M = 1.0
 LETTER = 0.35
 PASSABLE_M = 0.4
-BESIDE_M = 0.25
+RAIL_NEAR_M = 0.25
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -239,13 +239,13 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], co
     ground = closed_plane(planes.door, pieces)
     ends = union_of([planes.tall, planes.rails])
     found = gaps(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m, planes.leaves)
-    near = shapely.buffer(planes.rails, BESIDE_M)
+    near = shapely.buffer(planes.rails, RAIL_NEAR_M)
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
         return []
     fenced = union_of([ground, planes.rails])
     known = union_of(enclosed_pieces(fenced)[1])
-    beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
+    beside = shapely.buffer(planes.tall, RAIL_NEAR_M, quad_segs=2)
     new = [
         room
         for room in enclosed_pieces(union_of([fenced, *grow_by_lap(found)]))[1]
@@ -256,7 +256,7 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], co
     ]
     if not new:
         return []
-    around = shapely.buffer(union_of(new), BESIDE_M)
+    around = shapely.buffer(union_of(new), RAIL_NEAR_M)
     return [Candidate(gap, "gate") for gap in found if gap.intersects(around)]
 
 
@@ -268,7 +268,7 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
 def _runs_along(gap: Polygon, pieces: list[Candidate]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
-        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
+        overlap(gap, buffer_mitred(piece.polygon, RAIL_NEAR_M)).area > LARGELY * gap.area for piece in pieces
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 
 import pytest
 
@@ -36,10 +37,15 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    assert {"tolerances.LAP_M", "geometry.closing.DOOR_M", "stages.layout.STROKES"} <= {
+    assert {"tolerances.LAP_M", "geometry.closing.SINGLE_DOOR_M", "stages.layout.STROKES"} <= {
         number.title for number in found
     }
     assert not [number.title for number in found if number.lines is not None and not number.lines]
+
+
+def test_a_name_stands_for_one_number_in_geometry_and_stages():
+    names = Counter(number.name for number in numbers())
+    assert not [name for name, count in names.items() if count > 1]
 
 
 def test_a_number_moves_wherever_it_was_imported_and_comes_back():
