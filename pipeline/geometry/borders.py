@@ -21,9 +21,6 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import buffer_mitred, overlap, polygons_of
 from pipeline.tolerances import NEARLY_ALL, SHEET_M, SHOULDERS_M, STAND_M, THICK_WALL_M, THIN_WALL_M
 
-BESIDE_WALL_M = 0.06
-"""A border may lie so far beside its wall: at a face of it, where a room is drawn with its doorways."""
-
 Floats = npt.NDArray[np.float64]
 
 
@@ -91,7 +88,7 @@ def _straight(piece: Polygon, apart: float) -> Border | None:
 def _is_between(border: Border, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
     """R2."""
     sides = [(border.middle + sign * border.along * border.width_m / 2, sign * border.along) for sign in (-1, 1)]
-    if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), BESIDE_WALL_M) for end, out in sides):
+    if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), SHEET_M) for end, out in sides):
         return False
     beside = (_rooms_beside(end + THIN_WALL_M * out, border.across, rooms, walls) for end, out in sides)
     return any(found in ((0, 1), (1, 0)) for found in beside)
@@ -104,7 +101,7 @@ def _rooms_beside(
     line = shapely.linestrings([at - THICK_WALL_M * across, at + THICK_WALL_M * across])
     pieces = [piece for piece in shapely.get_parts(shapely.intersection(line, walls)) if piece.length > 0]
     wall = min(pieces, key=shapely.points(at).distance, default=None)
-    if wall is None or wall.distance(shapely.points(at)) > BESIDE_WALL_M:
+    if wall is None or wall.distance(shapely.points(at)) > SHEET_M:
         return ()
     places = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(wall)))
     beside = at + (np.array([[places.min() - STAND_M], [places.max() + STAND_M]]) - THICK_WALL_M) * across

@@ -37,17 +37,21 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.portals import Portal, find_portals, strips_of
 from pipeline.tolerances import (
+    AROUND_M,
     BESIDE_M,
     BLOCK_M,
     CM_M,
     CRACK_M,
     HAIR_M,
+    HALL_M,
     HAND_M,
     LAP_M,
     MM_M,
     MOST,
     MOSTLY,
-    QUARTER,
+    PARALLEL,
+    PARTITION_M,
+    SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
     STAND_M,
@@ -59,7 +63,6 @@ from pipeline.tolerances import (
 # Pieces that close the door plane, as the straight strips they consist of.
 # ---------------------------------------------------------------------------------------------------------------------
 
-IN_LINE_M = 0.8
 ROUNDING_M2 = 1e-9
 SHARES = np.array([[-0.3], [0.0], [0.3]])
 """Where along a face is looked, from its middle, in widths of the portal."""
@@ -109,7 +112,7 @@ def split_at_portals(
     if not rest:
         return found, []
     found_portals = [c.portal for c in found if c.portal is not None]
-    in_line = union_of(strips_of(found_portals, deeper_m=LAP_M, wider_m=IN_LINE_M))
+    in_line = union_of(strips_of(found_portals, deeper_m=LAP_M, wider_m=AROUND_M))
     return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
@@ -221,17 +224,12 @@ def _most_seen(faces: npt.NDArray[np.int64]) -> int:
 #
 # R1  Where that is the end of another wall, the gap is a hole in one wall. The two walls may stand a little aside of
 #     each other, as those drawn by hand do.
-# R2  Where it is a wall that crosses, the gap has the width of a door at most, or every wall that juts into a corridor
-#     would part it in two. Where a leaf hangs at the end, it may be as wide as a double door.
+# R2  Where it is a wall that crosses, the gap is as wide as a door with one leaf at most, or every wall that juts into
+#     a corridor would part it in two.
 # R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SQUARE_TURN = np.sin(np.deg2rad(25.0))
-SINGLE_DOOR_M = 1.25
-"""The widest gap between the end of a wall and one that crosses."""
-DOUBLE_DOOR_M = 1.5
-"""The widest such gap where a leaf hangs at the end."""
-OPPOSITE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,7 +254,7 @@ class WallEnd:
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
         beside = abs(dot(other.centre - self.centre, aside))
-        return bool(dot(other.out, self.out) < -OPPOSITE and max(abs(width - other_width), beside) < STAND_M)
+        return bool(dot(other.out, self.out) < -PARALLEL and max(abs(width - other_width), beside) < STAND_M)
 
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
@@ -300,9 +298,7 @@ def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gaps(
-    tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float, leaves: Sequence[Polygon] = ()
-) -> list[Polygon]:
+def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
@@ -311,25 +307,21 @@ def gaps(
         Walls that stand from the floor to above head height; a gap lies between two of them.
     standing
         All that closes the plane; a gap that it fills already is none.
-    leaves
-        The leaves of doors, wherever they stand.
     """
     ends = list(wall_ends(tall, nibs=True))
     if not ends:
         return []
     before = shapely.points([end.centre + CM_M * end.out for end in ends])
     taken = set(shapely.STRtree(standing).query(before, predicate="intersects")[0].tolist())
-    hinges = set(shapely.STRtree(leaves).query(before, predicate="dwithin", distance=HAND_M)[0].tolist())
     found: list[Polygon] = []
     for k, end in enumerate(ends):
         if k in taken:
             continue
         gap = gap_at(end, tall, reach_m)
         facing = _between_ends(gap or _strip_before_end(end, reach_m), end, ends, reach_m)
-        widest = DOUBLE_DOOR_M if k in hinges else SINGLE_DOOR_M
         if facing is not None:  # R1
             found.append(facing)
-        elif gap is not None and _width(gap, end) <= widest and not end.is_nib:  # R2
+        elif gap is not None and _width(gap, end) <= SINGLE_DOOR_M[1] and not end.is_nib:  # R2
             found.append(gap)
     found.sort(key=lambda g: (round(g.length, 6), g.bounds))
     return [found[k] for k in _each_once(found)]
@@ -358,7 +350,7 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
     near = shapely.buffer(gap, HAND_M, cap_style="square", join_style="mitre")
     found = []
     for other in ends:
-        if dot(other.out, end.out) >= -OPPOSITE:
+        if dot(other.out, end.out) >= -PARALLEL:
             continue
         if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
@@ -399,14 +391,11 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
 
 NARROW = 0.5
 NARROW_IN_WALL = 0.65
-WIDEST_MOUTH_M = 8.0
 MOUTH_ROOM_M2 = 4.0
 WIDER = 1.5
 """The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
 LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
-MOUTH_DEPTH_M = 0.2
-"""A mouth in a thicker block is closed in its middle, so that each room gets its half of the way through."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -427,7 +416,7 @@ class _Mouth:
         """Return whether two mouths lie in one wall."""
         off = other.middle - self.middle
         aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
-        return bool(aside < BESIDE_M and abs(dot(self.along, other.along)) > OPPOSITE)
+        return bool(aside < BESIDE_M and abs(dot(self.along, other.along)) > PARALLEL)
 
 
 def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
@@ -459,12 +448,12 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
 
 
 def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
-    strip = gap_at(end, walls, WIDEST_MOUTH_M)
+    strip = gap_at(end, walls, HALL_M)
     if strip is None:
         return None
     depth, width = float(np.hypot(*(end.b - end.a))), _width(strip, end) - 0.015
     middle = end.centre + end.out * width / 2
-    aside = np.array([-end.out[1], end.out[0]]) * min(depth, MOUTH_DEPTH_M) / 2
+    aside = np.array([-end.out[1], end.out[0]]) * min(depth, PARTITION_M) / 2
     near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
     filling = Polygon([near - aside, near + aside, far + aside, far - aside])
     met = end.centre + end.out * width
@@ -498,7 +487,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
     if k is None:
         return None
     look = float(np.clip(mouth.width, *LOOK_M))
-    far = WIDEST_MOUTH_M / NARROW * mouth.along
+    far = HALL_M / NARROW * mouth.along
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(overlap(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
     wide = WIDER * mouth.width
@@ -511,9 +500,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
 # A boundary for a house that its walls leave open.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BAND_NEAR_M = 0.25
 FARTHEST_M = 10.0
-FRONT_M = 6.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 JOINED = 3
 """A hall joins so many parts of a house; two wings on both sides of a court may be two houses."""
@@ -532,7 +519,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
         return []
     bands: list[Polygon] = []
     ends = list(wall_ends(ground))
-    near_walls = shapely.buffer(ground, BAND_NEAR_M, quad_segs=2)
+    near_walls = shapely.buffer(ground, BESIDE_M, quad_segs=2)
     for part in large:
         edge = part.exterior
         if shapely.intersection(edge, near_walls).length < MOST * edge.length:
@@ -542,8 +529,8 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
             gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
         ]
         bands += going_on
-        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), BAND_NEAR_M, cap_style="flat"))
-        if rest.length > BAND_NEAR_M:
+        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), BESIDE_M, cap_style="flat"))
+        if rest.length > BESIDE_M:
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
             band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, union_of([floor, ground])))
@@ -567,7 +554,7 @@ def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon],
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
-    return bool(overlap(gap, shapely.buffer(edge, BAND_NEAR_M, quad_segs=2)).area > 0.9 * gap.area)
+    return bool(overlap(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
 
 
 def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -594,16 +581,16 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
 
     There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
-    wider than ``FRONT_M``.
+    wider than ``HALL_M``.
     """
     hull = shapely.convex_hull(tall)
     if hull.geom_type != "Polygon" or hull.area < least_m2:
         return []
-    bare = shapely.difference(hull.exterior, shapely.buffer(tall, BAND_NEAR_M, quad_segs=2))
+    bare = shapely.difference(hull.exterior, shapely.buffer(tall, BESIDE_M, quad_segs=2))
     fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
-    if bare.length > (1 - MOSTLY) * hull.length or any(front.length > FRONT_M for front in fronts):
+    if bare.length > (1 - MOSTLY) * hull.length or any(front.length > HALL_M for front in fronts):
         return []
-    bands = shapely.buffer(fronts, BAND_NEAR_M, cap_style="square", join_style="mitre")
+    bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
     return [part for band in bands for part in polygons_of(subtract(band, union_of([inner, tall])))]
 
@@ -613,7 +600,7 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
 
     ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
     that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``JOINED`` parts or
-    more, whose openings take ``QUARTER`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
+    more, whose openings take ``SOME`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
     """
     if len({part for _, part in ways}) < JOINED:
         return []
@@ -622,13 +609,13 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
         reached = shapely.buffer(union_of(wide), radius + HAIR_M)
         bands: list[Polygon] = []
-        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * BAND_NEAR_M)):
-            into = {part for way, part in ways if way.distance(hall) < BAND_NEAR_M}
+        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * BESIDE_M)):
+            into = {part for way, part in ways if way.distance(hall) < BESIDE_M}
             if hall.area < least_m2 or len(into) < JOINED:
                 continue
-            bare = shapely.difference(hall.exterior, shapely.buffer(ground, BAND_NEAR_M / 2, quad_segs=2))
-            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BAND_NEAR_M]
-            if sum(edge.length for edge in edges) < QUARTER * hall.length:
+            bare = shapely.difference(hall.exterior, shapely.buffer(ground, BESIDE_M / 2, quad_segs=2))
+            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BESIDE_M]
+            if sum(edge.length for edge in edges) < SOME * hall.length:
                 bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
         if bands:
             return bands

@@ -16,7 +16,19 @@ from pipeline.geometry.areas import clip_to_box, dot, polygons_of
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.spaces import Passage
-from pipeline.tolerances import AROUND_M, CM_M, HAND_M, LARGELY, NEARLY_ALL, PLACE_M, SPECK
+from pipeline.tolerances import (
+    AROUND_M,
+    BESIDE_M,
+    BLOCK_M,
+    CM_M,
+    DOORWAY_M,
+    HAND_M,
+    LARGELY,
+    NEARLY_ALL,
+    PASSABLE_M,
+    PLACE_M,
+    SPECK,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A doorway cut through a wall: straight, at right angles to it, where the line between two points meets it.
@@ -24,10 +36,7 @@ from pipeline.tolerances import AROUND_M, CM_M, HAND_M, LARGELY, NEARLY_ALL, PLA
 
 Vector = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float64]
-FARTHEST_SLIDE_M = 2.0
-APPROACH_M = 0.45
-"""So much free floor is asked for before and behind a cut."""
-FREE = 0.97
+FREE = 0.97  # the share of the floor before a cut that is free
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +50,7 @@ class CutRules:
     width_m: float
     deepest_m: float
     only_walls: bool
-    slide_m: float = FARTHEST_SLIDE_M
+    slide_m: float = BLOCK_M
 
 
 def cuts_on_lines(
@@ -79,7 +88,7 @@ def _straight_cut(
     across = np.array([-along[1], along[0]])
     if dot(across, end - start) < 0:
         along, across = -along, -across
-    reach = rules.deepest_m + FARTHEST_SLIDE_M + 1.0
+    reach = rules.deepest_m + BLOCK_M + 1.0
     near = _clip_around(start, floor, reach)
     steps = np.arange(0.0, rules.slide_m, HAND_M)
     slides = np.array(sorted({*steps, *-steps}, key=lambda s: (abs(s), s)))
@@ -129,7 +138,7 @@ def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry, rul
     clean = np.ones(len(cuts), np.bool_)
     for side in (-1.0, 1.0):
         before = [
-            replace(c, centre=c.centre + side * c.across * (c.depth + APPROACH_M) / 2, depth=APPROACH_M) for c in cuts
+            replace(c, centre=c.centre + side * c.across * (c.depth + PASSABLE_M) / 2, depth=PASSABLE_M) for c in cuts
         ]
         clean &= _shares(before, floor) >= FREE
     strips = [c for c, free in zip(cuts, clean, strict=True) if free]
@@ -153,9 +162,6 @@ def _shares(strips: list[Portal], shape: BaseGeometry) -> Floats:
 #     nothing: in this order, the larger ones first.
 # R2  The way through is square to what lies in the wall; of a leaf, which may stand open, along it too.
 # ---------------------------------------------------------------------------------------------------------------------
-
-PLACE_WIDTH_M = (0.5, 2.5)
-CUT_REACH_M = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,11 +189,11 @@ def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: b
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_of(shape)
-        if not PLACE_WIDTH_M[0] <= box.width <= PLACE_WIDTH_M[1] or len(ways.query(shape, "dwithin", AROUND_M)):
+        if not DOORWAY_M[0] <= box.width <= DOORWAY_M[1] or len(ways.query(shape, "dwithin", BESIDE_M)):
             continue
-        yield CutPlace(_line(box.centre, box.across, CUT_REACH_M), why)
+        yield CutPlace(_line(box.centre, box.across, AROUND_M), why)
         if leaf:
-            yield CutPlace(_line(box.centre, box.along, box.width / 2 + CUT_REACH_M), why)
+            yield CutPlace(_line(box.centre, box.along, box.width / 2 + AROUND_M), why)
 
 
 def _line(centre: npt.NDArray[np.float64], way: npt.NDArray[np.float64], reach_m: float) -> npt.NDArray[np.float64]:

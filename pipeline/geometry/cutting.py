@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.geometry.meshes import Mesh, closed_pieces, label_pieces
-from pipeline.tolerances import FOOT_M, LAP_M, LARGELY, SHEET_M
+from pipeline.tolerances import FOOT_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -26,8 +26,6 @@ from pipeline.tolerances import FOOT_M, LAP_M, LARGELY, SHEET_M
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
 
-SMALL_M = 0.2
-"""A face with shorter edges is judged together with its neighbours."""
 LYING = 1e-3
 """A face whose unit normal has |z| above this may be a body's top or bottom."""
 
@@ -73,7 +71,7 @@ class Cutter:
         low, high = self._span
         stray = np.flatnonzero(~upright & (high - low > 0))
         edges = np.roll(corners := self.mesh.vertices[self.mesh.faces[stray]], -1, axis=1) - corners
-        stray = stray[np.linalg.norm(edges, axis=2).max(axis=1) < SMALL_M]
+        stray = stray[np.linalg.norm(edges, axis=2).max(axis=1) < PARTITION_M]
         if len(stray):  # R2
             around = self._normal_sums(stray)
             upright[stray] = np.abs(around[:, 2]) < STEEP * np.linalg.norm(around, axis=1)
@@ -198,8 +196,6 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 
 SLOPE = (0.3, 0.985)
 """|z| of a roof's unit normal: from 70 to 10 degrees."""
-LOW_M, SLOPE_M2 = 1.7, 1.0
-"""So low, a roof's plane has this area in plan, at least; bedding and cushions have smaller ones."""
 PLANE_TILT = 0.02
 """Triangles whose unit normals and distances from the origin round to the same are of one plane."""
 PLANE_KEY = np.array([1 << 50, 1 << 40, 1 << 30, 1])
@@ -227,7 +223,7 @@ class Caps:
         """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
 
         A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand. A slope
-        lower than ``LOW_M`` is a roof's if its plane is as large as one.
+        lower than ``HEAD_M`` is a roof's if its plane has ``PATCH_M2``: bedding and cushions are smaller.
         """
         return np.array([self._slope_over(point, reach_m, over_m) for point in points], np.bool_).reshape(len(points))
 
@@ -237,7 +233,7 @@ class Caps:
         which = which[_turns(self.triangles[which][:, :, :2] - point) != 0]
         heights = _height_at(self.triangles[which], point)
         which, heights = which[heights > over_m], heights[heights > over_m]
-        sloped = self._slope_m2[which] > np.where(heights < LOW_M, SLOPE_M2, 0.0)
+        sloped = self._slope_m2[which] > np.where(heights < HEAD_M, PATCH_M2, 0.0)
         return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
 
     @cached_property

@@ -21,13 +21,19 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import clip_to_box, dot, overlap
 from pipeline.geometry.meshes import Box
-from pipeline.tolerances import AROUND_M, HAND_M, LAP_M, SHEET_M, SLIVER_M, STAND_M, THIN_WALL_M
+from pipeline.tolerances import (
+    AROUND_M,
+    BESIDE_M,
+    HAND_M,
+    LAP_M,
+    SHEET_M,
+    SKEW,
+    SLIVER_M,
+    STAND_M,
+    STONE_WALL_M,
+    THIN_WALL_M,
+)
 
-PLAY_M = 0.35
-"""A leaf ends at most so far from the jamb: the play and the frame are between."""
-THICKEST_WALL_M = 1.05
-"""Stone walls of old houses; what goes on farther from a door is a wall that crosses."""
-ASKEW = np.tan(np.deg2rad(15.0))
 SAME_SLOPE = 0.04
 
 Floats = npt.NDArray[np.float64]
@@ -76,9 +82,9 @@ def box_of(polygon: Polygon) -> Box:
 def doorway(box: Box, walls: BaseGeometry) -> Box | None:
     """Return the doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
 
-    Either walls meet both of its ends within ``PLAY_M``, or it stands in a wall that runs on through it.
+    Either walls meet both of its ends within ``BESIDE_M``, or it stands in a wall that runs on through it.
     """
-    reach = box.width / 2 + PLAY_M + AROUND_M
+    reach = box.width / 2 + BESIDE_M + AROUND_M
     (x, y) = box.centre
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
     if near.is_empty:
@@ -114,7 +120,7 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     slope = float(np.mean(faces[1]) - np.mean(faces[0])) / (at[1] - at[0])
     middle = (ends[1] - ends[0]) / 2
     aside = float(np.mean(faces[0])) + slope * (middle - at[0])
-    if abs(slope) > ASKEW or abs(aside) > box.thickness / 2 + SLIVER_M:
+    if abs(slope) > SKEW or abs(aside) > box.thickness / 2 + SLIVER_M:
         return None
     for end, face in zip(at, faces, strict=True):
         farther = _faces(box, end + np.sign(end) * THIN_WALL_M, walls)
@@ -142,7 +148,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
         ):
             found.append(half)  # it stands in a wall that runs on
             continue
-        ray = shapely.linestrings([start + half / 2 * on, start + (half + PLAY_M) * on])
+        ray = shapely.linestrings([start + half / 2 * on, start + (half + BESIDE_M) * on])
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
             found.append(float(np.min(dot(shapely.get_coordinates(hit) - start, on))))
@@ -152,7 +158,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
     """Return where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
     point = box.centre + at * box.along
-    line = shapely.linestrings([point - THICKEST_WALL_M * box.across, point + THICKEST_WALL_M * box.across])
+    line = shapely.linestrings([point - STONE_WALL_M * box.across, point + STONE_WALL_M * box.across])
     best: tuple[float, float] | None = None
     for part in shapely.get_parts(shapely.intersection(line, walls)):
         if part.is_empty:
@@ -161,6 +167,6 @@ def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | No
         low, high = float(across.min()), float(across.max())
         if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
             best = (low, high)
-    if best is None or best[1] - best[0] > THICKEST_WALL_M:
+    if best is None or best[1] - best[0] > STONE_WALL_M:
         return None
     return best

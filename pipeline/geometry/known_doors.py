@@ -18,17 +18,23 @@ from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 from pipeline.tolerances import (
     CM_M,
     CRACK_M,
+    DOORWAY_M,
     FOOT_M,
     HAND_M,
+    HEAD_M,
     IN_ONE_LINE,
     LARGELY,
     MOST,
-    QUARTER,
+    PARALLEL,
+    PARTITION_M,
     SHEET_M,
+    SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
     STAND_M,
+    THICK_WALL_M,
     THIN_WALL_M,
+    WALL_M,
 )
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -43,13 +49,8 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 
 LEAF_WIDTH_M = (0.5, 1.7)
-PLATE_M = 0.12
-DEEPEST_LEAF_M = 0.45
-TALL_M = 1.7
 HIGHEST_M = 3.4
 TOUCH_M = 0.06
-IN_ROW_M = 0.2
-PARALLEL_LEAVES = np.cos(np.deg2rad(10.0))
 SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 
 
@@ -78,7 +79,7 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     for group in (each for members in parallel for each in _touching(members, parts)):  # R2
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
-        if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= DEEPEST_LEAF_M:
+        if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= WALL_M:
             plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
     return [leaf for leaf in found if not _is_panelling(leaf, found)]
@@ -104,7 +105,7 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     wide = sorted((k for k in group if parts[k].width >= LEAF_WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:
-        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL_LEAVES]
+        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL]
         if same:
             same[0].append(k)
         else:
@@ -124,12 +125,12 @@ def _distance(box: Box, post: Box) -> float:
 def _is_square(box: Box, post: Box) -> bool:
     """Return whether a post stands parallel to a box or at right angles to it."""
     along = abs(dot(box.along, post.along))
-    return bool(along > PARALLEL_LEAVES or along < SQUARE_LEAVES)
+    return bool(along > PARALLEL or along < SQUARE_LEAVES)
 
 
 def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
     """Return whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
-    if box.width < LEAF_WIDTH_M[0] or box.thickness > DEEPEST_LEAF_M:
+    if box.width < LEAF_WIDTH_M[0] or box.thickness > WALL_M:
         return False
     corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
@@ -148,22 +149,22 @@ def _depth(box: Box, plates: list[Box]) -> float:
 def _likely(bodies: Bodies, highest_m: float) -> Iterable[int]:
     low, high = bodies.low, bodies.high
     extent = np.hypot(*(high - low)[:, :2].T)
-    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= TALL_M) & (high[:, 2] <= highest_m)
+    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= HEAD_M) & (high[:, 2] <= highest_m)
     return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * LEAF_WIDTH_M[1]))]
 
 
 def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
     """R1."""
-    if box.width > LEAF_WIDTH_M[1] or box.thickness > DEEPEST_LEAF_M:
+    if box.width > LEAF_WIDTH_M[1] or box.thickness > WALL_M:
         return False
-    if box.thickness <= PLATE_M and box.width >= LEAF_WIDTH_M[0]:
+    if box.thickness <= HAND_M and box.width >= LEAF_WIDTH_M[0]:
         return True
     return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
     """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
-    if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= DEEPEST_LEAF_M):
+    if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= WALL_M):
         return False
     return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
 
@@ -171,7 +172,7 @@ def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
 def _holds(box: Box, part: Box) -> bool:
     to = part.centre - box.centre
     aside = abs(dot(to, box.across)) < box.thickness / 2 and abs(dot(to, box.along)) < 0.15 * box.width
-    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL_LEAVES)
+    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL)
 
 
 def _volume(bodies: Bodies, body: int) -> float:
@@ -199,9 +200,9 @@ def _plates(leaf: Leaf) -> int:
 def _in_row(one: Box, other: Box) -> bool:
     to = other.centre - one.centre
     return bool(
-        abs(dot(one.along, other.along)) > PARALLEL_LEAVES
+        abs(dot(one.along, other.along)) > PARALLEL
         and abs(dot(to, one.across)) < 0.1
-        and abs(dot(to, one.along)) < (one.width + other.width) / 2 + IN_ROW_M
+        and abs(dot(to, one.along)) < (one.width + other.width) / 2 + PARTITION_M
     )
 
 
@@ -213,9 +214,7 @@ def _in_row(one: Box, other: Box) -> bool:
 #     leaf and end below the ceiling; so a headboard or the panel of a desk is none.
 # ---------------------------------------------------------------------------------------------------------------------
 
-CUBICLE_WIDTH_M = (0.5, 1.0)
 MIN_M = 1.2
-CUBICLE_PLATE_M = 0.06
 CUBICLE_HIGHEST_M = 2.4
 
 
@@ -233,10 +232,10 @@ def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
     low, high = bodies.low, bodies.high
     tall = high[:, 2] - low[:, 2]
     extent = np.hypot(*(high - low)[:, :2].T)
-    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < TALL_M)
-    for k in np.flatnonzero(likely & (extent >= CUBICLE_WIDTH_M[0]) & (extent <= CUBICLE_WIDTH_M[1] + CUBICLE_PLATE_M)):
+    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < HEAD_M)
+    for k in np.flatnonzero(likely & (extent >= SINGLE_DOOR_M[0]) & (extent <= SINGLE_DOOR_M[1] + SHEET_M)):
         box = bodies.box(int(k))
-        if CUBICLE_WIDTH_M[0] <= box.width <= CUBICLE_WIDTH_M[1] and box.thickness <= CUBICLE_PLATE_M:
+        if SINGLE_DOOR_M[0] <= box.width <= SINGLE_DOOR_M[1] and box.thickness <= SHEET_M:
             yield int(k), box
 
 
@@ -246,7 +245,7 @@ def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
     near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
     top = min(ceiling_m - HAND_M, CUBICLE_HIGHEST_M)
     near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
-    partitions = [rectangle(each, depth=max(each.thickness, CUBICLE_PLATE_M)) for each in _in_line(near, box, bodies)]
+    partitions = [rectangle(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
 
@@ -257,7 +256,7 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
         each = bodies.box(int(k))
         aside = abs(dot(each.centre - box.centre, box.across))
         parallel = abs(dot(each.along, box.along)) > IN_ONE_LINE
-        if each.thickness <= CUBICLE_PLATE_M and aside < SHEET_M and parallel:
+        if each.thickness <= SHEET_M and aside < SHEET_M and parallel:
             yield each
 
 
@@ -265,10 +264,6 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
 # Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel.
 # ---------------------------------------------------------------------------------------------------------------------
 
-RECESS_WIDTH_M = (0.45, 2.8)
-DEPTH_M = (0.015, 0.6)
-LEAF_M = 0.09
-SEAM_M = 0.12
 LOOK_SHARES = np.linspace(-0.4, 0.4, 5)
 
 Floats = npt.NDArray[np.float64]
@@ -281,7 +276,7 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     slimmer, and what stands beside it, as long as it, is the leaf. The recess ends at a jamb on both sides; what hangs
     before a wall that goes on (a shelf, a pile of boards) makes none.
     """
-    found = [pair for pair in _door_recesses(lintels, walls, RECESS_WIDTH_M) if _has_jambs(pair[0], walls)]
+    found = [pair for pair in _door_recesses(lintels, walls, DOORWAY_M) if _has_jambs(pair[0], walls)]
     return polygons_of(union_of(_with_lintel(leaf, lintel) for lintel, leaf in found))
 
 
@@ -295,8 +290,8 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
 
 def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
-    bare = drop_thinner(lintels, SEAM_M)  # without the seams of a ceiling that end at them
-    return [lintel for lintel, _ in _door_recesses(bare, walls, (RECESS_WIDTH_M[1], np.inf))]
+    bare = drop_thinner(lintels, HAND_M)  # without the seams of a ceiling that end at them
+    return [lintel for lintel, _ in _door_recesses(bare, walls, (DOORWAY_M[1], np.inf))]
 
 
 def _door_recesses(
@@ -306,7 +301,7 @@ def _door_recesses(
     found = []
     for lintel in polygons_of(lintels):
         box = box_of(lintel)
-        slim = DEPTH_M[0] <= box.thickness <= DEPTH_M[1] and width_m[0] <= box.width <= width_m[1]
+        slim = CRACK_M <= box.thickness <= THICK_WALL_M and width_m[0] <= box.width <= width_m[1]
         if not slim or lintel.area < LARGELY * box.width * box.thickness:
             continue
         x1, y1, x2, y2 = lintel.bounds
@@ -329,12 +324,12 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
     found: list[float] = []
     for share in LOOK_SHARES:
         foot = box.centre + share * box.width * box.along + (box.thickness / 2 - 0.01) * across
-        ray = shapely.linestrings([foot, foot + (LEAF_M + 0.05) * across])
+        ray = shapely.linestrings([foot, foot + (HAND_M + 0.05) * across])
         parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
         if not parts:
             continue
         ends = dot(shapely.get_coordinates(parts[0]) - foot, across)
-        if ends.min() <= 0.03 and ends.max() <= LEAF_M + 0.02:
+        if ends.min() <= 0.03 and ends.max() <= HAND_M + 0.02:
             found.append(float(ends.max() - ends.min()))
     return float(np.median(found)) if len(found) >= len(LOOK_SHARES) - 1 else None
 
@@ -361,8 +356,6 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 #     doorway.
 # ---------------------------------------------------------------------------------------------------------------------
 
-CLOSE_M = 0.005
-
 
 @dataclass(frozen=True, eq=False)
 class Judged:
@@ -383,7 +376,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     for leaf in leaves:
         way = doorway(leaf.box, walls)
         plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
-        if leaf.box.thickness <= PLATE_M and _stands_ajar(leaf.box, hanging):  # R7
+        if leaf.box.thickness <= HAND_M and _stands_ajar(leaf.box, hanging):  # R7
             found.append(plan)
             continue
         over = _thickness_above(leaf.box, hanging)
@@ -397,7 +390,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
             found.append(plan)
         elif over > 0:
             pieces += leaf.bodies
-        elif leaf.box.thickness <= PLATE_M:  # R4
+        elif leaf.box.thickness <= HAND_M:  # R4
             found.append(plan)
         else:
             things.append(plan)
@@ -406,7 +399,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
 
 def _is_framed(leaf: Leaf, wall_m: float) -> bool:
     """R2: return whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
-    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + CM_M, wall_m - CLOSE_M)
+    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + CM_M, wall_m - CM_M)
 
 
 def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
@@ -415,7 +408,7 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
     if overlap(rectangle(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
         return 0.0
-    wide = overlap(rectangle(box, depth=2 * DEEPEST_LEAF_M), near)
+    wide = overlap(rectangle(box, depth=2 * WALL_M), near)
     return float(wide.area / box.width)
 
 
@@ -428,7 +421,7 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     if near.is_empty:
         return False
     beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < THIN_WALL_M]
-    return any(abs(box_of(p).width - box.width) < QUARTER * box.width for p in beside)
+    return any(abs(box_of(p).width - box.width) < SOME * box.width for p in beside)
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
@@ -441,7 +434,7 @@ def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
     return not own and any(
         shapely.distance(ends, p).min() < THIN_WALL_M
         and abs(dot(lintel.along, box.along)) < IN_ONE_LINE
-        and abs(lintel.width - box.width) < QUARTER * box.width
+        and abs(lintel.width - box.width) < SOME * box.width
         for p, lintel in lintels
     )
 
@@ -475,6 +468,6 @@ def _each_once(doorways: list[Doorway]) -> list[Doorway]:
 def _boxes(mesh: Mesh) -> list[Box]:
     """Return the box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
     whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
-    if LEAF_WIDTH_M[0] <= whole.width <= 2 * LEAF_WIDTH_M[1] and whole.thickness <= DEEPEST_LEAF_M:
+    if LEAF_WIDTH_M[0] <= whole.width <= 2 * LEAF_WIDTH_M[1] and whole.thickness <= WALL_M:
         return [whole]
     return [leaf.box for leaf in find_leaves(Bodies.of(mesh))]

@@ -15,13 +15,24 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, dot, locate, outlines, overlaps
-from pipeline.tolerances import AROUND_M, CRACK_M, NEARLY_ALL, PLACE_M, SHEET_M, STAND_M, THIN_WALL_M, TWICE
+from pipeline.tolerances import (
+    AROUND_M,
+    CRACK_M,
+    LAP_M,
+    NEARLY_ALL,
+    PARALLEL,
+    PLACE_M,
+    SHEET_M,
+    STAND_M,
+    STONE_WALL_M,
+    THIN_WALL_M,
+    TWICE,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A portal: the straight strip through a wall that joins two spaces, and rows of such strips.
 # ---------------------------------------------------------------------------------------------------------------------
 
-PARALLEL_FACES = np.cos(np.deg2rad(20.0))
 Vector = npt.NDArray[np.float64]
 
 
@@ -91,7 +102,7 @@ def join_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
     """One portal for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
-    whole is as deep as the deepest of them, except what is ``TWICE`` than the widest.
+    whole is as deep as the deepest of them, except what is ``TWICE`` as deep as the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Portal] = []
@@ -124,7 +135,7 @@ def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
 
 def distance_in_row(whole: Portal, other: Portal) -> float | None:
     """Metres between the near ends of two portals between the same spaces, or None if they are not in one row."""
-    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL_FACES:
+    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)
     if abs(aside) > (whole.depth + other.depth) / 2:
@@ -168,8 +179,6 @@ def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, 
 # ---------------------------------------------------------------------------------------------------------------------
 
 STEP_M = 0.08
-DETAIL_M = 0.004
-DEEPEST_PORTAL_M = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +240,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     found: list[list[_Stretch]] = [[] for _ in pieces]
     if not pieces:
         return found
-    outline = outlines(pieces, DETAIL_M)
+    outline = outlines(pieces, 2 * LAP_M)
     start = outline.points
     edge = start[outline.after] - start
     steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
@@ -259,7 +268,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
         return None
     d1, d2 = first.b - first.a, second.b - second.a
     u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
-    if dot(u1, u2) > -PARALLEL_FACES:
+    if dot(u1, u2) > -PARALLEL:
         return None
     along = u1 - u2  # the two run against each other
     along /= math.hypot(*along)
@@ -267,7 +276,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
     depth = float(dot((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
     low = max(dot(first.a, along), dot(second.b, along))
     high = min(dot(first.b, along), dot(second.a, along))
-    if not 0 < depth <= DEEPEST_PORTAL_M or high - low < SHEET_M:
+    if not 0 < depth <= STONE_WALL_M or high - low < SHEET_M:
         return None
     middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import scipy.ndimage
 
 from pipeline.geometry.meshes import Mesh
-from pipeline.tolerances import AROUND_M, CM_M, LARGELY, NEARLY_ALL, NOISE_M, SOME, THIN_WALL_M
+from pipeline.tolerances import AROUND_M, CM_M, HAND_M, HARDLY, LARGELY, NEARLY_ALL, NOISE_M, SOME, THIN_WALL_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # What stands over each spot of a scanned surface, height by height: a raster of columns.
@@ -220,7 +220,6 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
 
 BAND_M = 0.3
 STEPS = 4
-SPARSE = 0.15
 MAX_PIXELS = 16_000_000
 
 
@@ -251,7 +250,7 @@ def _of_band(points: Floats) -> Floats:
         at = middle[cell[:, 1], cell[:, 0]]
     cell = np.floor(at).astype(np.int64)
     close = mass[cell[:, 1], cell[:, 0]]
-    kept = close > SPARSE * np.quantile(close, NEARLY_ALL)  # R2
+    kept = close > HARDLY * np.quantile(close, NEARLY_ALL)  # R2
     return np.column_stack([at[kept] * pixel + low, points[kept, 2]])
 
 
@@ -271,7 +270,6 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 ENOUGH = 3.0
 USUAL = 0.98
 """Of the cells that hold points this share holds fewer than a wall's."""
-GROUND_M = 0.08
 BLUR = 5
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
@@ -291,7 +289,7 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
     square = np.ones((2 * SPREAD + 1, 2 * SPREAD + 1), np.uint8)
     for each in stands:
         each[:] = cv2.dilate(each.view(np.uint8), square).view(bool)
-    floor = points[np.abs(points[:, 2]) < GROUND_M, :2]
+    floor = points[np.abs(points[:, 2]) < HAND_M, :2]
     heights = np.asarray(low_m + (np.arange(count) + 0.5) * step, np.float64)
     return Columns(raster, heights, stands, _ground_points(floor, raster), high_m)
 

@@ -15,7 +15,26 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import areas, buffer_mitred, subtract, union_of
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
-from pipeline.tolerances import HAND_M, MOST, RUN_M, SLIVER_M, SOME, STANDS, STUB_M, THIN_WALL_M, WALL_M
+from pipeline.tolerances import (
+    BLOCK_M,
+    HAND_M,
+    HARDLY,
+    HEAD_M,
+    HOLE_M,
+    MOST,
+    PARTITION_M,
+    RUN_M,
+    SHEET_M,
+    SINGLE_DOOR_M,
+    SKEW,
+    SLIVER_M,
+    SOME,
+    STANDS,
+    STUB_M,
+    THICK_WALL_M,
+    THIN_WALL_M,
+    WALL_M,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Masks on a raster: grown, closed, opened, and the parts of them that meet something.
@@ -89,25 +108,12 @@ def touching(mask: Bools, marked: Bools) -> Bools:
 #     are as thick as walls, which leaves are not; and no wall runs close by, as behind the fronts of two cupboards.
 # ---------------------------------------------------------------------------------------------------------------------
 
-STRAIGHT_M = 1.6
-"""A wall along the raster, drawn wider by what noise moves it, holds a line as long as this."""
-HOLE_M, LONG_HOLE_M = 1.4, 2.4
-"""The longer ones where something stands below all along."""
 TURNS = 24
 PASSES, FILLING = 6, 2
 """The first passes also fill what is rough."""
 ALONGSIDE = 2
-OBLIQUE_RUN_M = 1.2
-"""... an oblique one longer, for a short oblique line fits into a wall along the raster too."""
-TRACED = 0.2
-CROSSING_M = 0.7
-"""A wall that crosses is longer than the thickest is thick."""
-DOORWAY_WIDTH_M = (0.55, 1.25)
-JAMB_M, HOLE_WALLS_M = 0.075, (0.15, 0.38)
-"""From the thinnest wall, as drawn in the raster, to a thick one."""
-SHORT_WALL_M = 2.6
-CLOSE_BY_M = (0.42, 0.8)
-"""From the back of a thick wall to that of a deep cupboard."""
+CLOSE_BY_M = 0.8
+"""The back of a deep cupboard: so far behind its front a wall runs."""
 
 
 def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
@@ -142,8 +148,8 @@ def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) 
             continue
         ending = runs[turn] & ~_across(runs, turn)
         lanes = _gaps_in_line(reaching, ending, angle, raster.size(HOLE_M))
-        found |= touching(mostly_marked_parts(lanes, traces, TRACED), grow_mask(ending, 1))
-        lanes = _gaps_in_line(reaching, ending, angle, raster.size(LONG_HOLE_M), below)
+        found |= touching(mostly_marked_parts(lanes, traces, HARDLY), grow_mask(ending, 1))
+        lanes = _gaps_in_line(reaching, ending, angle, raster.size(BLOCK_M), below)
         found |= touching(lanes, grow_mask(ending, 1))
         beyond.append(dilate_mask(ending, line_kernel(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
@@ -156,7 +162,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
     found = reaching.copy()
     for turn, run in enumerate(_runs(reaching, raster)):
         angle = np.pi * turn / TURNS
-        crossing = open_mask(reaching, line_kernel(angle + np.pi / 2, raster.size(CROSSING_M)))
+        crossing = open_mask(reaching, line_kernel(angle + np.pi / 2, raster.size(THICK_WALL_M)))
         ending = run & ~grow_mask(crossing, 2)
         if ending.any():
             found |= touching(_gaps_in_line(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
@@ -166,14 +172,14 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
 def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
     """Return the straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
     wavy = grow_mask(reaching, 2)
-    long = raster.size(STRAIGHT_M)
+    long = raster.size(HOLE_M)
     straight = wavy & grow_mask(
         open_mask(wavy, line_kernel(0.0, long)) | open_mask(wavy, line_kernel(np.pi / 2, long)), 1
     )
     found = []
     for turn in range(TURNS):
         oblique = turn % (TURNS // 2) != 0
-        run = open_mask(reaching, line_kernel(np.pi * turn / TURNS, raster.size(OBLIQUE_RUN_M if oblique else RUN_M)))
+        run = open_mask(reaching, line_kernel(np.pi * turn / TURNS, raster.size(HOLE_M if oblique else RUN_M)))
         found.append(run & ~straight if oblique else run)
     return found
 
@@ -213,7 +219,7 @@ def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
 
 def _close_by(walls: Bools, raster: Raster) -> Bools:
     """Return where a wall lies beside, above or below in the raster, as close as the wall behind a cupboard."""
-    near, far = (raster.size(m) for m in CLOSE_BY_M)
+    near, far = (raster.size(m) for m in (WALL_M, CLOSE_BY_M))
     reach = np.zeros((2 * far + 1, 1), np.uint8)
     reach[: far - near] = reach[far + near + 1 :] = 1
     return dilate_mask(walls, reach)
@@ -221,10 +227,10 @@ def _close_by(walls: Bools, raster: Raster) -> Bools:
 
 def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
     """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
-    least, most = (raster.size(m) for m in DOORWAY_WIDTH_M)
-    jamb, longest = raster.size(JAMB_M), raster.size(SHORT_WALL_M)
+    least, most = (raster.size(m) for m in SINGLE_DOOR_M)
+    jamb, longest = raster.size(HAND_M), raster.size(BLOCK_M)
     in_line = open_mask(np.ascontiguousarray(walls), line_kernel(0.0, raster.size(RUN_M)))
-    thin, thick = (raster.size(m) for m in HOLE_WALLS_M)
+    thin, thick = (raster.size(m) for m in (THIN_WALL_M, WALL_M))
     solid = open_mask(close_mask(np.ascontiguousarray(walls | standing), thick), square_kernel(thin))
     for row in np.flatnonzero((standing & ~walls).any(axis=1)):
         at = np.flatnonzero(walls[row])
@@ -260,16 +266,11 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 #     air of the house on both sides: the place of a window or of a door to the outside has a back.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BODY_FOOT_M, BODY_HEAD_M = 0.2, 1.85
+BODY_FOOT_M = 0.2
 TOP_BAND_M = 0.2
-MIN_TOP_M = 2.0
-TALL_BAND_M, ABOVE_DOORS_M = 0.45, 2.2
+ABOVE_DOORS_M = 2.2
 """In a high house, more of the wall can be looked at above all doors."""
-PASSED = 0.15
-"""In a doorway stands something in less than this share of the heights (noise, a threshold, the edge of a leaf)."""
-OUTER_WALL_M = 0.2
 LEAK_M = 1.0
-FILLED = 0.6
 BEFORE = 4
 """So many cells before a wall its air is looked at."""
 
@@ -286,7 +287,7 @@ class WallMasks:
 def top_of_walls(columns: Columns) -> float:
     """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
     amount = columns.amount
-    middle = np.median(amount[columns.heights < BODY_HEAD_M]) if len(amount) else 0.0
+    middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
     high = columns.heights[amount > STANDS * middle]
     return float(high.max()) if len(high) else 0.0
 
@@ -294,22 +295,22 @@ def top_of_walls(columns: Columns) -> float:
 def wall_masks(columns: Columns) -> WallMasks:
     """Return the walls of a scan and the doorways in them, from what its columns hold at which height."""
     raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
-    body = columns.share(BODY_FOOT_M, BODY_HEAD_M)
-    seen_m = max(top - TOP_BAND_M, min(MIN_TOP_M, top - SLIVER_M))
+    body = columns.share(BODY_FOOT_M, HEAD_M)
+    seen_m = max(top - TOP_BAND_M, min(HEAD_M, top - SLIVER_M))
     lowest = seen_m if columns.ceiling_m is None else top - HAND_M  # a lintel may be as low
     high = columns.share(lowest, top) >= MOST
     if lowest > ABOVE_DOORS_M:
-        high |= columns.share(max(top - TALL_BAND_M, ABOVE_DOORS_M), top) >= MOST
+        high |= columns.share(max(top - STUB_M, ABOVE_DOORS_M), top) >= MOST
     reaching = _without_specks(high, raster)  # R1
-    seen = (body >= PASSED) | (columns.share(lowest, top) > 0)
+    seen = (body >= HARDLY) | (columns.share(lowest, top) > 0)
     reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
     thick = close_mask(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | columns.ground | (body >= STANDS), raster)
-    band = outside & grow_mask(~outside, raster.size(OUTER_WALL_M))  # R4
+    band = outside & grow_mask(~outside, raster.size(PARTITION_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
     solid = house | _unseen_cells(~(house | outside), columns)  # R5
-    standing = close_mask((body >= PASSED) & thick, raster.size(WALL_M)) & thick
-    behind = grow_mask(standing, raster.size(OUTER_WALL_M)) & solid & ~thick
+    standing = close_mask((body >= HARDLY) & thick, raster.size(WALL_M)) & thick
+    behind = grow_mask(standing, raster.size(PARTITION_M)) & solid & ~thick
     free = solid & ~(standing | behind)
     walls = _shrink(solid)
     return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
@@ -370,7 +371,7 @@ def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
     low, high = points.min(axis=0), points.max(axis=0)
     (x1, y1), (x2, y2) = low, high
     box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)
-    if pixels < FILLED * np.prod(high - low + 1):
+    if pixels < MOST * np.prod(high - low + 1):
         box = np.asarray(cv2.boxPoints(cv2.minAreaRect(points.astype(np.float32))), float)
     return box if np.hypot(*(box[1] - box[0])) >= np.hypot(*(box[2] - box[1])) else np.roll(box, -1, axis=0)
 
@@ -409,9 +410,6 @@ ROUGH_M = 0.045
 SMOOTH = 5
 EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
-AXIS = np.tan(np.deg2rad(12.0))
-SLACK_M = 0.07
-"""An edge is put along the raster if none of its ends moves more than that."""
 
 
 def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
@@ -439,7 +437,7 @@ def _ring(points: Floats, raster: Raster) -> Floats:
     loose = ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
     return (
-        _square_edges(_sharpen_corners(corners, THIN_WALL_M / raster.cell_m), SLACK_M / raster.cell_m)
+        _square_edges(_sharpen_corners(corners, THIN_WALL_M / raster.cell_m), SHEET_M / raster.cell_m)
         if len(corners) >= 3
         else corners
     )
@@ -449,7 +447,7 @@ def _sharpen_corners(corners: Floats, longest: float) -> Floats:
     """A short edge between a level and an upright one is their corner, which noise has cut off."""
     d = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*d.T)
-    level, upright = np.abs(d[:, 1]) <= AXIS * np.abs(d[:, 0]), np.abs(d[:, 0]) <= AXIS * np.abs(d[:, 1])
+    level, upright = np.abs(d[:, 1]) <= SKEW * np.abs(d[:, 0]), np.abs(d[:, 0]) <= SKEW * np.abs(d[:, 1])
     found: list[Floats] = []
     last_cut = False
     for k in range(-1, len(corners)):
@@ -469,8 +467,8 @@ def _square_edges(corners: Floats, slack: float) -> Floats:
     """Return a ring in which each nearly level or upright edge is exactly so, at the mean of its ends."""
     ends = np.roll(corners, -1, axis=0)
     d = np.abs(ends - corners)
-    level = (d[:, 1] <= AXIS * d[:, 0]) & (d[:, 1] <= 2 * slack)
-    upright = (d[:, 0] <= AXIS * d[:, 1]) & (d[:, 0] <= 2 * slack) & ~level
+    level = (d[:, 1] <= SKEW * d[:, 0]) & (d[:, 1] <= 2 * slack)
+    upright = (d[:, 0] <= SKEW * d[:, 1]) & (d[:, 0] <= 2 * slack) & ~level
     middle = (corners + ends) / 2
     found: list[Floats] = []
     for k, corner in enumerate(corners):

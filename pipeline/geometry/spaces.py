@@ -29,7 +29,20 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.portals import Portal, Vector, strips_of
 from pipeline.geometry.walls import close_cracks
-from pipeline.tolerances import CM_M, CRACK_M, MM_M, MOST, SHOULDERS_M, STAND_M, STUB_M, THIN_WALL_M
+from pipeline.tolerances import (
+    CM_M,
+    CRACK_M,
+    HARDLY,
+    MM_M,
+    MOST,
+    PATCH_M2,
+    SHOULDERS_M,
+    STAND_M,
+    STUB_M,
+    THIN_WALL_M,
+    TINY_M2,
+    WALL_M,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A house as rooms and the ways between them.
@@ -170,8 +183,6 @@ def _holding(portal: Portal, pieces: list[Polygon]) -> Polygon:
 # R3  What is left of a room beside the hole is a room if a person can stand on it; the upper half of a hall is none.
 # ---------------------------------------------------------------------------------------------------------------------
 
-LANDING_M2 = 0.7
-
 
 def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named: BaseGeometry) -> list[Polygon]:
     """Return what of a room has a floor: itself, a smaller piece, several where a void parts it, or none.
@@ -184,7 +195,7 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
     if not voids:
         return [room]
     left = polygons_of(subtract(room, buffer_mitred(union_of(voids), CRACK_M)))
-    return [part for part in left if part.area > LANDING_M2 and not drop_thinner(part, SHOULDERS_M).is_empty]  # R3
+    return [part for part in left if part.area > PATCH_M2 and not drop_thinner(part, SHOULDERS_M).is_empty]  # R3
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -193,8 +204,6 @@ def without_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named
 
 SMALLEST_ROOM_M2, LARGEST_ROOM_M2 = 1.5, 200.0
 NARROWEST_ROOM_M = 0.85
-RAGGED = 0.15  # 4 pi area / length of the edge squared; a square has 0.79, a corridor of 1 : 10 has 0.26
-THICKEST_STUB_M = 0.4
 
 Bools = npt.NDArray[np.bool_]
 
@@ -203,14 +212,14 @@ def misshapen_rooms(rooms: list[Polygon]) -> Bools:
     """Return which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
     area, length = shapely.area(rooms), shapely.length(rooms)
     sized = (area >= SMALLEST_ROOM_M2) & (area <= LARGEST_ROOM_M2)
-    ragged = 4 * math.pi * area / length**2 < RAGGED
+    ragged = 4 * math.pi * area / length**2 < HARDLY
     return np.asarray(~sized | ragged | shapely.is_empty(buffer_mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
 
 
 def with_loose_ends(rooms: list[Polygon]) -> Bools:
     """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
     whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
-    closed = buffer_mitred(buffer_mitred(whole, THICKEST_STUB_M / 2), -THICKEST_STUB_M / 2)
+    closed = buffer_mitred(buffer_mitred(whole, WALL_M / 2), -WALL_M / 2)
     juts, room = shapely.get_parts(shapely.difference(closed, whole), return_index=True)
     found = np.zeros(len(rooms), np.bool_)
     if len(juts):
@@ -224,9 +233,6 @@ def with_loose_ends(rooms: list[Polygon]) -> Bools:
 # Where a disc robot can stand: free space drawn in by its radius, piece by piece.
 # ---------------------------------------------------------------------------------------------------------------------
 
-STANDING_M2 = 1e-3
-"""Smaller pieces, in m2, need no door; those that a plan counts have 0.1 m2 (``houseexpo.navigability``)."""
-
 
 def walkable_floor(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
@@ -237,7 +243,7 @@ def walkable_floor(spaces: Spaces) -> BaseGeometry:
 
 def erode_floor(floor: BaseGeometry, radius_m: float) -> list[Polygon]:
     """Return the areas in which the centre of a disc can be, the largest first, without those under 10 cm2."""
-    return sorted(erode(floor, radius_m, STANDING_M2), key=lambda piece: (-piece.area, piece.bounds))
+    return sorted(erode(floor, radius_m, TINY_M2), key=lambda piece: (-piece.area, piece.bounds))
 
 
 def sample(pieces: list[Polygon], count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:

@@ -21,11 +21,9 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.areas import dot, polygons_of
-from pipeline.tolerances import RUN_M
+from pipeline.tolerances import AROUND_M, RUN_M
 
 Floats = npt.NDArray[np.float64]
-LINE_REACH_M = 1.0
-"""Edges on one line, further apart than this, are different walls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +131,7 @@ def _within_reach(low: Floats, high: Floats, index: npt.NDArray[np.int64], leade
     start, end = low[leader], high[leader]
     inside = np.zeros(len(index), bool)
     while True:
-        grown = (low[index] <= end + LINE_REACH_M) & (high[index] >= start - LINE_REACH_M)
+        grown = (low[index] <= end + AROUND_M) & (high[index] >= start - AROUND_M)
         if (grown == inside).all():
             return index[inside]
         inside = grown

@@ -36,6 +36,7 @@ from pipeline.tolerances import (
     MM_M,
     MOST,
     NEARLY_ALL,
+    PATCH_M2,
     POINT_M,
     SLIVER_M,
     SOME,
@@ -342,16 +343,13 @@ def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
 # space, but around the wall on every side of it. Sheets around a room give no such thing, whichever way they look.
 # ---------------------------------------------------------------------------------------------------------------------
 
-MIN_DEPTH_M = 0.4  # the shallowest closet; less is the cavity of a wall
-ALL_ROUND = 0.95
-
 
 def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]) -> BaseGeometry:
     """Return those of the narrow ``faces`` of a section that are spaces.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
     """
-    wide = ~shapely.is_empty(buffer_mitred(faces, -MIN_DEPTH_M / 2))
+    wide = ~shapely.is_empty(buffer_mitred(faces, -WALL_M / 2))
     if not wide.any():
         return EMPTY
     winds = winding_number(shapely.point_on_surface(faces), segments)
@@ -360,7 +358,7 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
         return EMPTY
     walls = union_of([*faces[winds > 0], solids])
     around = shapely.difference(buffer_mitred(spaces, CRACK_M), spaces)
-    closed = np.array([overlap(band, walls).area > ALL_ROUND * band.area for band in around], np.bool_)
+    closed = np.array([overlap(band, walls).area > NEARLY_ALL * band.area for band in around], np.bool_)
     return union_of(spaces[closed])
 
 
@@ -467,11 +465,8 @@ class Sections:
 # ---------------------------------------------------------------------------------------------------------------------
 
 GOES_ON = 0.75
-KNEE_M = 0.4
-"""A roof begins so far above the wall that carries it, at most."""
 EDGE_LOOKS = 5
 HEADROOM_M = (1.0, 1.9)
-ROOF_M2 = 0.5
 
 
 def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
@@ -539,14 +534,14 @@ def without_headroom(mesh: Mesh) -> BaseGeometry:
     top = corners[:, :, 2].max(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     plan_m2 = np.abs(normal[:, 2]) / 2
-    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > ROOF_M2)
+    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > PATCH_M2)
     return union_of(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
 def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = FOOT_M) -> bool:
     """Return whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
-    meets = cutter.caps.slopes_over(inside, KNEE_M, stood_m)
+    meets = cutter.caps.slopes_over(inside, WALL_M, stood_m)
     return bool(meets.sum() > len(meets) / 2)
 
 

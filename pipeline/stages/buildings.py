@@ -15,10 +15,8 @@ import networkx as nx
 import shapely
 
 from pipeline.config import IsolatedConfig
-from pipeline.tolerances import SHEET_M
+from pipeline.tolerances import AROUND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
-
-OPEN_AIR_M = 1.0
 
 
 def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
@@ -31,7 +29,7 @@ def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple
     near.add_edges_from(
         (a, b)
         for a, b in pairs.tolist()
-        if not (a in entered and b in entered and outlines[a].distance(outlines[b]) > OPEN_AIR_M)
+        if not (a in entered and b in entered and outlines[a].distance(outlines[b]) > AROUND_M)
     )
     groups = [sorted(group) for group in nx.connected_components(near)]  # R1
     if len(groups) < 2:

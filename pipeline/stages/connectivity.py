@@ -32,13 +32,12 @@ from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import STANDING_M2, erode_floor, piece_of, sample, walkable_floor
+from pipeline.geometry.spaces import erode_floor, piece_of, sample, walkable_floor
 from pipeline.rejection import Reason, Rejection
-from pipeline.tolerances import BLOCK_M, PLACE_M
+from pipeline.tolerances import BLOCK_M, PLACE_M, STONE_WALL_M, TINY_M2
 from pipeline.values import Evidence, JoinedPair, Passage, Spaces
 
 MAX_PAIRS = 300
-DEEPEST_WALL_M = 1.5
 AROUND = 4.0
 """So many radii of the disc beyond a cut the floor is looked at."""
 NO_EVIDENCE = "no evidence: the nearest wall"
@@ -148,7 +147,7 @@ def _at_evidence(
     evidence: Evidence, spaces: Spaces, pieces: list[Polygon], floor: BaseGeometry, config: ConnectivityConfig
 ) -> _Cut | None:
     """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
-    rules = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True, slide_m=PLACE_M)
+    rules = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
     for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
         for line, cut in cuts_on_lines(place.line[None], pieces, floor, spaces.walls, rules):
@@ -166,7 +165,7 @@ def _next_cut(
 ) -> _Cut | None:
     """Return the next cut to make, or None if no clean cut is possible (R3, R5)."""
     lines = _pairs_apart(points, piece_of(points, pieces))
-    walls_only = CutRules(config.cut_width_m, DEEPEST_WALL_M, only_walls=True)
+    walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
         for pair, cut in cuts_on_lines(lines, pieces, floor, walls, rules):
@@ -191,7 +190,7 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     reach = AROUND * radius_m
     near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
     parts = erode_floor(union_of([near, strip]), radius_m)
-    return any((shapely.area(shapely.intersection(part, pieces)) > STANDING_M2).sum() > 1 for part in parts)
+    return any((shapely.area(shapely.intersection(part, pieces)) > TINY_M2).sum() > 1 for part in parts)
 
 
 def _with_cut(spaces: Spaces, cut: Portal, why: str = "") -> Spaces:

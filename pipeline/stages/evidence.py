@@ -54,15 +54,23 @@ from pipeline.geometry.walls import (
     without_headroom,
 )
 from pipeline.stages.scan_evidence import gather_scan
-from pipeline.tolerances import CM_M, CRACK_M, LAP_M, LARGELY, SHEET_M, SLIVER_M, STAND_M, STANDS, WALL_M
+from pipeline.tolerances import (
+    CM_M,
+    CRACK_M,
+    HAND_M,
+    LAP_M,
+    LARGELY,
+    RAIL_M,
+    SHEET_M,
+    SLIVER_M,
+    STAND_M,
+    STANDS,
+    WALL_M,
+)
 from pipeline.values import Evidence, Level
 
 MAX_HEIGHTS = 8
-WIDEST_RAIL_M = 0.3
-SLIGHT_M = 0.12
-CUPBOARD_M = 0.28
 LARGEST_CUPBOARD_M2 = 2.5
-FACADE_M = 0.06
 DEEP_PART_M = 0.5
 
 
@@ -103,7 +111,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     doorways, found_leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
     standing = drop_thinner(subtract(union_of(rails), union_of([walls, lintels, cupboards])), SLIVER_M)
-    thick = drop_thinner(standing, WIDEST_RAIL_M)
+    thick = drop_thinner(standing, RAIL_M)
     return Evidence(
         walls=walls,
         tall=full,
@@ -121,8 +129,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
 
 
 def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
-    """Return what hangs from the ceiling by less than ``SLIGHT_M``. It occurs only in the highest section."""
-    if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > SLIGHT_M:  # a section stands in the middle of its layer
+    """Return what hangs from the ceiling by less than ``HAND_M``. It occurs only in the highest section."""
+    if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > HAND_M:  # a section stands in the middle of its layer
         return EMPTY
     return drop_thinner(subtract(above[-1], union_of(above[:-1])), SLIVER_M)
 
@@ -177,7 +185,7 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
     A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
-    if whole.area > LARGEST_CUPBOARD_M2 or drop_thinner(whole, CUPBOARD_M).area < whole.area / 2:
+    if whole.area > LARGEST_CUPBOARD_M2 or drop_thinner(whole, RAIL_M).area < whole.area / 2:
         return False
     x1, y1, x2, y2 = part.bounds
     near = clip_to_box(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
@@ -197,5 +205,5 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     """
     if drop_thinner(part, DEEP_PART_M).area > part.area / 2:
         return False
-    ends = polygons_of(overlap(subtract(buffer_mitred(part, SHEET_M), part), drop_thinner(walls, FACADE_M)))
+    ends = polygons_of(overlap(subtract(buffer_mitred(part, SHEET_M), part), drop_thinner(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length

@@ -19,11 +19,10 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import drop_thinner, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.spaces import walkable_floor
-from pipeline.tolerances import SLIVER_M
+from pipeline.tolerances import SLIVER_M, TINY_M2
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
 STEP_OVER_M = 0.5
-FURNITURE_M2 = 0.01
 UNNAMED = "object"
 
 
@@ -31,7 +30,7 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
     floor = union_of(spaces.rooms)
-    inside = [o for o in obstacles if overlap(o.polygon, floor).area > FURNITURE_M2]
+    inside = [o for o in obstacles if overlap(o.polygon, floor).area > TINY_M2]
     if not inside:
         return spaces, ()
     taken = union_of(o.polygon for o in inside)
@@ -54,7 +53,7 @@ def _named_obstacles(level: Level) -> list[Obstacle]:
         if len(z) and z.min() < STEP_OVER_M:
             word = each.words[0] if each.words else UNNAMED
             found += [Obstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
-    return [obstacle for obstacle in found if obstacle.polygon.area > FURNITURE_M2]
+    return [obstacle for obstacle in found if obstacle.polygon.area > TINY_M2]
 
 
 def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:

@@ -26,15 +26,11 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import EMPTY, OUTSIDE, fill_enclosed, overlap, overlaps, too_narrow, union_of
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
-from pipeline.tolerances import CRACK_M, LARGELY, MM_M, MOST, MOSTLY, QUARTER, STANDS
+from pipeline.tolerances import CRACK_M, HEAD_M, LARGELY, MM_M, MOST, MOSTLY, SHOULDERS_M, SOME, STANDS, TINY_M2, WALL_M
 from pipeline.values import Candidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
 SEVERAL = 2
-BALCONY_EDGE_M = 0.4
-COVER_M = 1.9
-TRIANGLE_M2 = 1e-4
-SHAFT_M = 0.7
 
 
 def habitable(
@@ -53,7 +49,7 @@ def habitable(
     over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(union_of([planes.door, planes.rails, *rooms]))
-    outer = overlap(fences, shapely.buffer(house.boundary, BALCONY_EDGE_M, quad_segs=2))
+    outer = overlap(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
     edge = shapely.buffer(union_of([c.polygon for c in candidates if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
@@ -69,7 +65,7 @@ def habitable(
         if room.intersects(refused):
             continue
         around = over if into[k] >= SEVERAL else walls
-        floored = not known or share >= QUARTER or (_along(room, around()) > MOSTLY and not _is_shaft(room))
+        floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))
         fenced = k not in entered and (_along(room, fences) > MOST or k in railed)
         outside = fenced or low[k] > LARGELY
         if (floored and not outside and k not in outdoors) or _is_named(room, level):
@@ -103,15 +99,15 @@ def _gardens(
 def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
     """Return the part of the plan around a space that lies under faces above head height."""
     corners = mesh.vertices[mesh.faces]
-    corners = corners[corners[:, :, 2].min(axis=1) > COVER_M][:, :, :2]
+    corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
     x1, y1, x2, y2 = room.bounds
     near = (corners.min(axis=1) < (x2, y2)).all(axis=1) & (corners.max(axis=1) > (x1, y1)).all(axis=1)
     triangles = shapely.polygons(corners[near])
-    return shapely.union_all(triangles[shapely.area(triangles) > TRIANGLE_M2], grid_size=MM_M)
+    return shapely.union_all(triangles[shapely.area(triangles) > TINY_M2], grid_size=MM_M)
 
 
 def _is_shaft(room: Polygon) -> bool:
-    return bool(too_narrow([room], SHAFT_M)[0])
+    return bool(too_narrow([room], SHOULDERS_M)[0])
 
 
 def _along(room: Polygon, band: BaseGeometry) -> float:

@@ -73,19 +73,27 @@ from pipeline.geometry.doorways import box_of
 from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import cover_over, habitable, on_floor
-from pipeline.tolerances import HAIR_M, HAND_M, LAP_M, LARGELY, MOST, MOSTLY, NEARLY_ALL, SPECK
+from pipeline.tolerances import (
+    BESIDE_M,
+    HAIR_M,
+    HAND_M,
+    LAP_M,
+    LARGELY,
+    MOST,
+    MOSTLY,
+    NEARLY_ALL,
+    PASSABLE_M,
+    SOME,
+    SPECK,
+)
 from pipeline.values import Candidate, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 STROKES = 3
 CLOSET_M2 = 0.9
-SLOT_M = 0.45
 SLIT_M = 0.25
 STROKE_M = 1.0
-LETTER = 0.35
-PASSABLE_M = 0.4
-RAIL_NEAR_M = 0.25
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -223,8 +231,8 @@ def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[
     doorways = zip(planes.doorways, grow_by_lap([d.polygon for d in planes.doorways]), strict=True)
     pieces += [Candidate(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gaps(planes.tall, filled, config.gap_m, planes.leaves)
-    wide = gaps(planes.tall, [*filled, *found], config.entrance_m, planes.leaves)
+    found = gaps(planes.tall, filled, config.gap_m)
+    wide = gaps(planes.tall, [*filled, *found], config.entrance_m)
     closed = union_of([p.polygon for p in pieces] + found)
     gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
@@ -238,14 +246,14 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], co
         return []
     ground = closed_plane(planes.door, pieces)
     ends = union_of([planes.tall, planes.rails])
-    found = gaps(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m, planes.leaves)
-    near = shapely.buffer(planes.rails, RAIL_NEAR_M)
+    found = gaps(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m)
+    near = shapely.buffer(planes.rails, BESIDE_M)
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
         return []
     fenced = union_of([ground, planes.rails])
     known = union_of(enclosed_pieces(fenced)[1])
-    beside = shapely.buffer(planes.tall, RAIL_NEAR_M, quad_segs=2)
+    beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
     new = [
         room
         for room in enclosed_pieces(union_of([fenced, *grow_by_lap(found)]))[1]
@@ -256,7 +264,7 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], co
     ]
     if not new:
         return []
-    around = shapely.buffer(union_of(new), RAIL_NEAR_M)
+    around = shapely.buffer(union_of(new), BESIDE_M)
     return [Candidate(gap, "gate") for gap in found if gap.intersects(around)]
 
 
@@ -268,7 +276,7 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
 def _runs_along(gap: Polygon, pieces: list[Candidate]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_of(gap).width > PASSABLE_M and any(
-        overlap(gap, buffer_mitred(piece.polygon, RAIL_NEAR_M)).area > LARGELY * gap.area for piece in pieces
+        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
     )
 
 
@@ -306,7 +314,7 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
     """Return whether each stroke is small compared with the whole, and all lie apart, as letters do (R7)."""
     hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
     each = shapely.area(hulls)
-    return bool(each.max() < LETTER * spanned and union_of(hulls).area > MOSTLY * each.sum())
+    return bool(each.max() < SOME * spanned and union_of(hulls).area > MOSTLY * each.sum())
 
 
 def _keep_separating(
@@ -379,7 +387,7 @@ def _around_a_slot(candidates: list[Candidate], rooms: list[Polygon]) -> set[int
 
     What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
     """
-    for index in np.flatnonzero(too_narrow(rooms, SLOT_M)).tolist():
+    for index in np.flatnonzero(too_narrow(rooms, PASSABLE_M)).tolist():
         ways: dict[int, set[int]] = {}
         for k, candidate in enumerate(candidates):
             if candidate.portal is not None and index in candidate.portal.sides:

@@ -18,10 +18,8 @@ from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
 from pipeline.geometry.areas import overlap, polygons_of, subtract, union_of
-from pipeline.tolerances import SOME
+from pipeline.tolerances import PATCH_M2, SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
-
-SHARED_M2 = 0.5
 
 
 def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
@@ -48,14 +46,14 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """Return a space as its source divides it, or the space itself if the source does not (R1)."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
-    inside = [p for p in inside if overlap(p, room).area > max(SHARED_M2, SOME * p.area)]
+    inside = [p for p in inside if overlap(p, room).area > max(PATCH_M2, SOME * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []
     taken = union_of([])
     for polygon in sorted(inside, key=lambda p: (p.area, p.bounds)):
         core = subtract(overlap(polygon, room), taken)
-        if core.area > SHARED_M2:
+        if core.area > PATCH_M2:
             cores.append(polygons_of(core)[0])
             taken = union_of([taken, cores[-1]])
     parts = [[core] for core in cores]

@@ -37,9 +37,7 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    assert {"tolerances.LAP_M", "geometry.closing.SINGLE_DOOR_M", "stages.layout.STROKES"} <= {
-        number.title for number in found
-    }
+    assert {"tolerances.LAP_M", "geometry.cuts.FREE", "stages.layout.STROKES"} <= {number.title for number in found}
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
 
