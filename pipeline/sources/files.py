@@ -273,8 +273,12 @@ def _unreadable(path: Path, error: Exception) -> Rejection:
 
 
 Element = ET.Element
-DEEPEST = 100
-LARGEST_BYTES = 1 << 28
+DEEPEST: Final = 100
+"""How deep trees of XML, YAML and scenes may be nested."""
+LARGEST_BYTES: Final = 1 << 28
+"""The largest text of a plan or a scene that is read: 256 MB."""
+HEAD_BYTES: Final = 1 << 16
+"""How much of a file's start is read to tell what the file is, or what it holds."""
 
 
 def parse_xml(data: bytes, name: str) -> Element:

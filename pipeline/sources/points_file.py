@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import check_file
+from pipeline.sources.files import HEAD_BYTES, check_file
 
 
 def decompress_lzf(data: bytes, size: int) -> bytes:
@@ -69,7 +69,6 @@ def _copy(found: bytearray, start: int, length: int) -> None:
 Points = npt.NDArray[np.float64]
 BLOCK = 1_000_000
 LARGEST_PACKED = 1 << 29
-HEAD_BYTES = 1 << 16
 LINE_BYTES = 1 << 25
 _PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
         "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",

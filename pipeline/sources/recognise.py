@@ -23,11 +23,10 @@ import msgspec
 
 from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, is_map_file, is_map_yaml, without_pictures
 from houseexpo.grids.stage_world import is_stage_world
-from pipeline.sources.files import files_in
+from pipeline.sources.files import HEAD_BYTES, files_in
 from pipeline.sources.vector_plans import is_drawn
 from pipeline.values import Input
 
-HEAD_BYTES = 1 << 16
 LONGEST_JSON = 1 << 28
 """Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
 

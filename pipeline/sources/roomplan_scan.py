@@ -25,7 +25,7 @@ from houseexpo.errors import MissingDependencyError, installing
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import clean
-from pipeline.sources.files import check_lengths, decode_document, members
+from pipeline.sources.files import LARGEST_BYTES, check_lengths, decode_document, members
 from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
 from pipeline.sources.tolerances import SAME_M, SHEET_M, SLIVER_M2
 
@@ -191,7 +191,6 @@ def _word(surface: _Surface) -> str:
 # R2  All layers lie in the archive: a scene that names a file elsewhere is refused before it is put together.
 
 
-LARGEST_BYTES = 1 << 28
 MAX_MESHES = 20_000
 _KINDS = ("wall", "door", "opening", "window", "floor")
 _USDZ_ADVICE = "export the scan again"

@@ -433,7 +433,7 @@ MODEL: Final = "com.eteks.sweethome3d.model."
 _NOT_JAVA: Final = "open it in Sweet Home 3D 5.3 or newer and save it"
 _LISTS: Final = ("furnitureWithGroups", "furnitureWithDoorsAndWindows", "furniture")
 """Where the furniture stands, from 2.3 on, from 1.8 on, and before."""
-_DEEPEST: Final = 50
+_DEEPEST_GROUP: Final = 50
 
 
 def home_element(data: bytes, name: str) -> Element:
@@ -474,7 +474,7 @@ class _Writer:
 
     def _piece(self, parent: Element, piece: Any, deep: int) -> None:
         kind = piece.classdesc.name.removeprefix(MODEL)
-        if kind == "HomeFurnitureGroup" and deep < _DEEPEST:
+        if kind == "HomeFurnitureGroup" and deep < _DEEPEST_GROUP:
             group = self._object(parent, "furnitureGroup", piece)
             for inner in _fields(piece).get("furniture") or ():
                 self._piece(group, inner, deep + 1)

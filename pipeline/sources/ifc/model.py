@@ -315,7 +315,7 @@ def _is_room(space: Any, bodied: set[int]) -> bool:
     return True
 
 
-DEEPEST = 100  # placements within placements; more is a circle
+DEEPEST_PLACEMENT = 100  # placements within placements; more is a circle
 
 
 class Soundness:
@@ -333,7 +333,7 @@ class Soundness:
         if not product or not product.is_a("IfcProduct"):
             return False
         placement, shape = product.ObjectPlacement, product.Representation
-        return self._is_placed(placement, DEEPEST) and (shape is None or self._check_once(shape, _is_shape))
+        return self._is_placed(placement, DEEPEST_PLACEMENT) and (shape is None or self._check_once(shape, _is_shape))
 
     def _is_placed(self, placement: Any, depth: int) -> bool:
         if placement is None:

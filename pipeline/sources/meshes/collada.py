@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.files import HEAD_BYTES
 from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
 
 Floats = npt.NDArray[np.float64]
 
-HEAD_BYTES = 1 << 16
 MAX_NODES = 1_000_000
 MAX_DEEP = 200
 

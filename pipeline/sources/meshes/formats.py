@@ -23,7 +23,7 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
-from pipeline.sources.files import check_file
+from pipeline.sources.files import HEAD_BYTES, check_file
 from pipeline.sources.meshes import collada, gltf, obj
 from pipeline.sources.meshes.scene import Part, Piece, Scene, triangulate_polygons
 from pipeline.sources.named_scene import without_starting_cube
@@ -35,7 +35,7 @@ MAX_FACES = 5_000_000
 FEW_FACES = 0.02
 """Share of the faces that may have no place: more than that, and it is not known what is missing."""
 
-LARGEST = 1e15
+LARGEST_COORDINATE = 1e15
 """In any unit: with larger coordinates areas and volumes are no numbers any more."""
 
 
@@ -169,11 +169,11 @@ def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int)
     if faces.min() < 0 or faces.max() >= len(vertices):
         detail = f"{path.name} names vertex {faces.max():,} of {len(vertices):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated or broken: export it again")
-    good: npt.NDArray[np.bool_] = np.asarray((np.abs(vertices) < LARGEST).all(axis=1))
+    good: npt.NDArray[np.bool_] = np.asarray((np.abs(vertices) < LARGEST_COORDINATE).all(axis=1))
     if good.all():
         return scene
     keep: npt.NDArray[np.bool_] = np.asarray(good[faces].all(axis=1))
-    detail = f"{path.name} has {int((~good).sum()):,} vertices that are NaN, infinite or beyond {LARGEST:g}"
+    detail = f"{path.name} has {int((~good).sum()):,} vertices that are NaN, infinite or beyond {LARGEST_COORDINATE:g}"
     if (~keep).sum() > FEW_FACES * len(faces):
         raise Rejection("source", Reason.NOT_FINITE, detail, "repair the mesh, or export it again")
     return scene.of_faces(keep, "" if keep.all() else f"{detail}; {int((~keep).sum()):,} faces are left out")
@@ -182,7 +182,6 @@ def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int)
 # How many faces a mesh file declares, read from its header before anything is loaded.
 
 
-HEAD_BYTES = 65_536
 CHUNK_BYTES = 1 << 24
 
 

@@ -15,7 +15,7 @@ from typing import Any, Protocol, cast
 import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import base_id, check_file, single_input, slug
+from pipeline.sources.files import HEAD_BYTES, base_id, check_file, single_input, slug
 from pipeline.sources.vector_plans.drawn import Drawing, levels_of
 from pipeline.values import Input, Level
 
@@ -35,7 +35,6 @@ FAMILIES = (
 )
 MANY = "tables"
 """The family whose files hold many plans: its module also has ``keys(path)``, and ``draw(path, key)``."""
-_HEAD_BYTES = 1 << 16
 _FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)
 """What numbers beyond all measure, and shapes that cross themselves, lead geometry to."""
 
@@ -61,7 +60,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     """List one file, or the plans in it. An unreadable file is one input, so that its reader says why."""
     single = single_input(path, "vector_plans", options)
     with Path(path).open("rb") as stream:
-        head = stream.read(_HEAD_BYTES)
+        head = stream.read(HEAD_BYTES)
     tables: Any = import_module(f"{__name__}.{MANY}")
     found: Any = _family(Path(path), head)
     if found is not tables:
@@ -80,7 +79,7 @@ def read(item: Input) -> Iterator[Level]:
     path = Path(item.path)
     check_file(path)
     with path.open("rb") as stream:
-        head = stream.read(_HEAD_BYTES)
+        head = stream.read(HEAD_BYTES)
     family = _family(path, head)
     if family is None:  # listed, and changed since
         family = cast("Family", import_module(f"{__name__}.{FAMILIES[0]}"))

@@ -27,7 +27,7 @@ from shapely import LineString, Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, clean
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LARGEST_BYTES, LeftOut
 from pipeline.sources.tolerances import (
     DOOR_M,
     DOOR_WIDTH_M,
@@ -40,7 +40,6 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room, way_through
 from pipeline.values import SourceRoom
 
-LARGEST_BYTES = 1 << 28
 _MM = 0.001
 _NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
 _ADVICE = "copy it again from the data set"

@@ -23,7 +23,7 @@ import numpy as np
 
 from houseexpo.errors import MissingDependencyError, installing
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LARGEST_BYTES, LeftOut
 from pipeline.sources.tolerances import (
     DRAWING_M,
     DRAWN_UNITS_M,
@@ -37,9 +37,8 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawn import Drawing, Point
 from pipeline.sources.vector_plans.features import Features, kind_of, ring, storey_of
 
-LARGEST_BYTES = 1 << 28
 MOST_ENTITIES = 1_000_000
-DEEPEST = 20
+DEEPEST_BLOCK = 20
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
 _MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
@@ -119,7 +118,7 @@ def _entities(
                 yield kind, entity
             continue
         block = str(entity.dxf.name)
-        if block in within or len(within) >= DEEPEST:
+        if block in within or len(within) >= DEEPEST_BLOCK:
             left_out.add(f"block {block[:60]} holds itself")
             continue
         if document.blocks.get(block) is None:

@@ -20,12 +20,11 @@ from shapely import Polygon
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut, decode_document
+from pipeline.sources.files import LARGEST_BYTES, LeftOut, decode_document
 from pipeline.sources.tolerances import EARTH_M, HIGHEST_OBJECT_M, SPECK_M2, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, kind_of, storey_of
 
-LARGEST_BYTES = 1 << 28
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _ADVICE = "export it again as GeoJSON"
 

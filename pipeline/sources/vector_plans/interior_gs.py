@@ -27,7 +27,7 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, prism
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LARGEST_BYTES, LeftOut
 from pipeline.sources.tolerances import HEAD_M, LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, hole_at, room, solid_between, strip
 from pipeline.values import SourceObject, SourceRoom
@@ -35,7 +35,6 @@ from pipeline.values import SourceObject, SourceRoom
 Floats = npt.NDArray[np.float64]
 Part = TypeVar("Part")
 
-LARGEST_BYTES: Final = 1 << 28
 _FILLINGS: Final = ("door", "window", "curtain", "blind")
 _ADVICE: Final = "copy it again from the data set"
 _FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)

@@ -28,17 +28,16 @@ from shapely import Polygon
 from houseexpo.files import plain_yaml
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, clean, floor_of
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import DEEPEST, LeftOut
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strips
 from pipeline.values import SourceRoom
 
-LARGEST_BYTES = 1 << 26
-DEEPEST = 100
+LARGEST_BUILDING_BYTES = 1 << 26
 MOST_FIDUCIALS = 100
 """So many give the ratio of two scales as well as all of them do."""
-LARGEST = 1e12
+LARGEST_NUMBER = 1e12
 """A number beyond is none that a drawing has."""
 _ADVICE = "save it again with traffic_editor"
 _LIFT = "Lift"
@@ -148,8 +147,8 @@ class _Sheet:
 
 
 def _document(path: Path) -> Mapping[str, Any]:
-    if path.stat().st_size > LARGEST_BYTES:
-        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BYTES >> 20} MB at most"
+    if path.stat().st_size > LARGEST_BUILDING_BYTES:
+        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BUILDING_BYTES >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
     try:
         document = plain_yaml(path.read_bytes(), DEEPEST)
@@ -274,7 +273,7 @@ def _parameter(parameters: Mapping[str, Any], name: str, default: float) -> floa
 
 
 def _number(value: Any, default: float) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < LARGEST:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < LARGEST_NUMBER:
         return default
     return float(value)
 

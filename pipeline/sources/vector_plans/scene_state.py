@@ -25,12 +25,11 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, storey_heights
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LARGEST_BYTES, LeftOut
 from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M, TINY, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strip
 from pipeline.values import SourceRoom
 
-LARGEST_BYTES: Final = 1 << 28
 _ADVICE: Final = "copy it again from the data set"
 _FAULTS: Final = (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError)
 

@@ -28,7 +28,7 @@ from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, SHORTEST_M,
 from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, strips
 from pipeline.values import SourceObject
 
-LARGEST_BYTES = 1 << 24
+LARGEST_SCRIPT_BYTES = 1 << 24
 _SPATIAL: Final = re.compile(r"^\s*(\w+)\s*=\s*(Wall|Door|Window|Bbox)\(([^()]*)\)\s*$")
 _ARIA: Final = re.compile(r"^\s*make_(wall|door|window|bbox)\s*,(.*)$")
 _FIELDS: Final = {
@@ -48,7 +48,7 @@ def claims(path: Path, head: bytes) -> bool:
 
 def draw(path: Path) -> Drawing:
     """Read a layout; raise Rejection if it has no wall."""
-    if path.stat().st_size > LARGEST_BYTES:
+    if path.stat().st_size > LARGEST_SCRIPT_BYTES:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a layout"
         )

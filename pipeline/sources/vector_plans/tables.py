@@ -36,7 +36,7 @@ from pipeline.sources.tolerances import LARGEST_FLOOR_M2, SAME_M, SPECK_M2
 from pipeline.sources.vector_plans.drawn import Drawing
 from pipeline.sources.vector_plans.features import Features, storey_of
 
-LARGEST_BYTES = 1 << 31
+LARGEST_TABLE_BYTES = 1 << 31
 MOST_ROWS = 10_000_000
 _ADVICE = "copy it again from the data set"
 _GEOMETRY: Final = ("geometry", "geom")
@@ -93,7 +93,7 @@ def draw(path: Path, key: str = "") -> Drawing:
 
 def _plans(path: Path) -> Mapping[str, Any]:
     status = path.stat()
-    if status.st_size > LARGEST_BYTES:
+    if status.st_size > LARGEST_TABLE_BYTES:
         raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {status.st_size >> 20} MB", "divide it")
     return _read(str(path), status.st_mtime_ns, status.st_size)
 

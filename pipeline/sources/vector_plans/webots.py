@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import DEEPEST, LeftOut
 from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, kind_of_body, mesh_beside, storeys_of
 from pipeline.sources.vector_plans.drawn import Drawing
@@ -41,7 +41,6 @@ Ints = npt.NDArray[np.int64]
 
 LARGEST_WORLD: Final = 1 << 26
 MOST_NODES: Final = 100_000
-DEEPEST: Final = 100
 Z_UP_SINCE: Final = (2021, "c")
 DEFAULT_WALL_M: Final = (0.2, 1.0, 2.4)
 """Thickness, width and height of a Wall or Door that does not say them."""

@@ -10,7 +10,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
-from pipeline.sources.roomplan_scan import LARGEST_BYTES
+from pipeline.sources.files import LARGEST_BYTES
 from tests.builders.damage import mutated, outcome
 from tests.builders.formats.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
 from tests.builders.houses import kinds, plan_of
