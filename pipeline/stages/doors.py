@@ -5,7 +5,7 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
     gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
-    the strip.
+    the strip. A door that the source names is one, however wide.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none.
 """
 
@@ -43,7 +43,8 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         outside = OUTSIDE in portal.sides
         kind = _kind(candidate, portal, level, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        if not outside and (span > config.widest_m or kind is None or bare):  # R3
+        wide = span > config.widest_m and not (candidate.kind == "door" and level.names_doors)
+        if not outside and (wide or kind is None or bare):  # R3
             rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
             joins.add((min(portal.sides), max(portal.sides)))
         elif portal.width >= config.narrowest_m:  # R1

@@ -16,7 +16,8 @@ R5  What is mostly thick and ends below the walls beside it is furniture (a cupb
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
     so is a closet, which the walls close all round over its door (``geometry.walls``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
-    (``stages.doorways``).
+    (``stages.doorways``). Where the source names its openings, and doors among them, what else is shaped like a leaf
+    is glazing: the frame of a window, a pane beside a door.
 R8  No cut runs through coplanar faces; the heights used are recorded.
 """
 
@@ -81,7 +82,8 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     if level.walls.is_cloud or is_scan(level.walls):
         return gather_scan(level, config)
     bodies = Bodies.of(level.walls)
-    leaves = [*find_leaves(bodies, level.ceiling_m), *cubicle_leaves(bodies, level.ceiling_m)]
+    shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)  # R7
+    leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
     cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
     sections = Sections(cutter, config.sheet_m, config.solid_m, prisms=level.prisms)
     heights = _Heights.of(cutter, level, config)

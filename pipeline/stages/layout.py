@@ -3,6 +3,8 @@
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
     (the bend of an L-shaped hall).
+R18 Where the source names its openings, what hangs or stands right before a doorway (a beam along the wall, a frame
+    deeper than the wall) does not close it: the doorway does.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
     that walls bound for the most part: a low front with an entrance in it.
@@ -43,6 +45,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
+    EMPTY,
     OUTSIDE,
     buffer_mitred,
     dot,
@@ -69,7 +72,7 @@ from pipeline.geometry.closing import (
     mouth_fillings,
     split_at_portals,
 )
-from pipeline.geometry.doorways import box_of
+from pipeline.geometry.doorways import box_of, rectangle
 from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import cover_over, habitable, on_floor
@@ -225,8 +228,10 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
 
 def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Candidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
-    low = subtract(planes.sills, planes.lintels)
-    pieces = [Candidate(p, "lintel") for p in grow_by_lap(polygons_of(planes.lintels))]
+    before = _before_doorways(planes) if level.names_doors else EMPTY
+    lintels = subtract(planes.lintels, before)
+    low = subtract(planes.sills, union_of([planes.lintels, before]))
+    pieces = [Candidate(p, "lintel") for p in grow_by_lap(polygons_of(lintels))]
     pieces += [Candidate(p, "sill") for p in grow_by_lap(polygons_of(low))]
     doorways = zip(planes.doorways, grow_by_lap([d.polygon for d in planes.doorways]), strict=True)
     pieces += [Candidate(p, "door" if d.has_door else "opening") for d, p in doorways]
@@ -238,6 +243,12 @@ def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
     candidates = pieces + [Candidate(gap, "gap") for gap in real] + [Candidate(gap, "gate") for gap in gates]
     return candidates + _gates_of_railings(level, planes, candidates, config)
+
+
+def _before_doorways(planes: Planes) -> BaseGeometry:
+    """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R18)."""
+    boxes = [box_of(each.polygon) for each in planes.doorways]
+    return union_of([rectangle(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
 
 
 def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], config: LayoutConfig) -> list[Candidate]:

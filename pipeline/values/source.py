@@ -102,6 +102,11 @@ class Level:
         return union_of([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
 
     @property
+    def names_doors(self) -> bool:
+        """Whether the source names all openings, and has doors in some of them."""
+        return self.named_openings and any(each.has_door for each in self.openings)
+
+    @property
     def named_doorways(self) -> tuple[Doorway, ...]:
         """The ``openings`` in the form that the stages use."""
         return tuple(Doorway(each.polygon, "named", each.has_door) for each in self.openings)

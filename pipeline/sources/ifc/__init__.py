@@ -139,7 +139,7 @@ def _level(
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
-        rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)]),
+        rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)], standing_walls),
         openings=openings_of(building.holes, standing_walls, floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
         furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),

@@ -12,6 +12,10 @@ T1  ifcopenshell knows one edition of each schema family by its exact name. Othe
 T2  The format is ASCII and the parser drops other bytes, yet exporters write UTF-8 or Windows-1252: such characters
     are written as the escapes that the standard has for them.
 T3  A file without the line that ends it was cut short: the parser would silently return what is there.
+T4  A line break means nothing in the format. Exporters break lines within strings, some within an escape, which the
+    parser refuses.
+T5  ifcopenshell reads units from the only context of a file. A library (IfcProjectLibrary) is a context too, but has
+    no part in the building, so it is taken out.
 
 **Sorting elements** into walls, doors, holes, rooms and furniture; anything else is left out.
 
@@ -21,6 +25,8 @@ E2  A wall that is an aggregate without a body of its own is its parts.
 E3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
     by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
+E7  Some exporters do not say what fills an opening. Then it is the door or the window that stands in it for the most
+    part. A window as high as a door that is called a door (a French window) is one.
 E5  Spaces count unless they lie outside, measure a whole storey, or only group spaces that are in the file themselves;
     the parts of a space that has a body of its own do not.
 E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. Coverings, roofs, footings,
@@ -47,6 +53,7 @@ from houseexpo.errors import installing
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
 from pipeline.sources.tolerances import AXIS_TILT, IFC_DOOR_M
+from pipeline.tolerances import MOST
 from pipeline.values import Mesh
 
 HEADER_CHARACTERS = 65_536
@@ -58,6 +65,7 @@ FAMILIES = (  # T1
     (re.compile(r"IFC2X($|_|[23]($|[^0-9]))"), "IFC2X3"),
 )
 BEYOND_ASCII = re.compile(r"[^\x00-\x7f]+")
+COMMENT_OR_STRING = re.compile(r"/\*.*?\*/|'[^']*'", re.DOTALL)
 
 
 def open_model(path: Path) -> tuple[Any, str]:
@@ -77,9 +85,12 @@ def open_model(path: Path) -> tuple[Any, str]:
     text = _text(path)
     found = _schema(text, path)
     edition = _edition(found.group(1), path)
-    if found.group(1).upper() == edition and text.isascii():
+    broken = any(line.count("'") % 2 for line in text.splitlines())  # T4
+    if found.group(1).upper() == edition and text.isascii() and not broken:
         return ifcopenshell.open(path), edition
     text = f"{text[: found.start(1)]}{edition}{text[found.end(1) :]}"
+    if broken:
+        text = COMMENT_OR_STRING.sub(_in_one_line, text)
     with TemporaryDirectory() as folder:  # the parser of strings spoils memory in ifcopenshell 0.9
         copy = Path(folder) / "copy.ifc"
         copy.write_text(BEYOND_ASCII.sub(_unescape, text), encoding="ascii")
@@ -118,6 +129,11 @@ def _edition(schema: str, path: Path) -> str:
     return edition
 
 
+def _in_one_line(found: re.Match[str]) -> str:
+    """T4; a comment stays as it is."""
+    return found.group().replace("\r", "").replace("\n", "") if found.group().startswith("'") else found.group()
+
+
 def _unescape(found: re.Match[str]) -> str:
     r"""Characters as ISO 10303-21 writes them in ASCII: \X4\ and eight hex digits each, then \X0\."""
     return rf"\X4\{found.group().encode('utf-32-be').hex().upper()}\X0\\"[:-1]
@@ -135,6 +151,11 @@ FURNITURE = (
     "IfcRailing",
     "IfcTransportElement",
 )
+FRENCH_WINDOW = re.compile(
+    r"porte.?fen[eê]tre|baie coulissante|porta.?finestra|puerta.?ventana|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
+    re.IGNORECASE,
+)
+FRENCH_WINDOW_M: Final = 1.9  # a lower window is no door, whatever its name
 AREAS = frozenset({"GFA", "EXTERNAL"})  # PredefinedType of a space that is no room (IFC4)
 NO_BUILDING = re.compile(
     r"tree|plant|shrub|hedge|\bcar\b|vehicle|person|people|human|\btext\b|entourage|topograph|terrain|parking"
@@ -478,9 +499,12 @@ def _building(model: Any, schema: str) -> Building:
     from ifcopenshell.util.unit import calculate_unit_scale
 
     metres = float(calculate_unit_scale(model))
+    for library in _of_type(model, "IfcProjectLibrary"):  # T5
+        model.remove(library)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
     elements = elements_of(model)
     meshes = dict(_triangulate(model, elements.all()))
+    fillings = _fillings(elements, meshes)
     return Building(
         schema=schema,
         buildings=frozenset(int(each.id()) for each in model.by_type("IfcBuilding")),
@@ -490,8 +514,8 @@ def _building(model: Any, schema: str) -> Building:
         beams=_parts(elements.beams, meshes),
         slabs=_parts(elements.slabs, meshes),
         spaces=_parts(elements.spaces, meshes),
-        holes=tuple(_holes(elements, meshes, metres)),
-        windows=tuple(_windows(elements, meshes, metres)),
+        holes=tuple(_holes(elements, fillings, meshes, metres)),
+        windows=tuple(_windows(elements, fillings, meshes, metres)),
         leaves=_parts(elements.doors, meshes),
         furniture=_parts(elements.furniture, meshes),
         named_openings=bool(elements.openings),
@@ -542,13 +566,54 @@ def _id_of_parent(element: Any, kind: str) -> int | None:
     return int(parent.id()) if parent else None
 
 
-def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
+def _fillings(elements: Elements, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
+    """Return the doors and windows in each opening, by its step id (E7)."""
+    found = {opening.id(): fillings_of(opening) for opening in elements.openings}
+    windows = [each for each in elements.walls if each.is_a("IfcWindow")]
+    loose = [each for each in (*elements.doors, *windows) if not getattr(each, "FillsVoids", None)]
+    bodies = [(each, body) for each in loose if (body := _body_of(each, meshes)) is not None]
+    for opening in elements.openings:
+        if not found[opening.id()] and opening.id() in meshes:
+            hole = meshes[opening.id()]
+            found[opening.id()] = [each for each, body in bodies if _stands_in(body, hole)]
+    return found
+
+
+def _body_of(element: Any, meshes: dict[int, Mesh]) -> npt.NDArray[np.float64] | None:
+    """Return the corners of an element's body, or of its parts' where it has none of its own."""
+    if element.id() in meshes:
+        return meshes[element.id()].vertices
+    parts = [meshes[part.id()].vertices for part in _members(element) if part.id() in meshes]
+    return np.concatenate(parts) if parts else None
+
+
+def _stands_in(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
+    """Return whether the box around some corners lies in that around a hole for the most part."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    shared = np.minimum(high, hole.vertices.max(axis=0)) - np.maximum(low, hole.vertices.min(axis=0))
+    return bool((shared >= MOST * (high - low)).all())
+
+
+def _is_door(element: Any) -> bool:
+    """Return whether what fills an opening is a door (E7)."""
+    if element.is_a("IfcDoor"):
+        return True
+    return element.is_a("IfcWindow") and any(FRENCH_WINDOW.search(word) for word in words_of(element))
+
+
+def _is_high(mesh: Mesh) -> bool:
+    return float(np.ptp(mesh.vertices[:, 2])) >= FRENCH_WINDOW_M
+
+
+def _holes(
+    elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
+) -> Iterator[Hole]:
     """Openings in walls that hold no window, then the doors that stand in no such opening."""
     done: set[int] = set()
     for opening in elements.openings:
-        doors = [each for each in fillings_of(opening) if each.is_a("IfcDoor")]
-        if opening.id() not in meshes or _is_window(opening):
+        if opening.id() not in meshes or _is_window(fillings[opening.id()], meshes[opening.id()]):
             continue
+        doors = [each for each in fillings[opening.id()] if _is_door(each)]
         host = _host(opening, meshes)
         along, width = _door_frame(doors[0], metres) if doors else (None, None)
         done.update(door.id() for door in doors)
@@ -561,16 +626,18 @@ def _holes(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterat
                 yield Hole(body, None, True, along, width)
 
 
-def _windows(elements: Elements, meshes: dict[int, Mesh], metres: float) -> Iterator[Hole]:
+def _windows(
+    elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
+) -> Iterator[Hole]:
     for each in elements.openings:
-        if each.id() in meshes and _is_window(each):
-            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(fillings_of(each)[0], metres))
+        if each.id() in meshes and _is_window(fillings[each.id()], meshes[each.id()]):
+            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(fillings[each.id()][0], metres))
 
 
-def _is_window(opening: Any) -> bool:
+def _is_window(filling: list[Any], hole: Mesh) -> bool:
     """Return whether a window fills an opening, and no door."""
-    doors, windows = ([each for each in fillings_of(opening) if each.is_a(kind)] for kind in ("IfcDoor", "IfcWindow"))
-    return bool(windows and not doors)
+    doors = [each for each in filling if each.is_a("IfcDoor") or (_is_door(each) and _is_high(hole))]
+    return any(each.is_a("IfcWindow") for each in filling) and not doors
 
 
 def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:

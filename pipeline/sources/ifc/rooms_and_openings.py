@@ -7,6 +7,8 @@ R2  A space less than head high, or named as lying outside, is no room; one with
     whose floor it stands.
 R3  Of two spaces with one footprint the first stays, with the words of both.
 R4  A space that others fill (a flat, a storey's gross area) is no room; one that lies within another is cut out of it.
+R5  Spaces that stand together, apart from every wall of a level whose other spaces stand at its walls (a schedule of
+    rooms beside the house), are no rooms.
 
 **Direction of the wall** at a hole.
 
@@ -25,6 +27,7 @@ H3  A door belongs to the highest level that it can be reached from, a step or h
 H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
 H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall. A window
     that starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's.
+    A body deeper than any wall, such as that of a corner window, closes what of its own wall lies in it.
 """
 
 from __future__ import annotations
@@ -64,10 +67,12 @@ from pipeline.sources.tolerances import (
     STEP_M,
     STRIP_M,
     SWUNG_M,
+    THICKEST_WALL_M,
     TINY,
     WALKED_M,
     WALL_BEYOND_M,
 )
+from pipeline.tolerances import MOST
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 
@@ -144,11 +149,20 @@ def is_room(space: Part) -> bool:
     return space.top - space.bottom >= CLEAR_M and not is_outside_the_count(space.words)
 
 
-def rooms_of(spaces: Sequence[Part]) -> tuple[SourceRoom, ...]:
+def rooms_of(spaces: Sequence[Part], walls: StandingWalls) -> tuple[SourceRoom, ...]:
     """Return the rooms of a level in the order of the file, in project axes."""
     found = [_Found(space.words, floor_of(space.mesh)) for space in spaces if is_room(space)]
     found = _without_overlaps(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
+    found = _at_walls(found, walls)
     return tuple(SourceRoom(each.words, labels_for(each.words), each.shape) for each in found)
+
+
+def _at_walls(found: list[_Found], walls: StandingWalls) -> list[_Found]:
+    """R5; all of them where none stands at a wall."""
+    shapes = [each.shape.buffer(THICKEST_WALL_M / 2, join_style="mitre") for each in found]
+    groups = [group for group in shapely.get_parts(shapely.union_all(shapes)) if walls.reach(group)]
+    kept = [each for each in found if any(each.shape.intersects(group) for group in groups)]
+    return kept or found
 
 
 def _without_doubles(found: list[_Found]) -> list[_Found]:
@@ -281,11 +295,18 @@ class StandingWalls:
         """Return what stands about a body, as one plan shape."""
         low, high = mesh.vertices.min(axis=0) - WALL_BEYOND_M, mesh.vertices.max(axis=0) + WALL_BEYOND_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
-        found = [int(k) for k in np.flatnonzero(touching)]
-        for k in found:
-            if k not in self._shadows:
-                self._shadows[k] = shadow(self._meshes[k])
-        return shapely.union_all([self._shadows[k] for k in found])
+        return shapely.union_all([self._shadow(int(k)) for k in np.flatnonzero(touching)])
+
+    def reach(self, shape: BaseGeometry) -> bool:
+        """Return whether any of the walls reaches a plan shape."""
+        x1, y1, x2, y2 = shape.bounds
+        touching = (self._boxes[:, :2] <= (x2, y2)).all(axis=1) & (self._boxes[:, 3:5] >= (x1, y1)).all(axis=1)
+        return any(shape.intersects(self._shadow(int(k))) for k in np.flatnonzero(touching))
+
+    def _shadow(self, k: int) -> BaseGeometry:
+        if k not in self._shadows:
+            self._shadows[k] = shadow(self._meshes[k])
+        return self._shadows[k]
 
 
 def openings_of(
@@ -303,9 +324,34 @@ def closed_holes(
     unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
     for hole in (*windows, *unfilled):
         if hole.bottom < high and hole.top > low + KNEE_M:
-            found = _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)
-            if found is not None:
-                yield block(found.polygon, *_closed_span(hole, low, high))
+            shapes = _in_wall(hole)
+            if not shapes and (found := _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)):
+                shapes = [found.polygon]
+            for shape in shapes:
+                yield block(shape, *_closed_span(hole, low, high))
+
+
+def _in_wall(hole: Hole) -> list[Polygon]:
+    """H5: what of a hole's body lies in its wall, where the body is deeper than any wall; empty where none is there."""
+    body = footprint(hole.mesh)
+    shorter = min(_sides(body))
+    if hole.host is None or shorter <= THICKEST_WALL_M:
+        return []
+    found = []
+    for piece in shapely.get_parts(body.intersection(shadow(hole.host))):
+        thin, long = sorted(_sides(piece))
+        if TINY < thin <= THICKEST_WALL_M and long >= MOST * shorter:
+            found.append(shapely.oriented_envelope(piece))
+    return found
+
+
+def _sides(shape: BaseGeometry) -> tuple[float, float]:
+    """Return the sides of the smallest rectangle around a shape, metres; 0 where it has no area."""
+    corners = shapely.get_coordinates(shapely.oriented_envelope(shape))[:3]
+    if len(corners) < 3:
+        return 0.0, 0.0
+    one, other = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    return float(one), float(other)
 
 
 def _closed_span(hole: Hole, low: float, high: float) -> Span:

@@ -517,6 +517,24 @@ def test_escapes_of_the_standard_are_kept_too(tmp_path):
     assert open_model(path)[0].by_type("IfcSpace")[0].LongName == "Küche"
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_line_break_within_a_string_or_an_escape_counts_for_nothing(tmp_path, end):
+    path = tiny_house("IFC4").write(tmp_path / "house.ifc")
+    text = path.read_text().replace("'footing'", f"'foot{end}ing'").replace("DATA;", "DATA;/* don't\nstop */", 1)
+    assert r"K\X2\00FC\X0\che" in text
+    path.write_bytes(text.replace(r"\X2\00FC\X0\che", rf"\X2\00{end}FC\X{end}0\che").encode())
+    model, _ = open_model(path)
+    assert model.by_type("IfcWall")[0].Name == "footing"
+    assert model.by_type("IfcSpace")[0].LongName == "Küche"
+
+
+def test_a_library_beside_the_project_leaves_the_units_as_they_are(tmp_path):
+    house = tiny_house("IFC4", 0.001)
+    house.element("IfcProjectLibrary", None, None, "types")
+    ground, *_ = read(house.write(tmp_path / "house.ifc"))
+    assert np.ptp(ground.walls.vertices[:, :2], axis=0) == pytest.approx((8.0, 6.0), abs=1e-3)
+
+
 def test_a_header_without_a_schema_is_refused(tmp_path):
     path = tmp_path / "none.ifc"
     path.write_text("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n")

@@ -1,6 +1,7 @@
 """Read IFC files: rooms, openings, and elements that are neither walls nor slabs."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from pipeline.sources import ifc
 from pipeline.sources.ifc.rooms_and_openings import floor_of
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
-from tests.builders.formats.ifc import TinyBuilding
+from tests.builders.formats.ifc import Box, TinyBuilding
 from tests.builders.houses import kinds, plan_of
 
 LEFT, RIGHT = (0.2, 0.2, 0, 4, 5.8, 2.5), (4.2, 0.2, 0, 7.8, 5.8, 2.5)
@@ -88,6 +89,12 @@ def test_a_space_without_a_storey_belongs_to_the_level_that_it_stands_on(flat, t
 
 def test_a_low_void_is_no_room(flat, tmp_path):
     flat.house.space(flat.storey, (4.2, 0.2, 0, 7.8, 5.8, 1.2), "2", "Installation")
+    assert flat.words(tmp_path) == ["Küche"]
+
+
+def test_spaces_that_stand_apart_from_the_house_are_no_rooms(flat, tmp_path):
+    for left in (30, 33):
+        flat.house.space(flat.storey, (left, 0, 0, left + 3, 2, 2.5), str(left), "Typ A")
     assert flat.words(tmp_path) == ["Küche"]
 
 
@@ -313,6 +320,62 @@ def test_a_window_that_reaches_down_to_the_floor_is_no_door(tmp_path, sill):
         house.element("IfcWindow", storey, (left, -0.07, sill, left + 1, 0.17, 2.55), "its frame, proud of the wall")
     (level,) = [level for item in ifc.find(str(house.write(tmp_path / "thin.ifc"))) for level in ifc.read(item)]
     assert kinds(plan_of(level)) == ["entrance"]
+
+
+def framed(house: TinyBuilding, storey: Any, box: Box) -> None:
+    """Add a window of two posts, two glass plates and a middle post, 0.1 m deep, which stands in a southern wall."""
+    x1, y1, z1, x2, y2, z2 = box
+    middle, glass = (x1 + x2) / 2, (y1 + y2) / 2
+    for low, high in ((x1, x1 + 0.05), (middle - 0.05, middle + 0.05), (x2 - 0.05, x2)):
+        house.element("IfcWindow", storey, (low, y1, z1, high, y2, z2), "post")
+    for low, high in ((x1 + 0.05, middle - 0.05), (middle + 0.05, x2 - 0.05)):
+        house.element("IfcWindow", storey, (low, glass - 0.01, z1, high, glass + 0.01, z2), "glass")
+
+
+def test_the_frame_of_a_window_is_no_leaf_where_the_file_has_doors(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    walls = house.walls_around(storey, (0, 0, 0, 8, 6, 3))
+    house.opening(walls[0], (1, -0.1, 0, 1.9, 0.3, 2.1), "IfcDoor")
+    for left in (3, 5.5):
+        house.opening(walls[0], (left, -0.1, 0, left + 2, 0.3, 2.5), "IfcWindow")
+        framed(house, storey, (left, 0, 0.05, left + 2, 0.1, 2.45))
+    (level,) = [level for item in ifc.find(str(house.write(tmp_path / "tall.ifc"))) for level in ifc.read(item)]
+    assert kinds(plan_of(level)) == ["entrance"]
+
+
+@pytest.mark.parametrize("kind", ["IfcDoor", "IfcWindow"])
+def test_what_stands_in_a_hole_fills_it_though_the_file_does_not_say_so(holed_flat, tmp_path, kind):
+    holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.1), None)
+    holed_flat.house.element(kind, holed_flat.storey, (4.08, 2, 0, 4.12, 2.9, 2.1), "filling")
+    doors = [(4.0, 2.0, 4.2, 2.9, True)] if kind == "IfcDoor" else []
+    assert holed_flat.bounds(tmp_path) == doors
+
+
+def test_a_window_in_the_next_hole_fills_only_that_one(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.1), None)
+    holed_flat.house.opening(holed_flat.inner, (3.9, 3.5, 0, 4.3, 4.4, 2.1), None)
+    holed_flat.house.element("IfcWindow", holed_flat.storey, (4.08, 3.5, 0, 4.12, 4.4, 2.1), "window")
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, False)]
+
+
+@pytest.mark.parametrize(
+    ("name", "height", "doors"),
+    [("Porte-fenêtre battante", 2.1, 1), ("Balkontür", 2.1, 1), ("Fenster", 2.1, 0), ("Balkontür", 1.2, 0)],
+)
+def test_a_window_as_high_as_a_door_and_called_so_is_one(holed_flat, tmp_path, name, height, doors):
+    window = holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 2, 0.2, height), "IfcWindow")
+    window.Name = name
+    assert [each[-1] for each in holed_flat.bounds(tmp_path)] == [True] * doors
+
+
+def test_a_corner_window_closes_the_walls_and_not_the_room(holed_flat, tmp_path):
+    for wall in (holed_flat.outer[0], holed_flat.outer[3]):
+        holed_flat.house.opening(wall, (-0.5, -0.5, 0.4, 3, 2.5, 2.0), "IfcWindow")
+    (level,) = holed_flat.levels(tmp_path)
+    assert standing(level, (0.3, 0.01, 2.9, 0.19), 1.5) == pytest.approx(1.0, abs=0.01)
+    assert standing(level, (0.01, 0.3, 0.19, 2.4), 1.5) == pytest.approx(1.0, abs=0.01)
+    assert standing(level, (0.3, 0.3, 2.9, 2.4), 1.5) < 0.05  # the window itself, across the corner
 
 
 # What stands as wall in tiny IFC storeys, and what is told apart: each rule with an element that it leaves alone.

@@ -24,6 +24,14 @@ def test_a_door_has_its_place_width_and_rooms() -> None:
     assert set(door.portal.sides) == {0, 1}
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(named: bool) -> None:
+    between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
+    door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 4.0), has_door=True)
+    found = doors([*shell((0.0, 0.0, 8.2, 5.0)), *between], openings=(door,), named_openings=named)
+    assert kinds(found) == (["door"] if named else [])
+
+
 def test_two_doors_in_one_wall() -> None:
     found = doors(two_rooms(Hole(0.3, 1.1), Hole(1.8, 2.6)))
     assert kinds(found) == ["door", "door"]

@@ -41,6 +41,16 @@ def test_an_outer_door_leads_outside() -> None:
     assert set(candidate.portal.sides) == {0, OUTSIDE}
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_a_beam_along_a_wall_does_not_close_its_doors_where_they_are_named(named: bool) -> None:
+    """Beams of 0.2 m hang from the ceiling on both sides of the wall, from end to end."""
+    beams = [box((4.2, 0.0, 4.4, 3.0), 2.3, 2.5), box((3.8, 0.0, 4.0, 3.0), 2.3, 2.5)]
+    door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 1.9), has_door=True)
+    found = layout([*two_rooms(Hole(1.0, 1.9)), *beams], openings=(door,), named_openings=named)
+    doors = [c.portal for c in found.candidates if c.kind == "door"]
+    assert [set(portal.sides) for portal in doors if portal is not None] == ([{0, 1}] if named else [])
+
+
 @pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (2.1, 1.5, 1), (2.1, 2.5, 2)])
 def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
     found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
