@@ -25,8 +25,11 @@ from houseexpo.words import count_noun
 
 ORACLE: Final = "oracle"
 """The policy whose path lengths are the reference."""
+BOUND: Final = "bound"
+"""The name of lower bounds of ways, which are written like results (``research.way_bounds``), and a reference too."""
 BASELINE: Final = "frontier"
 """The policy with which others are compared (R2)."""
+_REFERENCES: Final = {BOUND: "bound as a share of the way", ORACLE: "share of the oracle's way"}
 _LESS, _SHARE, _P = "less_", "share_of_", "p_"
 
 
@@ -146,22 +149,24 @@ class Compared:
         return estimate_seeds(entry.columns(metric.key))
 
     def _shares(self) -> tuple[Metric, ...]:
-        """Return the metrics relative to the oracle's path, if there is a result of the oracle."""
-        if self._entry_named(ORACLE) is None:
-            return ()
+        """Return the metrics relative to the bound and to the oracle's path, as far as there are results of them."""
         keys = [metric.key for metric in self.track.metrics if metric.key.startswith("metres_to_")]
         return tuple(
-            Metric(_SHARE + key, f"share of the oracle's way, {key.removeprefix('metres_to_')}%", "%", "high")
+            Metric(f"{_SHARE}{name}_{key}", f"{title}, {key.removeprefix('metres_to_')}%", "%", "high")
+            for name, title in _REFERENCES.items()
             for key in keys
+            if self._entry_named(name) is not None
         )
 
     def _share(self, entry: Entry, key: str) -> Estimate:
-        """Return the oracle's metres as a share of a policy's over plans, at most 1; 0 if the policy did not get there.
+        """Return a reference's metres as a share of a policy's over plans, at most 1; 0 if it did not arrive.
 
-        Plans in which the oracle did not get there are left out.
+        Plans in which the reference did not get there are left out. ``key`` has the name of the reference before that
+        of the metric.
         """
-        oracle = self._entry_named(ORACLE)
-        best = [] if oracle is None else oracle.results[0].column(key)
+        name, _, key = key.partition("_")
+        reference = self._entry_named(name)
+        best = [] if reference is None else reference.results[0].column(key)
         return estimate_seeds(
             [
                 [
@@ -203,7 +208,7 @@ class Compared:
     def _differences(self, entry: Entry, key: str) -> list[Column]:
         """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""
         baseline = self._entry_named(BASELINE)
-        if baseline is None or entry is baseline:
+        if baseline is None or entry is baseline or entry.results[0].policy.name == BOUND:
             return []
         base = baseline.results[0].column(key)
         return [

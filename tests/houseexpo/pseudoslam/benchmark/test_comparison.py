@@ -67,10 +67,34 @@ def test_the_share_of_the_oracles_way_is_nothing_where_it_was_not_reached(tmp_pa
         quality_result("lucky", [5.0, 20.0, 5.0]),  # shorter than the oracle's: 1
     )
     (compared,) = read_results(files)
-    metric = next(metric for metric in compared.tables()[0] if metric.key == "share_of_metres_to_90")
+    metric = next(metric for metric in compared.tables()[0] if metric.key == "share_of_oracle_metres_to_90")
     shares = {entry.name: compared.value(entry, metric) for entry in compared.entries}
     assert (shares["mine"].mean, shares["mine"].number) == (0.25, 2)  # 10/20 and 0
     assert shares["oracle"].mean == shares["lucky"].mean == 1.0
+
+
+def test_each_row_says_how_far_it_is_from_the_bound_which_is_compared_with_nothing(tmp_path: Path) -> None:
+    files = written(
+        tmp_path,
+        quality_result("frontier", [20.0, 40.0, 50.0]),
+        quality_result("mine", [10.0, None, 25.0]),
+        quality_result("other", [30.0, 50.0, 60.0]),
+    )
+    without = read_results(files)[0]
+    (compared,) = read_results(
+        [*files, *written(tmp_path, quality_result("bound", [5.0, 10.0, 10.0], sees_truth=True))]
+    )
+    by_key = {metric.key: metric for metric in compared.tables()[0]}
+    metric = by_key["share_of_bound_metres_to_90"]
+    assert metric.title == "bound as a share of the way, 90%"
+    shares = {entry.name: compared.value(entry, metric).mean for entry in compared.entries}
+    expected = {"frontier": 0.7 / 3, "mine": 0.9 / 3, "other": (1 / 3 + 0.2) / 3, "bound": 1.0}
+    assert shares == pytest.approx(expected, abs=1e-6)
+    less, p = by_key["less_metres_to_90"], by_key["p_metres_to_90"]
+    of_bound = next(entry for entry in compared.entries if entry.name == "bound")
+    assert compared.value(of_bound, less).mean is compared.value(of_bound, p).mean is None
+    for entry, plain in zip([e for e in compared.entries if e is not of_bound], without.entries, strict=True):
+        assert compared.value(entry, p) == without.value(plain, p)  # not corrected for one row more
 
 
 def test_without_an_oracle_there_are_no_shares(tmp_path: Path) -> None:
