@@ -10,10 +10,14 @@ SEEDS   ?= 0 1 2
 TRAIN   ?=
 EXPERIMENTS := avoidance exploration avoidance-cnn exploration-cnn exploration-masks exploration-frontiers
 PLANS   ?= 500
+FEW     ?= 100
 PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
-  $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward))
+  $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
+  $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier information wall forward random)) \
+  $(patsubst %,slam:%,chooser frontier information)
+TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))
 LEARNED ?= $(foreach seed,$(SEEDS),$(foreach net,-cnn-$(seed) -$(seed),avoidance:experiments/paper/avoidance$(net)/policy.pt \
   $(patsubst %,%:experiments/paper/exploration$(net)/policy.pt,budget quality)) \
   $(patsubst %,%:experiments/paper/exploration-frontiers-$(seed)/policy.pt,budget quality))
@@ -87,11 +91,11 @@ pictures: setup ## draw the pictures of docs/algorithm.md anew
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
 	@$(BIN)/python docs/scripts/screenshots.py $(DATASET)
 
-results: learn ## run all policies of the leaderboard on its plans, with PLANS=500 plans: hours; then `make leaderboard`
+results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FEW=100 on large, noisy, people, slam; TRACKS="large noisy" runs only these: hours; then `make leaderboard`
 	@for run in $(RESULTS) $(LEARNED); do \
-	  track=$${run%%:*}; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
+	  track=$${run%%:*}; case " $(TRACKS) " in *" $$track "*) ;; *) continue;; esac; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
 	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
-	  case $$track in avoidance) plans=100;; *) plans=$(PLANS);; esac; \
+	  case $$track in avoidance) plans=100;; large|noisy|people|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
 	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $(PUBLISHED) \
 	    --out docs/leaderboard/$$id-$$name.json || exit; done

@@ -1,6 +1,6 @@
 """A lower bound of the way on which an explorer sees a share of a house, for each plan of track ``quality``.
 
-    python -m research.way_bounds DATASET [OUT]
+    python -m research.way_bounds DATASET [NUMBER]
 
 A relaxation: the explorer sees all that can be seen from any place within a way of r metres of its start, without
 going there. The bound is the least r within which a share of the cells that count is seen. For each cell, r is the
@@ -12,8 +12,9 @@ R2  Places between centres: the way is shortened, and the laser's range lengthen
 R3  Cells are judged by each ``EVERY``-th row and column.
 
 The bound takes the part that is farthest away and not the ways between parts, so that it is low in houses with many
-arms. The result is written like that of a policy of the name ``bound``, and ``benchmark compare`` shows the share of it
-in each row.
+arms. The result is written to ``docs/leaderboard`` like that of a policy of the name ``bound``, and ``benchmark
+compare`` shows the share of it in each row. With a NUMBER, the means over so many plans are printed and nothing is
+written.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from rich.console import Console
 
 from houseexpo import open_dataset
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.benchmark.cases import cases_of
 from houseexpo.pseudoslam.benchmark.comparison import BOUND
 from houseexpo.pseudoslam.benchmark.episodes import Outcome
@@ -85,23 +88,31 @@ def _ways_px(world: World, x: float, y: float, radius_px: float) -> Floats:
 
 
 def main() -> None:
-    """Write the bounds of all plans of the results of the oracle."""
+    """Write the bounds of all plans of the results of the oracle, or print the means over some of them."""
     track = track_of("quality")
-    oracle = read_result(RESULTS / f"{track.id}-oracle.json")
-    plans, start = open_dataset(sys.argv[1]), time.perf_counter()
-    ids = oracle.episodes["plan"]
+    others = {name: read_result(RESULTS / f"{track.id}-{name}.json") for name in ("oracle", "chooser", "frontier")}
+    oracle, plans, start = others["oracle"], open_dataset(sys.argv[1]), time.perf_counter()
+    ids = oracle.episodes["plan"][: int(sys.argv[2]) if len(sys.argv) > 2 else None]
     env = ExplorationEnv(plans.only(ids), track.config)
     outcomes = []
-    for case in cases_of(track.id, ids):
+    for case in show_progress(cases_of(track.id, ids), "bounds", len(ids)):
         env.reset(seed=case.seed, options={"plan_id": case.plan_id})
         x, y = env.state.pose_px[:2].tolist()
         found = bounds_m(env.simulator.world, x, y, track.config.robot.radius_m, track.config.laser.range_m)
         values: dict[str, float | None] = dict.fromkeys(oracle.episodes.keys() - {"plan", "seed"})
         values |= {f"metres_to_{share}": round(way, MEAN_DIGITS) for share, way in found.items()}
         outcomes.append(Outcome(case, values))
+    columns = {BOUND: {f"metres_to_{s}": [one.values[f"metres_to_{s}"] for one in outcomes] for s in SHARES}}
+    columns |= {name: {key: result.column(key) for key in columns[BOUND]} for name, result in others.items()}
+    for key in columns[BOUND]:
+        rows = np.array([columns[name][key][: len(ids)] for name in columns], np.float64)
+        means = rows[:, np.isfinite(rows).all(axis=0)].mean(axis=1)
+        Console(width=160).print(key, *(f"{name} {mean:.1f}" for name, mean in zip(columns, means, strict=True)))
+    if len(sys.argv) > 2:
+        return
     policy = PolicyRecord(BOUND, "research.way_bounds", "", 0, True, "discrete", "map")
     result = result_of(track, policy, oracle.plans, outcomes, times_of(outcomes, time.perf_counter() - start, 1))
-    write_result(result, Path(sys.argv[2]) if len(sys.argv) > 2 else RESULTS / f"{track.id}-{BOUND}.json")
+    write_result(result, RESULTS / f"{track.id}-{BOUND}.json")
 
 
 if __name__ == "__main__":
