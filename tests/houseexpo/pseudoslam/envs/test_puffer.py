@@ -24,7 +24,8 @@ import numpy as np
 import pufferlib.vector
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv, PseudoSlamTeamPufferEnv
+from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv
+from houseexpo.pseudoslam.teams.puffer import PseudoSlamTeamPufferEnv
 from houseexpo.pseudoslam import parallel_vector_env
 from tests.builders.simulations import HUTS
 
