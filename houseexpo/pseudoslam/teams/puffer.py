@@ -14,10 +14,18 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.envs.puffer import Buffers, pufferlib
+from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.teams.making import parallel_vector_env
 from houseexpo.pseudoslam.teams.tasks.task import TeamTask
+
+try:
+    import pufferlib
+except ImportError as error:
+    raise MissingDependencyError(
+        "houseexpo.pseudoslam.teams.puffer needs PufferLib 3: run make puffer (docs/pseudoslam/clients.md)"
+    ) from error
+
+Buffers = dict[str, npt.NDArray[Any]]
 
 
 class PseudoSlamTeamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # as in envs.puffer
