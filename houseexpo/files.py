@@ -1,4 +1,4 @@
-"""Write files and folders atomically: each is complete or absent, on request even after a power failure."""
+"""Read files within limits, and write files and folders atomically: complete or absent, even after a power failure."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
 from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
-from pipeline.stages.buildings import separate
+from pipeline.stages.buildings import separate_buildings
 from pipeline.stages.cells import fill_cells
 from pipeline.stages.confidence import Planned, rate
 from pipeline.stages.connectivity import connect
@@ -66,7 +66,7 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
     yield Snapshot("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
     yield Snapshot("isolated", spaces, level.id)
-    buildings = separate(level, spaces, config.isolated)
+    buildings = separate_buildings(level, spaces, config.isolated)
     whole = _Whole(evidence, planes, layout)
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))

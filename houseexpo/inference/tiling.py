@@ -1,4 +1,4 @@
-"""Find areas on the 1 cm grid that share their vertices, as the faces between lines that are noded together.
+"""Snap areas to the 1 cm grid so that neighbours go on sharing their edges: faces between lines that are noded together.
 
 Snap rounding keeps neighbours adjacent: a boundary that is moved to the grid moves for both of them.
 """

@@ -19,7 +19,7 @@ from pipeline.tolerances import AROUND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
 
 
-def separate(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
+def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
     """Return each building as a level with its spaces. A level with one building is returned as it is."""
     outlines = list(spaces.outlines)
     near = nx.Graph()

@@ -1,4 +1,4 @@
-"""Furniture and door leaves of generated houses: enough for every level, and never so much that it blocks rooms."""
+"""Furniture and door leaves of generated houses: some in every level, and never so much that it blocks rooms."""
 
 from __future__ import annotations
 
