@@ -1,4 +1,4 @@
-"""Snap areas to the 1 cm grid so that neighbours go on sharing their edges: faces between lines that are noded together.
+"""Snap areas to the 1 cm grid so that neighbours keep their common edges: faces between lines noded together.
 
 Snap rounding keeps neighbours adjacent: a boundary that is moved to the grid moves for both of them.
 """
