@@ -10,26 +10,32 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from houseexpo import tolerances
+
 # Numerics: below these, a difference comes from rounding and means nothing.
 
-OVERLAY_GRID_M: Final = 1e-6  # the grid of an overlay that fails without one
+OVERLAY_GRID_M: Final = tolerances.SAME_M  # the grid of an overlay that fails without one
 HAIR_M: Final = 1e-5  # areas that share an edge are grown by this, so that rounding leaves no crack between them
-POINT_M: Final = 1e-4  # corners of a mesh and ends of segments that are closer are one point, as exports write them
+POINT_M: Final = tolerances.WELD_M  # corners of a mesh and ends of segments that are closer are one point
 MM_M: Final = 1e-3  # the grid of footprints and ceilings; shapes closer than this touch
 LAP_M: Final = 0.002  # pieces lap so far over what they join; cuts keep so far from the heights of vertices
-CM_M: Final = 0.01  # the grid of a plan: what is thinner is not there, and a filling goes so far into its wall
+HALF_CM_M: Final = 0.005  # rounding to the grid of a plan: slits are closed, and cuts shifted, by as much
+CM_M: Final = tolerances.GRID_M  # what is thinner is not in a plan; a filling goes so far into its wall
 TINY_M2: Final = 1e-3  # a smaller area is left over from a cut, and no robot stands in it
+BLUR_PX: Final = 5  # cells that a scan's masks are smoothed over
+LOOKS: Final = 5  # places along a thing at which one looks
+MANY_FACES: Final = 3_000  # a scan has more; of a body with more the footprint is its convex hull
 
 # Dimensions of houses.
 
 CRACK_M: Final = 0.02  # walls that come closer touch; points so far before a face lie in the space that it looks into
-STAND_M: Final = 0.03  # what stands within this of the end or the face of a wall stands at it; plaster and skirting
-NOISE_M: Final = 0.03  # the scatter of scanned points about the face of a wall
+STAND_M: Final = 0.03  # what is so near the face of a wall is at it: plaster, skirting, the scatter of a scan
 SLIVER_M: Final = 0.04  # thinner than any wall, thicker than a baluster: what is left of two shapes, or a rim
 SHEET_M: Final = 0.05  # a board, a leaf, a wall drawn as a sheet; parts that deviate less lie in line
 HAND_M: Final = 0.1  # a hand's breadth: a thin partition, a frame, the play of a hinge, what a header hangs down
 THIN_WALL_M: Final = 0.15  # a partition of brick: so far beside the end of a wall one sees whether it goes on
 PARTITION_M: Final = 0.2  # a wall between two rooms, with plaster; parts of a row have no larger gap
+EDGE_BAND_M: Final = 0.2  # so much of a scanned wall is hidden at the floor, or frayed at its top
 RUN_M: Final = 0.3  # a shorter stretch of wall has no direction of its own
 RAIL_M: Final = 0.3  # a railing or a parapet is thinner, a cupboard deeper
 WALL_M: Final = 0.38  # one and a half bricks: faces that are closer are those of one wall; a closet is deeper
@@ -61,7 +67,9 @@ MOST: Final = 0.5  # a share that is more than half
 LARGELY: Final = 0.7  # a share that leaves room for what every drawing lacks
 MOSTLY: Final = 0.8  # a share that leaves room for a door or two
 NEARLY_ALL: Final = 0.9  # a share that leaves room for rounded corners
+ALMOST_ALL: Final = 0.97  # a share that leaves room for rounding only
 TWICE: Final = 2.0  # a wall is so many times longer than thick; what is so many times deeper is another thing
+GROUP: Final = 3  # so many things are many: strokes of a word, parts around a hall, parts that a plan left out
 PARALLEL: Final = math.cos(math.radians(15.0))  # cosine of the angle between things that run the same way
 SKEW: Final = math.sin(math.radians(15.0))  # its sine: what turns by less runs along a wall or square to it
 IN_ONE_LINE: Final = math.cos(math.radians(4.0))  # cosine of the angle between parts of one line, drawn by hand

@@ -4,10 +4,10 @@
 
     python -m research.threshold_effects --members 2 --files ../shared/data/wild/*.glb --records trials.jsonl
 
-A number is a constant of a module. It is moved by a fifth either way, and to nothing and a thousandfold, which switches
-its rule off. A level is planned again only where it runs a line that reads the number, from the level as its
-reader gave it: what readers do with the number is not seen. Of a trial only the stages run that read the number, and
-what follows the first of them whose result changes.
+A number is a constant of a module; labels (negative whole numbers) and layouts of bits are none. It is moved by a fifth
+either way, and to nothing and a thousandfold, which switches its rule off. A level is planned again only where it runs
+a line that reads the number, from the level as its reader gave it: what readers do with the number is not seen. Of a
+trial only the stages run that read the number, and what follows the first of them whose result changes.
 
 A plan changes where its bytes do, to a centimetre. A house changes where rooms or doors come, go or turn outside, or
 where the area of a room changes by more than a twentieth. What changes no plan at any factor decides nothing in these
@@ -147,7 +147,7 @@ def constants_of(tree: ast.Module) -> Iterator[str]:
             targets = [statement.target]
         for target in targets:
             names = target.elts if isinstance(target, ast.Tuple) else [target]
-            yield from (n.id for n in names if isinstance(n, ast.Name) and is_numeric(statement.value))
+            yield from (n.id for n in names if isinstance(n, ast.Name) and is_threshold(statement.value))
 
 
 def is_numeric(node: ast.AST | None) -> bool:
@@ -158,12 +158,20 @@ def is_numeric(node: ast.AST | None) -> bool:
         case ast.UnaryOp():
             return is_numeric(node.operand)
         case ast.BinOp():
-            return is_numeric(node.left) and is_numeric(node.right)
+            return not isinstance(node.op, ast.LShift) and is_numeric(node.left) and is_numeric(node.right)
         case ast.Tuple() | ast.List():
             return bool(node.elts) and all(map(is_numeric, node.elts))
         case ast.Call():
             return bool(node.args) and all(map(is_numeric, node.args))
     return False
+
+
+def is_threshold(node: ast.AST | None) -> bool:
+    """Return whether an expression is of numbers, and no label."""
+    match node:
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int())):
+            return False
+    return is_numeric(node)
 
 
 def lines_of(tree: ast.Module, module: str) -> dict[str, frozenset[Place] | None]:

@@ -42,6 +42,7 @@ from pipeline.tolerances import (
     BLOCK_M,
     CM_M,
     CRACK_M,
+    GROUP,
     HAIR_M,
     HALL_M,
     HAND_M,
@@ -63,7 +64,6 @@ from pipeline.tolerances import (
 # Pieces that close the door plane, as the straight strips they consist of.
 # ---------------------------------------------------------------------------------------------------------------------
 
-ROUNDING_M2 = 1e-9
 SHARES = np.array([[-0.3], [0.0], [0.3]])
 """Where along a face is looked, from its middle, in widths of the portal."""
 
@@ -121,7 +121,7 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     for strip in strips:
         left = subtract(left, strip)
     # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > ROUNDING_M2]
+    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > HAIR_M * HAIR_M]
 
 
 def _divide_at_crossing(piece: Candidate, in_line: BaseGeometry) -> list[Candidate]:
@@ -382,20 +382,19 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
 # Mouths: narrow places in a room, where a person sees one room end and the next begin.
 #
 # R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at.
-# R2  On both sides, right behind it, the room is at least ``1 / NARROW`` times as broad as the mouth is wide. So the
+# R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
 #     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks, the room holds a disc
-#     ``WIDER`` times as wide as the mouth; so a corridor between bends and crossings is none. A hole in one wall, with
-#     a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+#     ``WIDER`` times as wide as the mouth; so a corridor between bends and crossings is none. A hole in one wall,
+#     with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
 # R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
 # ---------------------------------------------------------------------------------------------------------------------
 
-NARROW = 0.5
 NARROW_IN_WALL = 0.65
-MOUTH_ROOM_M2 = 4.0
 WIDER = 1.5
 """The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
 LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
+MOUTH_ROOM_M2 = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -458,7 +457,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     filling = Polygon([near - aside, near + aside, far + aside, far - aside])
     met = end.centre + end.out * width
     in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
-    return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else NARROW)
+    return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else MOST)
 
 
 def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
@@ -487,7 +486,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
     if k is None:
         return None
     look = float(np.clip(mouth.width, *LOOK_M))
-    far = HALL_M / NARROW * mouth.along
+    far = HALL_M / MOST * mouth.along
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(overlap(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
     wide = WIDER * mouth.width
@@ -502,8 +501,6 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
 
 FARTHEST_M = 10.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
-JOINED = 3
-"""A hall joins so many parts of a house; two wings on both sides of a court may be two houses."""
 
 
 def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -599,10 +596,10 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
     """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
 
     ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
-    that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``JOINED`` parts or
+    that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``GROUP`` parts or
     more, whose openings take ``SOME`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
     """
-    if len({part for _, part in ways}) < JOINED:
+    if len({part for _, part in ways}) < GROUP:
         return []
     air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
     for radius in DISCS_M:
@@ -611,7 +608,7 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
         bands: list[Polygon] = []
         for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * BESIDE_M)):
             into = {part for way, part in ways if way.distance(hall) < BESIDE_M}
-            if hall.area < least_m2 or len(into) < JOINED:
+            if hall.area < least_m2 or len(into) < GROUP:
                 continue
             bare = shapely.difference(hall.exterior, shapely.buffer(ground, BESIDE_M / 2, quad_segs=2))
             edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BESIDE_M]

@@ -17,6 +17,7 @@ from pipeline.geometry.doorways import box_of
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.spaces import Passage
 from pipeline.tolerances import (
+    ALMOST_ALL,
     AROUND_M,
     BESIDE_M,
     BLOCK_M,
@@ -36,7 +37,6 @@ from pipeline.tolerances import (
 
 Vector = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float64]
-FREE = 0.97  # the share of the floor before a cut that is free
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry, rul
         before = [
             replace(c, centre=c.centre + side * c.across * (c.depth + PASSABLE_M) / 2, depth=PASSABLE_M) for c in cuts
         ]
-        clean &= _shares(before, floor) >= FREE
+        clean &= _shares(before, floor) >= ALMOST_ALL
     strips = [c for c, free in zip(cuts, clean, strict=True) if free]
     walled = _shares(strips, floor) <= SPECK
     if rules.only_walls:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.geometry.meshes import Mesh, closed_pieces, label_pieces
-from pipeline.tolerances import FOOT_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M
+from pipeline.tolerances import FOOT_M, HALF_CM_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -196,8 +196,6 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 
 SLOPE = (0.3, 0.985)
 """|z| of a roof's unit normal: from 70 to 10 degrees."""
-PLANE_TILT = 0.02
-"""Triangles whose unit normals and distances from the origin round to the same are of one plane."""
 PLANE_KEY = np.array([1 << 50, 1 << 40, 1 << 30, 1])
 """Makes one number of a plane's rounded normal and distance; numbers sort ten times faster than rows."""
 
@@ -244,7 +242,7 @@ class Caps:
         unit = normal / np.linalg.norm(normal, axis=1)[:, None]
         unit *= np.where(unit[:, 2] < 0, -1.0, 1.0)[:, None]
         sloped = (unit[:, 2] > SLOPE[0]) & (unit[:, 2] < SLOPE[1])
-        planes = np.round(np.column_stack([unit / PLANE_TILT, (unit * a).sum(axis=1) / SHEET_M])[sloped])
+        planes = np.round(np.column_stack([unit / SPECK, (unit * a).sum(axis=1) / SHEET_M])[sloped])
         plane = np.unique(planes.astype(np.int64) @ PLANE_KEY, return_inverse=True)[1]
         area = np.bincount(plane, np.abs(normal[sloped, 2]) / 2)
         found = np.zeros(len(a))
@@ -309,7 +307,7 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     return float(edges[widest] + edges[widest + 1]) / 2
 
 
-CLEAR_STEP_M, CLEAR_STEPS = 0.005, 20
+CLEAR_STEPS = 20
 """A height that is free of vertices is looked for in such steps up and down, and in so many."""
 
 
@@ -318,9 +316,9 @@ def clear_of(wanted: float, z: npt.NDArray[np.float64]) -> float:
 
     A scan has a vertex at every height: there ``wanted`` itself is as good as any.
     """
-    near_by = z[np.abs(z - wanted) < (CLEAR_STEPS + 1) * CLEAR_STEP_M]
+    near_by = z[np.abs(z - wanted) < (CLEAR_STEPS + 1) * HALF_CM_M]
     for k in range(CLEAR_STEPS):
-        for height in (wanted - k * CLEAR_STEP_M, wanted + k * CLEAR_STEP_M):
+        for height in (wanted - k * HALF_CM_M, wanted + k * HALF_CM_M):
             if not near_by.size or np.abs(near_by - height).min() >= LAP_M:
                 return height
     return wanted

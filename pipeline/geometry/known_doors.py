@@ -24,6 +24,7 @@ from pipeline.tolerances import (
     HEAD_M,
     IN_ONE_LINE,
     LARGELY,
+    LOOKS,
     MOST,
     PARALLEL,
     PARTITION_M,
@@ -264,7 +265,7 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
 # Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel.
 # ---------------------------------------------------------------------------------------------------------------------
 
-LOOK_SHARES = np.linspace(-0.4, 0.4, 5)
+LOOK_SHARES = np.linspace(-0.4, 0.4, LOOKS)
 
 Floats = npt.NDArray[np.float64]
 

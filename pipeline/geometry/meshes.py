@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, areas
-from pipeline.tolerances import MM_M, POINT_M
+from pipeline.tolerances import MANY_FACES, MM_M, POINT_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Triangles in space.
@@ -189,15 +189,13 @@ def _places(vertices: Floats) -> npt.NDArray[np.int64]:
 # The shadow of a body in plan.
 # ---------------------------------------------------------------------------------------------------------------------
 
-EXACT_FACES = 2000
-
 
 def footprint(mesh: Mesh) -> BaseGeometry:
     """Return the area that a body covers, square metres of plan; of one with very many faces its convex hull."""
     if not len(mesh.faces):
         return EMPTY
     corners = mesh.vertices[mesh.faces][:, :, :2]
-    if len(mesh.faces) > EXACT_FACES:
+    if len(mesh.faces) > MANY_FACES:
         return areas(shapely.convex_hull(shapely.multipoints(np.unique(corners.reshape(-1, 2), axis=0))))
     triangles = shapely.polygons(corners)
     return areas(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=MM_M))

@@ -10,7 +10,21 @@ import numpy.typing as npt
 import scipy.ndimage
 
 from pipeline.geometry.meshes import Mesh
-from pipeline.tolerances import AROUND_M, CM_M, HAND_M, HARDLY, LARGELY, NEARLY_ALL, NOISE_M, SOME, THIN_WALL_M
+from pipeline.tolerances import (
+    ALMOST_ALL,
+    AROUND_M,
+    BLUR_PX,
+    CM_M,
+    HAND_M,
+    HARDLY,
+    LARGELY,
+    MANY_FACES,
+    NEARLY_ALL,
+    RUN_M,
+    SOME,
+    STAND_M,
+    THIN_WALL_M,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # What stands over each spot of a scanned surface, height by height: a raster of columns.
@@ -27,7 +41,6 @@ FLAT = 0.8
 """A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
-FEW = 3000
 SAMPLE = 30000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
 MAX_CELLS = 4_000_000
@@ -94,7 +107,7 @@ class Columns:
 
 def is_scan(mesh: Mesh) -> bool:
     """Return whether a mesh follows a scanned surface: most of its upright area lies in faces of short edges."""
-    if len(mesh.faces) < FEW:
+    if len(mesh.faces) < MANY_FACES:
         return False
     corners = mesh.vertices[mesh.faces]
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
@@ -110,7 +123,7 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     flat = np.abs(normal[:, 2]) > FLAT * area
-    heights = np.arange(low_m, high_m, NOISE_M)
+    heights = np.arange(low_m, high_m, STAND_M)
     ends, plane = _cuts(corners[~flat], heights)
     along = sharpest_direction(ends.mean(axis=1), _main_direction(ends))
     raster = raster_over(ends.reshape(-1, 2), along, cell_m)
@@ -180,7 +193,7 @@ def sharpest_direction(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DE
         tried = np.array([c * along[0] - s * along[1], s * along[0] + c * along[1]])
         seen = 0.0
         for axis in (tried, np.array([-tried[1], tried[0]])):
-            at = np.floor(points @ axis / NOISE_M).astype(np.int64)
+            at = np.floor(points @ axis / STAND_M).astype(np.int64)
             seen += float((np.bincount(at - at.min()) ** 2.0).sum()) if len(at) else 0.0
         if seen > most:
             best, most = tried, seen
@@ -218,7 +231,6 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
 # R2  An outlier has far fewer points about it than a wall's, and is dropped.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BAND_M = 0.3
 STEPS = 4
 MAX_PIXELS = 16_000_000
 
@@ -227,7 +239,7 @@ def denoise(points: Floats) -> Floats:
     """Return the points (n, 3) that stand, each moved to the ridge of its wall by mean shift; outliers are dropped."""
     if not len(points):
         return points
-    band = np.floor((points[:, 2] - points[:, 2].min()) / BAND_M).astype(np.int64)
+    band = np.floor((points[:, 2] - points[:, 2].min()) / RUN_M).astype(np.int64)
     found = [_of_band(points[band == k]) for k in range(int(band.max()) + 1)]
     return np.concatenate(found)
 
@@ -235,15 +247,15 @@ def denoise(points: Floats) -> Floats:
 def _of_band(points: Floats) -> Floats:
     if not len(points):
         return points
-    low = points[:, :2].min(axis=0) - 4 * NOISE_M
-    size = points[:, :2].max(axis=0) + 4 * NOISE_M - low
+    low = points[:, :2].min(axis=0) - 4 * STAND_M
+    size = points[:, :2].max(axis=0) + 4 * STAND_M - low
     pixel = max(CM_M, float(np.sqrt(np.prod(size) / MAX_PIXELS)))
     columns, rows = (np.ceil(size / pixel).astype(int) + 1).tolist()
     at = (points[:, :2] - low) / pixel
     cell = np.floor(at).astype(np.int64)
     flat = cell[:, 1] * columns + cell[:, 0]
     sums = [np.bincount(flat, weight, rows * columns) for weight in (None, at[:, 0], at[:, 1])]
-    mass, x, y = (_blur(each.reshape(rows, columns).astype(np.float64), NOISE_M / pixel) for each in sums)
+    mass, x, y = (_blur(each.reshape(rows, columns).astype(np.float64), STAND_M / pixel) for each in sums)
     middle = np.stack([x, y], axis=2) / np.maximum(mass, 1e-6)[:, :, None]
     for _ in range(STEPS):  # R1
         cell = np.floor(at).astype(np.int64)
@@ -268,9 +280,6 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # ---------------------------------------------------------------------------------------------------------------------
 
 ENOUGH = 3.0
-USUAL = 0.98
-"""Of the cells that hold points this share holds fewer than a wall's."""
-BLUR = 5
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
 
@@ -305,10 +314,10 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
     """R2."""
     mass = np.bincount(cells)
     if not len(cells):
-        return NOISE_M
+        return STAND_M
     beside = 2 * SPREAD + 1
-    per_metre = beside * float(np.quantile(mass[mass > 0], USUAL)) / max(height_m, NOISE_M)
-    return float(np.clip(ENOUGH / per_metre, NOISE_M, THIN_WALL_M))
+    per_metre = beside * float(np.quantile(mass[mass > 0], ALMOST_ALL)) / max(height_m, STAND_M)
+    return float(np.clip(ENOUGH / per_metre, STAND_M, THIN_WALL_M))
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:
@@ -319,6 +328,6 @@ def _ground_points(floor: Floats, raster: Raster) -> Bools:
     if not len(at):
         return np.zeros(raster.shape, bool)
     mass = np.bincount(at[:, 1] * columns + at[:, 0], minlength=rows * columns).reshape(raster.shape)
-    close = np.asarray(cv2.blur(mass.astype(np.float32), (BLUR, BLUR)), np.float32)
+    close = np.asarray(cv2.blur(mass.astype(np.float32), (BLUR_PX, BLUR_PX)), np.float32)
     usual = float(np.median(close[at[:, 1], at[:, 0]]))
     return np.asarray(close > SOME * usual)

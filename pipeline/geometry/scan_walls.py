@@ -16,7 +16,10 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import areas, buffer_mitred, subtract, union_of
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
 from pipeline.tolerances import (
+    AROUND_M,
     BLOCK_M,
+    BLUR_PX,
+    EDGE_BAND_M,
     HAND_M,
     HARDLY,
     HEAD_M,
@@ -266,11 +269,8 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 #     air of the house on both sides: the place of a window or of a door to the outside has a back.
 # ---------------------------------------------------------------------------------------------------------------------
 
-BODY_FOOT_M = 0.2
-TOP_BAND_M = 0.2
 ABOVE_DOORS_M = 2.2
 """In a high house, more of the wall can be looked at above all doors."""
-LEAK_M = 1.0
 BEFORE = 4
 """So many cells before a wall its air is looked at."""
 
@@ -295,8 +295,8 @@ def top_of_walls(columns: Columns) -> float:
 def wall_masks(columns: Columns) -> WallMasks:
     """Return the walls of a scan and the doorways in them, from what its columns hold at which height."""
     raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
-    body = columns.share(BODY_FOOT_M, HEAD_M)
-    seen_m = max(top - TOP_BAND_M, min(HEAD_M, top - SLIVER_M))
+    body = columns.share(EDGE_BAND_M, HEAD_M)
+    seen_m = max(top - EDGE_BAND_M, min(HEAD_M, top - SLIVER_M))
     lowest = seen_m if columns.ceiling_m is None else top - HAND_M  # a lintel may be as low
     high = columns.share(lowest, top) >= MOST
     if lowest > ABOVE_DOORS_M:
@@ -325,8 +325,8 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 
 
 def _outside(inside: Bools, raster: Raster) -> Bools:
-    """R4: return the air around the house, entered through nothing that is narrower than ``LEAK_M``."""
-    half = raster.size(LEAK_M / 2)
+    """R4: return the air around the house, entered through nothing that is narrower than ``AROUND_M``."""
+    half = raster.size(AROUND_M / 2)
     air = (~grow_mask(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
     around = (label == label[0, 0])[1:-1, 1:-1]
@@ -407,14 +407,13 @@ def _stretch_to_jambs(box: Floats) -> Floats:
 
 ROUGH_M = 0.045
 """Contours are drawn with as few corners as this allows."""
-SMOOTH = 5
 EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 
 
 def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
     """A mask as an area in the level frame."""
-    smooth = cv2.medianBlur(mask.view(np.uint8) * 255, SMOOTH)
+    smooth = cv2.medianBlur(mask.view(np.uint8) * 255, BLUR_PX)
     contours, tree = cv2.findContours(smooth, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     shapes = []
     for k, contour in enumerate(contours):

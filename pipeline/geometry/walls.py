@@ -33,6 +33,8 @@ from pipeline.tolerances import (
     CM_M,
     CRACK_M,
     FOOT_M,
+    HALF_CM_M,
+    LOOKS,
     MM_M,
     MOST,
     NEARLY_ALL,
@@ -371,9 +373,6 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
 #     where more wall stands against it.
 # ---------------------------------------------------------------------------------------------------------------------
 
-SLIT_CRACK_M = 0.005
-LIKE_A_SHEET = 1.3
-
 
 def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
@@ -388,7 +387,7 @@ def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     outer = overlap(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
     more = drop_thinner(subtract(walls, buffer_mitred(slits, sheet_m + 2 * POINT_M)), SLIVER_M)
     left = subtract(union_of([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
-    return close_cracks(left, sheet_m / 2 + SLIT_CRACK_M)  # R3
+    return close_cracks(left, sheet_m / 2 + HALF_CM_M)  # R3
 
 
 def long_gaps_between_sheets(walls: BaseGeometry) -> BaseGeometry:
@@ -465,7 +464,7 @@ class Sections:
 # ---------------------------------------------------------------------------------------------------------------------
 
 GOES_ON = 0.75
-EDGE_LOOKS = 5
+LIKE_A_SHEET = 1.3
 HEADROOM_M = (1.0, 1.9)
 
 
@@ -549,7 +548,7 @@ def _places(part: Polygon) -> list[shapely.Point]:
     """Points spread over a part: one in each of a few pieces of it."""
     x1, y1, x2, y2 = part.bounds
     along_x = x2 - x1 >= y2 - y1
-    edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, EDGE_LOOKS + 1)
+    edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
     boxes = [shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b) for a, b in pairwise(edges)]
     pieces = [overlap(part, box) for box in boxes]
     return [piece.representative_point() for piece in pieces if not piece.is_empty]

@@ -66,13 +66,13 @@ from pipeline.tolerances import (
     SLIVER_M,
     STAND_M,
     STANDS,
+    STUB_M,
     WALL_M,
 )
 from pipeline.values import Evidence, Level
 
 MAX_HEIGHTS = 8
 LARGEST_CUPBOARD_M2 = 2.5
-DEEP_PART_M = 0.5
 
 
 def gather(level: Level, config: EvidenceConfig) -> Evidence:
@@ -205,7 +205,7 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
     on above, such as that of a facade, is none of these walls.
     """
-    if drop_thinner(part, DEEP_PART_M).area > part.area / 2:
+    if drop_thinner(part, STUB_M).area > part.area / 2:
         return False
     ends = polygons_of(overlap(subtract(buffer_mitred(part, SHEET_M), part), drop_thinner(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length

@@ -13,7 +13,7 @@ R7  ``twin_door_share``: doors between two rooms that another door joins already
     ``odd_doors``: how far the middle width of the doors is from that of doors.
 R8  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for a room. ``loose_end_share``: rooms in
     the middle of which a wall ends.
-R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``MAX_LEFT_OUT``.
+R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``GROUP``.
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
@@ -33,11 +33,10 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, union_of
 from pipeline.geometry.doorways import box_of
 from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
-from pipeline.tolerances import CRACK_M, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
+from pipeline.tolerances import CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2
-MAX_LEFT_OUT: Final = 3
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
 USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
@@ -65,7 +64,7 @@ def measure_grounds(
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(misshapen_rooms(list(spaces.rooms)).mean()),
         "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
-        "left_out": _share(left_out, MAX_LEFT_OUT),
+        "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
     }

@@ -77,7 +77,9 @@ from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import cover_over, habitable, on_floor
 from pipeline.tolerances import (
+    AROUND_M,
     BESIDE_M,
+    GROUP,
     HAIR_M,
     HAND_M,
     LAP_M,
@@ -93,10 +95,8 @@ from pipeline.values import Candidate, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
-STROKES = 3
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
-STROKE_M = 1.0
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -307,8 +307,8 @@ def _is_floored(level: Level, planes: Planes) -> bool:
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R7."""
-    strokes = [p for p in polygons_of(planes.door) if p.length > 2 * STROKE_M]
-    if len(strokes) < STROKES or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
+    strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
+    if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
         return
     spanned = shapely.convex_hull(union_of(strokes)).area
     inside = sum(room.area for room in rooms)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import ast
 from collections import Counter
 
+import numpy as np
 import pytest
+import shapely
 
 from pipeline.geometry import closing
 from pipeline.stages import doors, evidence
-from research.threshold_effects import Number, constants_of, lines_of, moved, numbers, times
+from research.threshold_effects import Number, are_alike, constants_of, digest, lines_of, moved, numbers, times
 
 MODULE = """
 NEAR_M = 0.3
@@ -28,6 +30,25 @@ def test_constants_are_numbers_and_not_what_is_made_of_names():
     assert list(constants_of(ast.parse(MODULE))) == ["NEAR_M", "FAR_M", "SQUARE"]
 
 
+def test_labels_and_layouts_of_bits_are_no_thresholds():
+    assert list(constants_of(ast.parse("OUTSIDE = -1\nKEY = (1 << 20, 1)\nLOW_M = -0.5"))) == ["LOW_M"]
+
+
+def test_a_house_is_another_where_a_room_or_a_door_comes_or_a_room_grows_by_more_than_a_twentieth():
+    house = ("", [([4.0, 9.0], 1, 1, 0)])
+    assert are_alike(house, ("", [([4.1, 9.0], 1, 1, 0)]))
+    assert not are_alike(house, ("", [([4.5, 9.0], 1, 1, 0)]))
+    assert not are_alike(house, ("", [([4.0, 9.0], 2, 1, 0)]))
+    assert not are_alike(house, ("", []))
+    assert not are_alike(house, ("NO_LAYOUT", house[1]))
+
+
+def test_a_result_has_a_hash_of_what_it_holds():
+    box = shapely.box(0, 0, 1, 1)
+    assert digest({"a": [box, 1.0]}) == digest({"a": [shapely.box(0, 0, 1, 1), 1.0]})
+    assert len({digest(value) for value in (box, [box], None, "a", {"a": box}, np.zeros(2), np.ones(2))}) == 7
+
+
 def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
     lines = lines_of(ast.parse(MODULE), "m")
     assert lines["SQUARE"] == {("m", 8)}
@@ -37,7 +58,7 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    assert {"tolerances.LAP_M", "geometry.cuts.FREE", "stages.layout.STROKES"} <= {number.title for number in found}
+    assert {"tolerances.LAP_M", "geometry.closing.WIDER", "stages.layout.SLIT_M"} <= {number.title for number in found}
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
 
