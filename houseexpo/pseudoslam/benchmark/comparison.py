@@ -170,7 +170,7 @@ class Compared:
         return estimate_seeds(
             [
                 [
-                    None if one is None else 0.0 if other is None else one / max(other, one, 1e-9)
+                    None if one is None else 0.0 if other is None else 1.0 if other <= one else one / other
                     for one, other in zip(best, column, strict=True)
                 ]
                 for column in entry.columns(key)

@@ -73,6 +73,16 @@ def test_the_share_of_the_oracles_way_is_nothing_where_it_was_not_reached(tmp_pa
     assert shares["oracle"].mean == shares["lucky"].mean == 1.0
 
 
+def test_a_share_that_is_seen_from_the_start_is_the_whole_of_no_way(tmp_path: Path) -> None:
+    files = written(tmp_path, quality_result("oracle", [0.0, 4.0, 0.0]), quality_result("mine", [0.0, 8.0, 1.0]))
+    (compared,) = read_results(files)
+    metric = next(metric for metric in compared.tables()[0] if metric.key == "share_of_oracle_metres_to_90")
+    assert {entry.name: compared.value(entry, metric).mean for entry in compared.entries} == {
+        "oracle": 1.0,
+        "mine": 0.5,
+    }
+
+
 def test_each_row_says_how_far_it_is_from_the_bound_which_is_compared_with_nothing(tmp_path: Path) -> None:
     files = written(
         tmp_path,
