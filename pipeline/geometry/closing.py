@@ -47,6 +47,7 @@ from pipeline.tolerances import (
     HALL_M,
     HAND_M,
     LAP_M,
+    LARGELY,
     MM_M,
     MOST,
     MOSTLY,
@@ -507,8 +508,10 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
-    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind
-    it, the band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free.
+    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind it, the
+    band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
+    out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
+    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer.
     """
     open_floor = polygons_of(drop_thinner(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
@@ -519,7 +522,8 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
     near_walls = shapely.buffer(ground, BESIDE_M, quad_segs=2)
     for part in large:
         edge = part.exterior
-        if shapely.intersection(edge, near_walls).length < MOST * edge.length:
+        walled = shapely.intersection(edge, near_walls).length / edge.length
+        if walled < MOST:
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
         going_on = [
@@ -531,7 +535,18 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
             band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, union_of([floor, ground])))
+            inside = part.representative_point()
+            if walled > LARGELY and not fill_enclosed(union_of([ground, *bands])).contains(inside):
+                bands += _in_cracks(bands, ground)
     return bands
+
+
+def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
+    """Return what fills the cracks between bands and the walls beside them."""
+    house = union_of([ground, *bands])
+    whole = shapely.buffer(buffer_mitred(house, CRACK_M), -CRACK_M, join_style="mitre")
+    near = shapely.buffer(union_of(bands), 2 * CRACK_M)
+    return grow_by_lap(polygons_of(overlap(subtract(whole, house), near)))
 
 
 def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:

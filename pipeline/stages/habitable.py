@@ -5,10 +5,12 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside of
     the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on
     past the walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
-    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Nor is one under
-    the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor one too
-    low to stand in (a void under a roof). A room that the source names is one. What a person says is no room
-    (``overrides.toml``) is none.
+    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Where railings
+    bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that lies open for
+    0.35 of its edge, under lintels too wide for doors, to the outside or to another such space (a porch, what lies
+    under eaves), unless all do. Nor is one under the sky that a fence or a lower wall bounds and that is larger than
+    all the others together (a garden), nor one too low to stand in (a void under a roof). A room that the source names
+    is one. What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
 """
 
@@ -23,14 +25,40 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, OUTSIDE, fill_enclosed, overlap, overlaps, too_narrow, union_of
+from pipeline.geometry.areas import (
+    EMPTY,
+    OUTSIDE,
+    buffer_mitred,
+    fill_enclosed,
+    overlap,
+    overlaps,
+    polygons_of,
+    too_narrow,
+    union_of,
+)
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.spaces import without_voids
-from pipeline.tolerances import CRACK_M, HEAD_M, LARGELY, MM_M, MOST, MOSTLY, SHOULDERS_M, SOME, STANDS, TINY_M2, WALL_M
+from pipeline.tolerances import (
+    BESIDE_M,
+    CRACK_M,
+    DOORWAY_M,
+    HEAD_M,
+    LARGELY,
+    MM_M,
+    MOST,
+    MOSTLY,
+    NEARLY_ALL,
+    SHOULDERS_M,
+    SOME,
+    STANDS,
+    TINY_M2,
+    WALL_M,
+)
 from pipeline.values import Candidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
 SEVERAL = 2
+OPEN_EDGE = 0.35
 
 
 def habitable(
@@ -55,6 +83,11 @@ def habitable(
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= _under_the_sky(rooms, railed, level)
+    fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
+    if len(fenced) == len(rooms):
+        free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
+        fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
+    outdoors |= fenced | _porches(rooms, candidates)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
@@ -66,11 +99,36 @@ def habitable(
             continue
         around = over if into[k] >= SEVERAL else walls
         floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))
-        fenced = k not in entered and (_along(room, fences) > MOST or k in railed)
-        outside = fenced or low[k] > LARGELY
-        if (floored and not outside and k not in outdoors) or _is_named(room, level):
+        if (floored and low[k] <= LARGELY and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _without_boards(planes: Planes) -> BaseGeometry:
+    """Return the railings but those that stand along a wall for their whole length."""
+    rails = polygons_of(planes.rails)
+    beside = overlaps(np.array(rails, dtype=np.object_), buffer_mitred(planes.door, BESIDE_M))
+    return union_of([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
+
+
+def _porches(rooms: list[Polygon], candidates: list[Candidate]) -> set[int]:
+    """Return which spaces lie open for ``OPEN_EDGE`` of their edge, under wide lintels, to the outside or each other.
+
+    Where that would be all spaces, none is: a house of glass fronts that nobody drew.
+    """
+    wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > DOORWAY_M[1]]
+    outside = {OUTSIDE}
+    while True:
+        open_m = np.zeros(len(rooms))
+        for portal in wide:
+            one, other = portal.sides
+            if one != other and (one in outside) != (other in outside):
+                open_m[one if other in outside else other] += portal.width
+        found = {k for k, room in enumerate(rooms) if open_m[k] > OPEN_EDGE * room.length} - outside
+        if not found:
+            break
+        outside |= found
+    return outside - {OUTSIDE} if len(outside) <= len(rooms) else set()
 
 
 def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[int]:

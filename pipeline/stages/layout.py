@@ -11,7 +11,9 @@ R17 A gap between two railings or low walls, or between one and a wall, closes w
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
-    ``beam_m`` between walls that cross its line, or more than ``header_m`` and hangs down by a hand's breadth at most.
+    ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
+    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. So is a step in the
+    ceiling of more than ``header_m`` that does not lead from wall to wall.
 R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -97,6 +99,7 @@ KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
+WHOLE_BREADTH = 0.85
 
 
 def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -111,7 +114,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(closed_plane(standing, pieces)) if fixed else whole
         strips, rest = split_at_portals(standing, pieces, ground, rooms)
-        strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
+        strips, ground, rooms = _keep_separating(standing, evidence, strips, rest, config)
         if not level.sills and (
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
         ):  # R15
@@ -128,8 +131,9 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
             ways = split_at_portals(ground, candidates, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
-        rooms = on_floor(habitable(rooms, strips + fixed, planes, evidence, level), level)
-        return Layout(planes.door, ground, tuple(assign_sides(strips + fixed, rooms, ground)), tuple(rooms))
+        candidates = assign_sides(strips + fixed, rooms, ground)
+        rooms = on_floor(habitable(rooms, candidates, planes, evidence, level), level)
+        return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
@@ -330,7 +334,7 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
 
 def _keep_separating(
     door: BaseGeometry,
-    shallow_headers: BaseGeometry,
+    evidence: Evidence,
     strips: list[Candidate],
     rest: list[Candidate],
     config: LayoutConfig,
@@ -343,7 +347,7 @@ def _keep_separating(
     while True:
         plane, rooms = enclosed_pieces(closed_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, door, shallow_headers, config)}  # R5
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, evidence, config)}  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
@@ -359,24 +363,39 @@ def _keep_separating(
 
 
 def _parts_nothing(
-    candidate: Candidate, door: BaseGeometry, shallow_headers: BaseGeometry, config: LayoutConfig
+    candidate: Candidate, rooms: list[Polygon], door: BaseGeometry, evidence: Evidence, config: LayoutConfig
 ) -> bool:
     portal = candidate.portal
-    if portal is None:
-        return False
-    if portal.sides[0] == portal.sides[1]:
-        return True
+    if portal is None or portal.sides[0] == portal.sides[1]:
+        return portal is not None
     if OUTSIDE in portal.sides or candidate.kind in KNOWN:
         return False
     if candidate.kind == "gate":  # R1, R13
         return True
-    if (
-        candidate.kind == "lintel"
-        and portal.width > config.header_m
-        and overlap(candidate.polygon, shallow_headers).area > 0.5 * candidate.polygon.area
-    ):
+    is_wide = candidate.kind == "lintel" and portal.width > config.header_m
+    if is_wide and _lies_in(candidate, evidence.shallow_headers):
         return True
-    return portal.width > config.beam_m and not portal.has_jamb(door)
+    if portal.width <= config.beam_m:
+        return is_wide and _lies_in(candidate, evidence.steps) and not portal.ends_at_walls(door)
+    return not portal.has_jamb(door) or (candidate.kind == "lintel" and _is_as_broad(portal, rooms))
+
+
+def _lies_in(candidate: Candidate, area: BaseGeometry) -> bool:
+    return bool(overlap(candidate.polygon, area).area > MOST * candidate.polygon.area)
+
+
+def _is_as_broad(portal: Portal, rooms: list[Polygon]) -> bool:
+    """Return whether a portal takes ``WHOLE_BREADTH`` of the rooms right behind it, on both sides (R5)."""
+    broad = 2 * portal.width
+    for side, way in zip(portal.sides, (-1.0, 1.0), strict=True):
+        face = portal.centre + way * portal.across * portal.depth / 2
+        ahead, aside = way * portal.across * AROUND_M, portal.along * broad
+        window = Polygon([face - aside, face + aside, face + aside + ahead, face - aside + ahead])
+        near = shapely.points(face + ahead / 10)
+        seen = [piece for piece in polygons_of(overlap(rooms[side], window)) if shapely.dwithin(piece, near, BESIDE_M)]
+        if portal.width < WHOLE_BREADTH * sum(piece.area for piece in seen) / AROUND_M:
+            return False
+    return True
 
 
 def _around_no_room(candidates: list[Candidate], rooms: list[Polygon], walled: float) -> set[int]:

@@ -12,7 +12,7 @@ from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
-from tests.builders.meshes import box
+from tests.builders.meshes import box, sheet
 
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
@@ -177,6 +177,26 @@ def test_a_long_lintel_between_wall_stubs_is_one() -> None:
     assert len(layout([*shell((0, 0, 8, 5.4)), *stubs]).rooms) == 2
 
 
+@pytest.mark.parametrize(("beyond", "rooms"), [(5.4, 1), (9.0, 2)])
+def test_a_beam_between_pillars_parts_rooms_only_where_one_is_broader(beyond: float, rooms: int) -> None:
+    """A beam over 4.8 m between pillars of 0.3 m; the room behind it is as broad as the first, or broader."""
+    outline = [(-0.2, -0.2, 0.0, 5.6), (0.0, -0.2, 8.2, 0.0), (0.0, 5.4, 4.2, 5.6)]
+    outline += [(4.0, 5.4, 4.2, beyond + 0.2), (4.2, beyond, 8.2, beyond + 0.2), (8.2, -0.2, 8.4, beyond + 0.2)]
+    house = [part for rectangle in outline for part in wall(rectangle)]
+    found = layout([*house, *wall((4.0, 0.0, 4.2, 5.4), Hole(0.3, 5.1))])
+    assert len(found.rooms) == rooms
+
+
+@pytest.mark.parametrize(("end", "rooms"), [(2.2, 1), (3.8, 2)])
+def test_where_a_ceiling_changes_its_height_is_no_boundary(end: float, rooms: int) -> None:
+    """The ceiling is low over a corner, or over a side of the room, which may be an alcove: from wall to wall."""
+    edges = [sheet((0.0, 1.5), (end, 1.5), 2.1, 2.5), *([sheet((end, 0.0), (end, 1.5), 2.1, 2.5)] if end < 3.8 else [])]
+    under = box((0.0, 0.0, end, 1.5), 2.1, 2.101)
+    found = layout([*shell((0, 0, 3.8, 4)), *edges, under])
+    assert len(found.rooms) == rooms
+    assert sum(areas(found)) == pytest.approx(15.2, abs=0.3)
+
+
 def parapet(height: float, x: float = 4.0) -> Parts:
     """Walls of a balcony below the house: 4 x 1.6 m."""
     return [
@@ -233,6 +253,14 @@ U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5
 def test_an_open_front_is_closed_at_the_edge_of_its_floor() -> None:
     found = layout(U_SHAPE, floor=shapely.box(0, -1.0, 5, 4))
     assert areas(found) == [25.0]
+    assert {c.kind for c in found.candidates} == {"floor_edge"}
+
+
+@pytest.mark.parametrize("juts_m", [0.0, 0.015, 0.03])
+def test_a_slab_that_juts_out_from_under_its_walls_closes_an_open_corner(juts_m: float) -> None:
+    walls = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, 1.0, 5.2, 4.2)), *wall((0, -0.2, 4, 0))]
+    found = layout(walls, floor=shapely.box(-0.2, -0.2 - juts_m, 5.2 + juts_m, 4.2))
+    assert sum(areas(found)) == pytest.approx(20.4, abs=0.2)
     assert {c.kind for c in found.candidates} == {"floor_edge"}
 
 
@@ -337,12 +365,32 @@ def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> Non
     assert sum(areas(found)) == pytest.approx(24.5, abs=0.5)
 
 
-def test_under_the_eaves_is_no_room() -> None:
+@pytest.mark.parametrize("reach_m", [0.6, 1.4])
+def test_under_the_eaves_is_no_room(reach_m: float) -> None:
     walls = shell((0, 0, 8, 4), front=[window(1, 2), window(4, 5.2)])
-    eaves = [box(r, 2.1, 2.5) for r in ((-0.6, -0.6, 8.6, -0.55), (-0.6, 4.55, 8.6, 4.6))]
-    eaves += [box(r, 2.1, 2.5) for r in ((-0.6, -0.6, -0.55, 4.6), (8.55, -0.6, 8.6, 4.6))]
+    x1, y1, x2, y2 = -reach_m, -reach_m, 8 + reach_m, 4 + reach_m
+    eaves = [box(r, 2.1, 2.5) for r in ((x1, y1, x2, y1 + 0.05), (x1, y2 - 0.05, x2, y2))]
+    eaves += [box(r, 2.1, 2.5) for r in ((x1, y1, x1 + 0.05, y2), (x2 - 0.05, y1, x2, y2))]
     found = layout([*walls, *eaves])
     assert areas(found) == [32.0]
+
+
+@pytest.mark.parametrize(("deep_m", "rooms"), [(1.5, 1), (3.0, 2)])
+def test_a_porch_under_a_long_lintel_is_no_room(deep_m: float, rooms: int) -> None:
+    """Walls at both sides, a lintel over 5.6 m in front: open for 0.38 of the edge, or for 0.31."""
+    front = -0.2 - deep_m
+    house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
+    sides = [*wall((-0.2, front, 0.0, -0.2)), *wall((6.0, front, 6.2, -0.2))]
+    found = layout([*house, *sides, *wall((-0.2, front - 0.2, 6.2, front), Hole(0.2, 5.8))])
+    assert len(found.rooms) == rooms
+    assert areas(found)[0] == 24.0
+
+
+def test_boards_along_the_walls_are_no_railing() -> None:
+    """The boards of long windows, in a hall that is closed all round."""
+    boards = [(0.0, 0.0, 8.0, 0.1), (0.0, 4.9, 8.0, 5.0), (0.0, 0.1, 0.1, 4.9)]
+    found = layout([*shell((0, 0, 8, 5)), *(box(board, 0.8, 1.0) for board in boards)])
+    assert areas(found) == [40.0]
 
 
 def test_open_rooms_with_a_floor_are_no_characters() -> None:
