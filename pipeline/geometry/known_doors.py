@@ -289,10 +289,14 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
     return bool((shapely.distance(ends, walls) < STAND_M).all())
 
 
-def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
-    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they."""
-    bare = drop_thinner(lintels, HAND_M)  # without the seams of a ceiling that end at them
-    return [lintel for lintel, _ in _door_recesses(bare, walls, (DOORWAY_M[1], np.inf))]
+def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry, *, any_width: bool = False) -> list[Polygon]:
+    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they.
+
+    ``any_width``: so does it where the pane is as wide as a door, since all doors are known.
+    """
+    bare = lintels if any_width else drop_thinner(lintels, HAND_M)  # without the seams of a ceiling that end at them
+    least = DOORWAY_M[0] if any_width else DOORWAY_M[1]
+    return [lintel for lintel, _ in _door_recesses(bare, walls, (least, np.inf))]
 
 
 def _door_recesses(

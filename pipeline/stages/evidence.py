@@ -109,7 +109,7 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
     sloped = [part for part in polygons_of(low) if meets_slope(part, cutter)]  # R3
     walls = close_cracks(union_of([full, windows, *sloped]))
     lintels = drop_thinner(subtract(hanging, walls), SLIVER_M)
-    glazed = glazed_recesses(lintels, walls)  # R2
+    glazed = glazed_recesses(lintels, walls, any_width=level.names_doors)  # R2, R7
     walls, lintels = union_of([walls, *glazed]), subtract(lintels, union_of(glazed))
     doorways, found_leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]

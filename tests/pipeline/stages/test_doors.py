@@ -25,6 +25,14 @@ def test_a_door_has_its_place_width_and_rooms() -> None:
 
 
 @pytest.mark.parametrize("named", [True, False])
+def test_a_pane_as_wide_as_a_door_is_none_where_the_source_names_its_doors(named: bool) -> None:
+    pane = box((4.0, 1.6, 4.05, 2.5), 0.0, 2.0)
+    door = SourceOpening(shapely.box(4.0, 0.3, 4.2, 1.2), has_door=True)
+    found = doors([*two_rooms(Hole(0.3, 1.2), Hole(1.6, 2.5)), pane], openings=(door,), named_openings=named)
+    assert kinds(found) == ["door"] * (1 if named else 2)
+
+
+@pytest.mark.parametrize("named", [True, False])
 def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(named: bool) -> None:
     between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
     door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 4.0), has_door=True)
