@@ -510,6 +510,52 @@ def table_of(trials: Sequence[Trial], wanted: Sequence[Number]) -> Table:
     return table
 
 
+UNITS = {"_M": "m", "_M2": "m2", "_DEG": "degrees", "_PX": "cells"}
+PAGE = """\
+# Thresholds of the stages
+
+The numbers of `pipeline/stages`, `pipeline/geometry` and `pipeline/tolerances.py`, each moved alone, as
+`python -m research.threshold_effects --table docs/contributing/thresholds.md` wrote them down: {trials:,} trials on
+{levels} levels of made houses and of files. *Plans* counts the levels whose plan changed by a byte, *houses* those of
+them in which a room, a door, an entrance or a cut came or went, or the area of a room changed by more than a twentieth.
+Both are out of the levels that were planned again, the quickest that read the number.
+"""
+
+
+def page_of(trials: Sequence[Trial], wanted: Sequence[Number]) -> str:
+    """Return the effects as a page in Markdown: the kinds of ``tolerances``, and then the numbers of one rule."""
+    kinds = kinds_of((Path(pipeline.__file__).parent / "tolerances.py").read_text())
+    rows: dict[str, list[str]] = {}
+    for number in wanted:
+        value = str(getattr(sys.modules[number.module], number.name)).replace("\n", " ")
+        unit = next((unit for end, unit in UNITS.items() if number.name.endswith(end)), "")
+        cells = [f"`{number.title}`", f"{value[:40]} {unit}".strip()]
+        for factors in (NEAR, OFF):
+            own: dict[str, Result] = {}
+            for t in trials:
+                if t.number == number.title and t.factor in factors:
+                    own[t.level] = max(t.result, own.get(t.level, Result.NOTHING))
+            plans, houses_ = (sum(r >= least for r in own.values()) for least in (Result.PLAN, Result.HOUSE))
+            cells.append(f"{plans}, {houses_} of {len(own)}")
+        kind = kinds.get(number.name, "") if number.module == SHARED else "Numbers of one rule"
+        rows.setdefault(kind, []).append(f"| {' | '.join(cells)} |")
+    head = "| number | value | plans, houses at 0.8 and 1.2 | plans, houses at 0 and 1000 |\n|---|---|---|---|"
+    order = [*dict.fromkeys(kinds.values()), "Numbers of one rule"]
+    page = PAGE.format(trials=len(trials), levels=len({t.level for t in trials}))
+    return page + "".join(f"\n## {kind}\n{head}\n" + "\n".join(rows[kind]) + "\n" for kind in order if kind in rows)
+
+
+def kinds_of(text: str) -> dict[str, str]:
+    """Return the kind of each number of a file of tolerances: the first words of the comment that begins its part."""
+    found, kind = {}, ""
+    for line in text.splitlines():
+        if line.startswith("# "):
+            kind = line[2:].split(":")[0].rstrip(".")
+        elif ": Final" in line:
+            found[line.split(":")[0]] = kind
+    return found
+
+
 def main() -> None:
     """Try, keep the trials as JSON lines, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -521,6 +567,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=len(ROUNDS))
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--records", type=Path, required=True)
+    parser.add_argument("--table", type=Path, help="write the table as Markdown, too")
     given = parser.parse_args()
     console = Console(width=180)
     for package in PACKAGES:
@@ -548,6 +595,8 @@ def main() -> None:
             console.print(f"{time.strftime('%H:%M')} {most} levels each")
     done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
     console.print(table_of(done, wanted))
+    if given.table:
+        given.table.write_text(page_of(done, wanted))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,19 @@ import shapely
 
 from pipeline.geometry import closing
 from pipeline.stages import doors, evidence
-from research.threshold_effects import Number, are_alike, constants_of, digest, lines_of, moved, numbers, times
+from research.threshold_effects import (
+    Number,
+    Result,
+    Trial,
+    are_alike,
+    constants_of,
+    digest,
+    lines_of,
+    moved,
+    numbers,
+    page_of,
+    times,
+)
 
 MODULE = """
 NEAR_M = 0.3
@@ -41,6 +53,14 @@ def test_a_house_is_another_where_a_room_or_a_door_comes_or_a_room_grows_by_more
     assert not are_alike(house, ("", [([4.0, 9.0], 2, 1, 0)]))
     assert not are_alike(house, ("", []))
     assert not are_alike(house, ("NO_LAYOUT", house[1]))
+
+
+def test_the_page_says_of_how_many_levels_how_many_changed():
+    number = Number("pipeline.tolerances", "LAP_M")
+    results = [("a", 0.8, Result.PLAN), ("a", 1.2, Result.HOUSE), ("b", 0.8, Result.NOTHING), ("a", 0.0, Result.PLAN)]
+    page = page_of([Trial(number.title, *each) for each in results], [number])
+    assert "## Numerics\n" in page
+    assert page.endswith("| `tolerances.LAP_M` | 0.002 m | 1, 1 of 2 | 1, 0 of 1 |\n")
 
 
 def test_a_result_has_a_hash_of_what_it_holds():
