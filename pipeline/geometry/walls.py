@@ -426,6 +426,7 @@ class Sections:
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
     _layers: dict[int, tuple[Section, BaseGeometry]] = field(default_factory=dict)
+    _of_layers: dict[int, BaseGeometry] = field(default_factory=dict)
 
     def foot(self, height: float) -> BaseGeometry:
         """Return all that stands at a height near the floor, massive bodies included."""
@@ -434,7 +435,7 @@ class Sections:
 
     def _section(self, height: float, *, upright_only: bool) -> tuple[Section, BaseGeometry]:
         """Return a section, and its walls without the slits between their sheets."""
-        layer = int((self.cutter.heights < height).sum()) if self.prisms else 0
+        layer = self._layer(height)
         if layer in self._layers:
             return self._layers[layer]
         cut = self.cutter.cut(height, upright_only=upright_only)
@@ -444,13 +445,23 @@ class Sections:
             self._layers[layer] = made
         return made
 
+    def _layer(self, height: float) -> int:
+        """Return the number of the layer between two heights of vertices; 0 if not all stands upright."""
+        return int((self.cutter.heights < height).sum()) if self.prisms else 0
+
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
-        """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not."""
+        """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not.
+
+        ``foot`` is the same each time. Where ``prisms`` is set, heights of one layer give one and the same geometry.
+        """
         if height not in self._made:
             found, walls = self._section(height, upright_only=True)
-            massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > MOST * part.area]
             self._closets[height] = found.closets
-            self._made[height] = union_of([walls, *massive]) if massive else walls
+            layer = self._layer(height)
+            if not (self.prisms and layer in self._of_layers):
+                massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > MOST * part.area]
+                self._of_layers[layer] = union_of([walls, *massive]) if massive else walls
+            self._made[height] = self._of_layers[layer]
         return self._made[height]
 
     @property
@@ -473,10 +484,11 @@ def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseG
     found: list[BaseGeometry] = []
     higher, kept = EMPTY, EMPTY
     for here in reversed(above):
-        closing = drop_thinner(subtract(here, standing), SLIVER_M)
-        ending = drop_thinner(subtract(closing, kept), SLIVER_M)
-        walls = overlap(here, standing)
-        house_goes_on = overlap(walls, higher).area > GOES_ON * walls.area
+        if here is not higher:  # sections of one layer are one geometry
+            closing = drop_thinner(subtract(here, standing), SLIVER_M)
+            walls = overlap(here, standing)
+        ending = EMPTY if kept is closing else drop_thinner(subtract(closing, kept), SLIVER_M)
+        house_goes_on = here is higher or overlap(walls, higher).area > GOES_ON * walls.area
         loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
         kept = subtract(closing, union_of(loose)) if loose else closing
         found.append(kept)

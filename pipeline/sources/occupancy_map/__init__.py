@@ -8,7 +8,8 @@ R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map s
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
-R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is.
+R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is, and how many rooms
+    end there for the most part.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
     steps of the cells are straightened.
 """
@@ -30,7 +31,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, dot, drop_thinner, polygons_of
+from pipeline.geometry.areas import areas, buffer_mitred, dot, drop_thinner, polygons_of
 from pipeline.geometry.straighten import straighten
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -71,6 +72,8 @@ FEWEST_CELLS: Final = 3
 UNSEEN: Final = 0.1
 """R6: a plan of which more of the edges is unseen has a guess."""
 UNSEEN_M: Final = 0.2
+MOSTLY: Final = 0.5
+"""R6: a room of which more of the edge is unseen was seen in part, as a fan of rays through a door."""
 _REASONS: Final = {
     "missing_file": Reason.MISSING_FILE,
     "unreadable": Reason.UNREADABLE,
@@ -119,7 +122,10 @@ def _storey(found: RobotMap, name: str) -> Storey:
         detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
     outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
-    about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(_unseen_share(parts, found), 3)}
+    unseen, rooms_in_part = _unseen_shares(parts, found)
+    about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)}
+    if rooms_in_part:
+        about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
     return Storey(
@@ -132,7 +138,9 @@ def _storey(found: RobotMap, name: str) -> Storey:
 
 def _guesses(level: Level) -> tuple[str, ...]:
     """R6."""
-    return ("unseen space",) if float(level.provenance["unseen_edge"]) > UNSEEN else ()
+    about = level.provenance
+    unseen = ("unseen space",) if float(about["unseen_edge"]) > UNSEEN else ()
+    return (*unseen, "rooms seen in part") if about.get("rooms_seen_in_part") else unseen
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
@@ -256,9 +264,10 @@ def _flatten_doorways(
             low, high = (low + high - WALL_M) / 2, (low + high + WALL_M) / 2
         wall = slot.between(low, high, JAMB_M)
         for number, span in ((first, (one[0] - STEP_M, low)), (second, (high, other[1] + STEP_M))):
-            step = slot.between(*span) if span[1] > span[0] else Polygon()
-            whole = shapely.difference(shapely.union(rooms[number], step, grid_size=GRID_M), wall, grid_size=GRID_M)
-            rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area)
+            step = slot.between(*span) if span[1] - span[0] > GRID_M else Polygon()
+            with_step = areas(shapely.union(rooms[number], step, grid_size=GRID_M))
+            whole = shapely.difference(with_step, wall, grid_size=GRID_M)
+            rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
             low = high - OUTER_WALL_M - STEP_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
@@ -321,11 +330,32 @@ def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: f
     return affine_transform(area_of_cells(mask), [cell_m, 0.0, 0.0, cell_m, x * cell_m, height_m - y * cell_m])
 
 
-def _unseen_share(parts: Segmentation, found: RobotMap) -> float:
-    """R6: return which share of the rooms' edges lies beside unseen cells, with no occupied one near."""
-    label = parts.label_of_cells(found.occupancy.shape)
-    rooms = (label > 0) & ~np.isin(label, list(parts.outside))
+def _unseen_shares(parts: Segmentation, found: RobotMap) -> tuple[float, int]:
+    """R6: return which share of the rooms' edges lies beside unseen cells, and of how many rooms most does.
+
+    An occupied cell near an edge says that it was seen.
+    """
+    count = int(parts.label.max(initial=0)) + 1
+    is_room = np.ones(count, np.uint8)
+    is_room[[0, *parts.outside]] = 0
+    rooms = parts.to_cells(is_room[parts.label], found.occupancy.shape).view(bool)
     ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~found.free
     reach = 2 * round(UNSEEN_M / found.resolution_m) + 1
     near = cv2.dilate(found.occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
-    return float((ring & ~near).sum() / max(int(ring.sum()), 1))
+    unseen, edge = ring & ~near, int(ring.sum())
+    of_room = np.zeros((2, count), np.int64)
+    for k, cells in enumerate((unseen, ring)):
+        of_room[k] = _cells_beside_rooms(parts, cells)
+    most = (of_room[0] > MOSTLY * of_room[1]) & (is_room > 0)
+    return float(unseen.sum() / max(edge, 1)), int(most.sum())
+
+
+def _cells_beside_rooms(parts: Segmentation, cells: Bools) -> npt.NDArray[np.int64]:
+    """Return how many of some cells of the map (rows, cols) lie beside each room, by its number."""
+    rows, cols = parts.label.shape
+    row, col = np.nonzero(cells)
+    beside = np.zeros(len(row), np.int64)
+    for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
+        at = ((row + down) // parts.scale).clip(0, rows - 1), ((col + right) // parts.scale).clip(0, cols - 1)
+        beside = np.where(beside > 0, beside, parts.label[at])
+    return np.bincount(beside, minlength=int(parts.label.max(initial=0)) + 1)

@@ -21,6 +21,7 @@ R7  Where half of the picture's border or more is free, the map has a margin tha
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -81,10 +82,14 @@ class Segmentation:
 
     def label_of_cells(self, shape: tuple[int, int]) -> Labels:
         """Return the labels of the map's own cells, where it has this shape."""
+        return self.to_cells(self.label, shape)
+
+    def to_cells(self, values: npt.NDArray[Any], shape: tuple[int, int]) -> npt.NDArray[Any]:
+        """Return what each of the map's own cells has of values that have the shape of ``label``; 0 beyond."""
         if self.scale == 1:
-            return self.label
-        found = np.zeros(shape, np.int32)
-        whole = self.label.repeat(self.scale, axis=0).repeat(self.scale, axis=1)
+            return values
+        found = np.zeros(shape, values.dtype)
+        whole = values.repeat(self.scale, axis=0).repeat(self.scale, axis=1)
         found[: whole.shape[0], : whole.shape[1]] = whole
         return found
 

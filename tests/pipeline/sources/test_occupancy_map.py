@@ -17,6 +17,7 @@ from houseexpo.grids.frame import source_from_plan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from tests.builders.batch import likeness, plans_of
+from tests.builders.shared import DATA, needs_shared
 
 CELL_M = 0.05
 FREE, WALL, UNSEEN = 254, 0, 205
@@ -146,6 +147,28 @@ def test_unseen_space_is_a_guess(tmp_path: Path) -> None:
     assert plan.provenance["unseen_edge"] == pytest.approx(7.0 / 27.0, abs=0.06)
     assert sure.provenance["unseen_edge"] == pytest.approx(0.0, abs=0.01)
     assert plan.quality.score < sure.quality.score
+
+
+def test_a_room_that_is_seen_as_a_fan_of_rays_makes_a_plan_doubtful(tmp_path: Path) -> None:
+    """The right room: what two rays through the door leave between them, without a wall."""
+    shades = two_rooms()
+    row, col = np.indices(shades.shape)
+    right = col > 94
+    shades[right] = UNSEEN
+    shades[right & (np.abs(row - 41) < 9 + 0.4 * (col - 94)) & (col < 154)] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    (sure,) = plans_of(saved(tmp_path, two_rooms()))
+    assert plan.provenance["rooms_seen_in_part"] == 1
+    assert "rooms_seen_in_part" not in sure.provenance
+    assert plan.quality.score < 0.8 < sure.quality.score
+
+
+@needs_shared
+def test_a_face_at_a_doorway_that_leaves_a_line_is_drawn_all_the_same() -> None:
+    """On the grid of the outlines, the union of this map's rooms with faces at doorways has lines of 0.1 mm."""
+    (item,) = find(str(DATA / "maps" / "bormann" / "freiburg_building101.png"), resolution="0.05")
+    (level,) = reader(item.reader).read(item)
+    assert len(level.rooms) == 8
 
 
 def in_a_white_margin(shades: np.ndarray) -> np.ndarray:
