@@ -40,7 +40,6 @@ from pipeline.geometry.areas import (
     subtract,
     union_of,
 )
-from pipeline.geometry.ceilings import ceiling_steps
 from pipeline.geometry.cutting import Cutter, clear_of, section_heights
 from pipeline.geometry.doorways import box_of, doorway
 from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, glazed_recesses, judge_leaves, known_doorways
@@ -127,7 +126,6 @@ def gather(level: Level, config: EvidenceConfig) -> Evidence:
         low_headroom=without_headroom(level.walls),
         partial_height=drop_thinner(subtract(full, above[-1]), SLIVER_M),
         shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
-        steps=EMPTY if lintels.is_empty else ceiling_steps(level.walls, config.head_m),
         heights=heights.as_record,
     )
 

@@ -12,8 +12,7 @@ R3  An open or half-open house gets its boundary from the floor slab where the s
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
-    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. So is a step in the
-    ceiling of more than ``header_m`` that does not lead from wall to wall.
+    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most.
 R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -37,6 +36,7 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations
 
 import networkx as nx
@@ -114,7 +114,7 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         standing = closed_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(closed_plane(standing, pieces)) if fixed else whole
         strips, rest = split_at_portals(standing, pieces, ground, rooms)
-        strips, ground, rooms = _keep_separating(standing, evidence, strips, rest, config)
+        strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
         if not level.sills and (
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
         ):  # R15
@@ -334,7 +334,7 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
 
 def _keep_separating(
     door: BaseGeometry,
-    evidence: Evidence,
+    shallow_headers: BaseGeometry,
     strips: list[Candidate],
     rest: list[Candidate],
     config: LayoutConfig,
@@ -347,7 +347,9 @@ def _keep_separating(
     while True:
         plane, rooms = enclosed_pieces(closed_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, evidence, config)}  # R5
+        useless = {
+            k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, shallow_headers, config)
+        }  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
         if not useless:
@@ -363,7 +365,7 @@ def _keep_separating(
 
 
 def _parts_nothing(
-    candidate: Candidate, rooms: list[Polygon], door: BaseGeometry, evidence: Evidence, config: LayoutConfig
+    candidate: Candidate, rooms: list[Polygon], door: BaseGeometry, shallow_headers: BaseGeometry, config: LayoutConfig
 ) -> bool:
     portal = candidate.portal
     if portal is None or portal.sides[0] == portal.sides[1]:
@@ -372,16 +374,14 @@ def _parts_nothing(
         return False
     if candidate.kind == "gate":  # R1, R13
         return True
-    is_wide = candidate.kind == "lintel" and portal.width > config.header_m
-    if is_wide and _lies_in(candidate, evidence.shallow_headers):
-        return True
+    is_lintel = candidate.kind == "lintel"
+    if is_lintel and portal.width > config.header_m:
+        shallow = overlap(candidate.polygon, shallow_headers)
+        if shallow.area > MOST * candidate.polygon.area:
+            return True
     if portal.width <= config.beam_m:
-        return is_wide and _lies_in(candidate, evidence.steps) and not portal.ends_at_walls(door)
-    return not portal.has_jamb(door) or (candidate.kind == "lintel" and _is_as_broad(portal, rooms))
-
-
-def _lies_in(candidate: Candidate, area: BaseGeometry) -> bool:
-    return bool(overlap(candidate.polygon, area).area > MOST * candidate.polygon.area)
+        return False
+    return not portal.has_jamb(door) or (is_lintel and _is_as_broad(portal, rooms))
 
 
 def _is_as_broad(portal: Portal, rooms: list[Polygon]) -> bool:

@@ -21,7 +21,7 @@ class Evidence:
     free floor. ``rails`` are thin and end below head height. ``furniture`` is everything else that stands on the floor.
     ``leaves`` are door leaves, open or closed; ``doorways`` are the places of known doors. ``floor`` is the source's or
     None. ``low_headroom`` is where a roof is too low to stand under. ``shallow_headers`` hang from the ceiling by a
-    hand's breadth only. ``steps`` are strips along edges at which the ceiling changes its height. ``partial_height``
+    hand's breadth only. ``partial_height``
     are parts of the walls that end below the ceiling (a garden's wall, a partition). ``heights`` are those of the
     sections, metres. ``scanned`` is True for a point cloud and the mesh of a scan.
     """
@@ -36,7 +36,6 @@ class Evidence:
     floor: BaseGeometry | None = None
     low_headroom: BaseGeometry = EMPTY
     shallow_headers: BaseGeometry = EMPTY
-    steps: BaseGeometry = EMPTY
     partial_height: BaseGeometry = EMPTY
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
     scanned: bool = False

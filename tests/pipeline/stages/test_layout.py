@@ -12,7 +12,7 @@ from pipeline.stages.layout import lay_out
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
-from tests.builders.meshes import box, sheet
+from tests.builders.meshes import box
 
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
@@ -185,16 +185,6 @@ def test_a_beam_between_pillars_parts_rooms_only_where_one_is_broader(beyond: fl
     house = [part for rectangle in outline for part in wall(rectangle)]
     found = layout([*house, *wall((4.0, 0.0, 4.2, 5.4), Hole(0.3, 5.1))])
     assert len(found.rooms) == rooms
-
-
-@pytest.mark.parametrize(("end", "rooms"), [(2.2, 1), (3.8, 2)])
-def test_where_a_ceiling_changes_its_height_is_no_boundary(end: float, rooms: int) -> None:
-    """The ceiling is low over a corner, or over a side of the room, which may be an alcove: from wall to wall."""
-    edges = [sheet((0.0, 1.5), (end, 1.5), 2.1, 2.5), *([sheet((end, 0.0), (end, 1.5), 2.1, 2.5)] if end < 3.8 else [])]
-    under = box((0.0, 0.0, end, 1.5), 2.1, 2.101)
-    found = layout([*shell((0, 0, 3.8, 4)), *edges, under])
-    assert len(found.rooms) == rooms
-    assert sum(areas(found)) == pytest.approx(15.2, abs=0.3)
 
 
 def parapet(height: float, x: float = 4.0) -> Parts:
