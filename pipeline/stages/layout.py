@@ -36,7 +36,6 @@ R8  What encloses less than ``area_m2`` after all this has no layout.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import combinations
 
 import networkx as nx
