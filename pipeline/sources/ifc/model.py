@@ -505,18 +505,19 @@ def _building(model: Any, schema: str) -> Building:
     elements = elements_of(model)
     meshes = dict(_triangulate(model, elements.all()))
     fillings = _fillings(elements, meshes)
+    french = _french_windows(elements, fillings, meshes)
     return Building(
         schema=schema,
         buildings=frozenset(int(each.id()) for each in model.by_type("IfcBuilding")),
         storeys=tuple(sorted(storeys, key=lambda s: (s.elevation_m, s.key))),
-        walls=_parts(elements.walls, meshes),
+        walls=_parts((each for each in elements.walls if each.id() not in french), meshes),
         loose=_parts(elements.loose, meshes),
         beams=_parts(elements.beams, meshes),
         slabs=_parts(elements.slabs, meshes),
         spaces=_parts(elements.spaces, meshes),
         holes=tuple(_holes(elements, fillings, meshes, metres)),
         windows=tuple(_windows(elements, fillings, meshes, metres)),
-        leaves=_parts(elements.doors, meshes),
+        leaves=_parts([*elements.doors, *french.values()], meshes),
         furniture=_parts(elements.furniture, meshes),
         named_openings=bool(elements.openings),
     )
@@ -599,6 +600,13 @@ def _is_door(element: Any) -> bool:
     if element.is_a("IfcDoor"):
         return True
     return element.is_a("IfcWindow") and any(FRENCH_WINDOW.search(word) for word in words_of(element))
+
+
+def _french_windows(elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh]) -> dict[int, Any]:
+    """Return the windows that are leaves, by their step ids (E7)."""
+    doors = [each for each in elements.openings if each.id() in meshes and _is_high(meshes[each.id()])]
+    filling = [each for opening in doors for each in fillings[opening.id()]]
+    return {each.id(): each for each in filling if each.is_a("IfcWindow") and _is_door(each)}
 
 
 def _is_high(mesh: Mesh) -> bool:

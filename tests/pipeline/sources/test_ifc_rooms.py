@@ -367,6 +367,8 @@ def test_a_window_as_high_as_a_door_and_called_so_is_one(holed_flat, tmp_path, n
     window = holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 2, 0.2, height), "IfcWindow")
     window.Name = name
     assert [each[-1] for each in holed_flat.bounds(tmp_path)] == [True] * doors
+    (level,) = holed_flat.levels(tmp_path)
+    assert len(level.leaves) == doors
 
 
 def test_a_corner_window_closes_the_walls_and_not_the_room(holed_flat, tmp_path):
