@@ -109,12 +109,16 @@ def touching(mask: Bools, marked: Bools) -> Bools:
 # R3  Of a short wall with a door in it, all of the top may be missing. It is closed where in one line between two walls
 #     two jambs stand with a gap as wide as a door between them, or one that faces the end of a wall in that line. Jambs
 #     are as thick as walls, which leaves are not; and no wall runs close by, as behind the fronts of two cupboards.
+# R4  Where two walls at right angles end before their corner, and nothing was seen there, not even ground, both go on
+#     to the corner: no scanner looks into every corner. In a passage there is ground.
 # ---------------------------------------------------------------------------------------------------------------------
 
 TURNS = 24
 PASSES, FILLING = 6, 2
 """The first passes also fill what is rough."""
 ALONGSIDE = 2
+CORNER_M = 0.75
+"""R4: how far before their corner walls end at most."""
 CLOSE_BY_M = 0.8
 """The back of a deep cupboard: so far behind its front a wall runs."""
 
@@ -207,6 +211,25 @@ def _across(by_turn: list[Bools], turn: int) -> Bools:
     return np.asarray(
         np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
     )
+
+
+def with_corners(reaching: Bools, unseen: Bools, raster: Raster) -> Bools:
+    """Continue walls to the corners that were not seen (R4); ``unseen`` is where the scan holds nothing."""
+    runs, cells = _runs(reaching, raster), raster.size(CORNER_M)
+    open_ = grow_mask(unseen, raster.size(HAND_M)) & ~reaching  # ground is drawn wider than it was seen
+    arms: list[Bools] = []
+    for turn, run in enumerate(runs):
+        ending = run & ~_across(runs, turn)
+        beyond = dilate_mask(ending, line_kernel(np.pi * turn / TURNS, 2 * cells)) & open_
+        arms.append(touching(beyond, grow_mask(ending, 1)) if beyond.any() else beyond)
+    found = reaching.copy()
+    for turn, arm in enumerate(arms):
+        corners = arm & arms[(turn + TURNS // 2) % TURNS]
+        if corners.any():
+            lanes = line_kernel(np.pi * turn / TURNS, cells)
+            closed = cv2.morphologyEx((reaching | corners).view(np.uint8), cv2.MORPH_CLOSE, lanes).view(bool)
+            found |= corners | touching(closed & arm, corners)
+    return _as_sheets(found, reaching)
 
 
 def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
@@ -304,8 +327,12 @@ def wall_masks(columns: Columns) -> WallMasks:
     reaching = _without_specks(high, raster)  # R1
     seen = (body >= HARDLY) | (columns.share(lowest, top) > 0)
     reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
+    inside = columns.ground | (body >= STANDS)
     thick = close_mask(reaching, raster.size(WALL_M))  # R3
-    outside = _outside(thick | columns.ground | (body >= STANDS), raster)
+    outside = _outside(thick | inside, raster)
+    if _has_ground(~(thick | outside), columns):
+        thick = close_mask(with_corners(reaching, ~inside, raster), raster.size(WALL_M))  # R2
+        outside = _outside(thick | inside, raster)
     band = outside & grow_mask(~outside, raster.size(PARTITION_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
     solid = house | _unseen_cells(~(house | outside), columns)  # R5
@@ -333,9 +360,14 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
     return grow_mask(around, half) & ~inside
 
 
+def _has_ground(air: Bools, columns: Columns) -> bool:
+    """Return whether enough ground was seen under the air that missing ground says something."""
+    return bool(air.any() and columns.ground[air].mean() >= SOME)
+
+
 def _unseen_cells(air: Bools, columns: Columns) -> Bools:
     """R5; where little ground was seen at all, it says nothing."""
-    if not air.any() or columns.ground[air].mean() < SOME:
+    if not _has_ground(air, columns):
         return np.zeros_like(air)
     count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)
     share = scipy.ndimage.mean(columns.ground, label, np.arange(count))

@@ -34,7 +34,7 @@ from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.stages.confidence import models
 from pipeline.stages.evidence import gather
-from pipeline.stages.layout import candidates
+from pipeline.stages.layout import find_candidates
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Level
 from research.confidence_fit import LIMITS as FIT_LIMITS
@@ -142,7 +142,7 @@ def without_candidate(level: Level, doors: Sequence[npt.ArrayLike], zones: Seque
     config = PipelineConfig()
     evidence = gather(level, config.evidence)
     planes = cut_planes(level, evidence, config.planes)
-    closing = [each.polygon for each in candidates(level, planes, config.layout)]
+    closing = [each.polygon for each in find_candidates(level, planes, config.layout)]
     shapes = shapely.union_all([*closing, *evidence.leaves, *(d.polygon for d in evidence.doorways)])
     shapes = shapely.transform(shapes, partial(truths.in_source, level))
     walls = shapely.union_all([shapely.transform(evidence.walls, partial(truths.in_source, level)), shapes])
@@ -205,7 +205,7 @@ def test_confidence_tells_true_parts_from_false_ones(request: pytest.FixtureRequ
     assert {part.part for part in parts} == {"door", "entrance", "room"}
 
 
-CLOUDS = ("cloud0", "cloud5", "cloud20")
+CLOUDS = ("cloud0", "cloud5", "cloud20", "cloud_furnished")
 MEASURES = ("room", "corner", "angle")
 PUBLISHED = {
     "RoomFormer (2023), Structured3D": (97.9, 96.7, 89.1, 85.3, 83.0, 79.5),

@@ -1,8 +1,12 @@
-"""Kinds ``cloud0``, ``cloud5``, ``cloud20``: the inner surfaces of a home as points, with noise of 0, 5 or 20 mm.
+"""Kinds ``cloud0``, ``cloud5``, ``cloud20``: the inner surfaces of a home as points, with noise of 0, 5 or 20 mm. Kind
+``cloud_furnished``: those of a furnished home, with the errors of a real survey.
 
 R1  Seen are floors, ceilings, the rooms' sides and the reveals of the doors; nothing is seen through a window.
 R2  Furniture hides the wall behind it, and a share of each surface is missing in patches.
 R3  With noise, a tenth of the points lies anywhere.
+R4  The furnished home is seen with its furniture, open leaves and window niches (``scan``), with noise of 5 mm. Each
+    room has its own drift, so that a wall between two rooms is too thin or too thick by centimetres. Some homes have no
+    ceiling, some rooms lack a corner, and a mirror shows a part of its room behind the wall.
 """
 
 from __future__ import annotations
@@ -13,16 +17,26 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import shapely
+import trimesh
 from numpy.random import Generator
 
 from tests.builders.formats.clouds import write_ply
 from tests.builders.kinds.homes import Style, random_home
 from tests.builders.kinds.placing import random_placing, truth_of
+from tests.builders.kinds.scan import seen
 from tests.builders.kinds.values import Member, Storey
 
 DENSITY = 1500.0
 MISSING = 0.1
 PATCH_M = 0.25
+EDGE_M = 5.0
+NOISE_M = 0.005
+DRIFT_M, DRIFT_DEG = 0.02, 0.15
+"""R4: one standard deviation of a room's shift along each axis, and of its turn."""
+WILD = 0.02
+MIRROR_M = (0.6, 1.8)
+DEEP_M = 3.0
+"""R4: a mirror's width and upper edge, and how deep the room is that it shows."""
 Points = npt.NDArray[np.float64]
 
 
@@ -53,6 +67,71 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
     placing = random_placing(rng, "z", turned=0.3, far=0.05)
     path = write_ply(folder / f"{name}.ply", placing.in_file(points))
     return Member(path, (truth_of(storey, placing, "scan", name),), f"{len(points)} points", "z", 1.0)
+
+
+def make_furnished(rng: Generator, folder: Path, name: str) -> Member:
+    """Write one furnished home as points, with drift, missing parts and a mirror (R4)."""
+    style = Style(size=str(rng.choice(["small", "home"])), outer_m=(0.2, 0.4), inner_m=(0.1, 0.2), windows=0.6)
+    storey = random_home(rng, style)
+    surface = seen(storey, rng, EDGE_M, ceiling=bool(rng.random() < 0.7))
+    count = int(DENSITY * surface.area)
+    points = np.asarray(trimesh.sample.sample_surface(surface, count, seed=int(rng.integers(1 << 31)))[0])
+    points = _less_patches(_less_corners(points, storey, rng), rng)
+    points = np.concatenate([points, _in_a_mirror(points, storey, rng)])
+    points = _drift(points, storey, rng) + rng.normal(0.0, NOISE_M, points.shape)
+    low, high = points.min(axis=0) - 0.2, points.max(axis=0) + 0.2
+    wild = rng.random(len(points)) < WILD
+    points[wild] = low + rng.random((int(wild.sum()), 3)) * (high - low)
+    placing = random_placing(rng, "z", turned=0.3, far=0.05)
+    path = write_ply(folder / f"{name}.ply", placing.in_file(points))
+    return Member(path, (truth_of(storey, placing, "scan", name),), f"{len(points)} points", "z", 1.0)
+
+
+def _room_of_points(points: Points, storey: Storey) -> npt.NDArray[np.int64]:
+    """Return the number of the room that each point lies in, or is nearest to."""
+    at = shapely.points(points[:, 0], points[:, 1])
+    return np.argmin([shapely.distance(room, at) for room in storey.rooms], axis=0)
+
+
+def _less_corners(points: Points, storey: Storey, rng: Generator) -> Points:
+    """R4: in a fifth of the rooms nothing is seen within half a metre of one corner."""
+    of_room, gone = _room_of_points(points, storey), np.zeros(len(points), bool)
+    for k, room in enumerate(storey.rooms):
+        corner = shapely.get_coordinates(room)[int(rng.integers(4))]
+        if rng.random() < 0.2:
+            gone |= (of_room == k) & (np.hypot(*(points[:, :2] - corner).T) < 0.5)
+    return points[~gone]
+
+
+def _in_a_mirror(points: Points, storey: Storey, rng: Generator) -> Points:
+    """R4: what a mirror on the longest side of a room shows, unless a door or a window is there."""
+    room = storey.rooms[int(rng.integers(len(storey.rooms)))]
+    ring = shapely.get_coordinates(shapely.Polygon(room).exterior)
+    k = int(np.argmax(np.hypot(*np.diff(ring, axis=0).T)))
+    along = (ring[k + 1] - ring[k]) / np.hypot(*(ring[k + 1] - ring[k]))
+    inwards = np.array([-along[1], along[0]])
+    middle = (ring[k] + ring[k + 1]) / 2
+    if any(storey.gap(hole, 0.05).distance(shapely.Point(middle)) < MIRROR_M[0] for hole in storey.openings):
+        return np.empty((0, 3))
+    if not room.contains(shapely.Point(middle + 0.1 * inwards)):
+        inwards = -inwards
+    beside, deep = (points[:, :2] - middle) @ along, (points[:, :2] - middle) @ inwards
+    shown = (np.abs(beside) < MIRROR_M[0] / 2 + deep / 2) & (deep > 0.1) & (deep < DEEP_M)
+    shown &= (points[:, 2] < MIRROR_M[1]) & shapely.intersects_xy(room, points[:, 0], points[:, 1])
+    found = points[shown & (rng.random(len(points)) < 0.5)].copy()
+    found[:, :2] -= 2 * ((found[:, :2] - middle) @ inwards)[:, None] * inwards
+    return found
+
+
+def _drift(points: Points, storey: Storey, rng: Generator) -> Points:
+    """R4: each room is a little off its place."""
+    of_room, found = _room_of_points(points, storey), points.copy()
+    for k, room in enumerate(storey.rooms):
+        angle = np.deg2rad(rng.normal(0.0, DRIFT_DEG))
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        centre, here = np.array(room.centroid.coords[0]), of_room == k
+        found[here, :2] = (points[here, :2] - centre) @ turn.T + centre + rng.normal(0.0, DRIFT_M, 2)
+    return found
 
 
 def _seen(storey: Storey, rng: Generator) -> Points:

@@ -53,6 +53,7 @@ RAW: dict[str, Maker] = {
     "cloud0": cloud.make_0,
     "cloud5": cloud.make_5,
     "cloud20": cloud.make_20,
+    "cloud_furnished": cloud.make_furnished,
 }
 """Homes in the formats of docs/sources.md: no meshes."""
 

@@ -59,8 +59,8 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
     )
 
 
-def seen(storey: Storey, rng: Generator, edge: float) -> trimesh.Trimesh:
-    """R1: the surface, with edges of at most ``edge`` metres."""
+def seen(storey: Storey, rng: Generator, edge: float, *, ceiling: bool = False) -> trimesh.Trimesh:
+    """R1: the surface, with edges of at most ``edge`` metres, and with the ceiling if it is asked for."""
     high = storey.height
     rooms = [storey.rooms[k] for k, c in enumerate(storey.cells) if c.floor]
     air = [solid(shapely.union_all([r.buffer(0.005, join_style="mitre") for r in rooms]), 0.0, high)]
@@ -78,7 +78,8 @@ def seen(storey: Storey, rng: Generator, edge: float) -> trimesh.Trimesh:
     if bodies:
         whole -= manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
     found = mesh_of(whole.refine_to_length(edge))
-    faces = found.faces[~(found.vertices[found.faces][:, :, 2] > high - 1e-6).all(axis=1)]
+    above = (found.vertices[found.faces][:, :, 2] > high - 1e-6).all(axis=1)
+    faces = found.faces if ceiling else found.faces[~above]
     return trimesh.Trimesh(found.vertices, faces[:, ::-1], process=True)
 
 

@@ -9,8 +9,8 @@ import trimesh
 from shapely import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.scan_columns import columns_of, is_scan
-from pipeline.geometry.scan_walls import WallMasks, area_of, wall_masks
+from pipeline.geometry.scan_columns import Raster, columns_of, is_scan
+from pipeline.geometry.scan_walls import WallMasks, area_of, wall_masks, with_corners
 from pipeline.values import Mesh
 
 HEIGHT_M, HEAD_M = 2.6, 2.0
@@ -97,6 +97,26 @@ def test_what_ends_below_the_top_is_no_wall() -> None:  # R1
 def test_a_hole_at_the_top_is_closed(hole: tuple[float, float, float, float]) -> None:  # R2
     """In the middle of a wall, at a corner, and where a wall meets another."""
     assert_is_the_house(surface(sheets(), [hole]))
+
+
+@pytest.mark.parametrize("corner", [(0.0, 0.0), (0.0, 3.0), (6.2, 3.0)])
+def test_a_corner_that_was_not_seen_is_where_its_walls_meet(corner: tuple[float, float]) -> None:  # R2, holes R4
+    walls, doorways, _ = judged(surface(sheets(), [(*corner, z, 0.55) for z in np.arange(0.0, HEIGHT_M + 0.1, 0.1)]))
+    rooms = rooms_of(walls)
+    assert [len(rooms), len(doorways)] == [2, 1]
+    for room, ((x1, y1), (x2, y2)) in zip(rooms, ROOMS, strict=True):
+        assert room.symmetric_difference(box(x1, y1, x2, y2)).buffer(-0.05).is_empty
+
+
+def test_walls_are_not_continued_over_ground() -> None:  # holes R4
+    raster, walls = Raster(np.zeros(2), 0.025, (120, 120), np.array([1.0, 0.0])), np.zeros((120, 120), bool)
+    walls[10:13, 32:110] = walls[32:110, 10:13] = True  # both end half a metre before their corner
+    nothing = np.zeros_like(walls)
+    assert np.array_equal(with_corners(walls, nothing, raster), walls)
+    met = with_corners(walls, ~nothing, raster)
+    assert met[10:13, 10:110].all()
+    assert met[10:110, 10:13].all()
+    assert not (met & ~walls)[15:, 15:].any()
 
 
 def test_a_wall_that_ends_in_a_room_is_left_as_it_is() -> None:  # R2 must leave alone
