@@ -13,7 +13,6 @@ Rules:
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -147,10 +146,6 @@ class Folder:
         """Record the state of the finished data set."""
         write_whole(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
         (self.build / "announced.json").unlink(missing_ok=True)
-
-    def written(self, name: str, data: bytes) -> Written:
-        """Describe a file that has just been written with these bytes."""
-        return self.describe(name, hashlib.sha256(data).hexdigest())
 
     def describe(self, name: str, sha256: str) -> Written:
         """Describe a file of that hash."""
