@@ -124,14 +124,14 @@ def main() -> None:
     maps = [list(made_maps(empty, given.made)) for empty in bormann_maps(given.folder)]
     known = [[examples(made) for made in family] for family in maps]
 
-    def fit_without(kept: list[int]) -> Floats:
+    def fit_on(kept: list[int]) -> Floats:
         pairs = [pair for k in kept for pair in known[k]]
         return fit(np.concatenate([rows for rows, _ in pairs]), np.concatenate([apart for _, apart in pairs]))
 
     shown: dict[str, list[RoomScores]] = {}
     for fold in range(given.folds):
         left_out = list(range(fold, len(maps), given.folds))
-        with using(fit_without([k for k in range(len(maps)) if k not in left_out])):
+        with using(fit_on([k for k in range(len(maps)) if k not in left_out])):
             for made in (made for k in left_out for made in maps[k]):
                 kind = " ".join(["empty", *made.name.split()[1:]])
                 shown.setdefault(kind, []).append(scores(made))
@@ -140,7 +140,7 @@ def main() -> None:
         pairs = zip(RoomScores.__dataclass_fields__, means, strict=True)
         told = (f"{name} {100 * value:.2f}" for name, value in pairs if name not in {"found", "true"})
         console.print(f"left out, {kind}:", *told)
-    weights = fit_without(list(range(len(maps))))
+    weights = fit_on(list(range(len(maps))))
     console.print(f"BIAS: Final = {weights[0]:.3f}\nCURVES: Final[dict[str, tuple[float, ...]]] = {{")
     for name, curve in curves_of(weights).items():
         console.print(f'    "{name}": ({", ".join(f"{value:.2f}" for value in curve)}),')
