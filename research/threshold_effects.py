@@ -518,7 +518,7 @@ The numbers of `pipeline/stages`, `pipeline/geometry` and `pipeline/tolerances.p
 `python -m research.threshold_effects --table docs/contributing/thresholds.md` wrote them down: {trials:,} trials on
 {levels} levels of made houses and of files. *Plans* counts the levels whose plan changed by a byte, *houses* those of
 them in which a room, a door, an entrance or a cut came or went, or the area of a room changed by more than a twentieth.
-Both are out of the levels that were planned again, the quickest that read the number.
+Both are out of the levels that were planned again, the quickest that read the number; of 0 if no level did.
 """
 
 
