@@ -482,7 +482,7 @@ HEADROOM_M = (1.0, 1.9)
 def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
     """What hangs over what does not stand, in sections ``above`` each other, up to where the walls beside it end."""
     found: list[BaseGeometry] = []
-    higher, kept = EMPTY, EMPTY
+    higher, kept, closing, walls = EMPTY, EMPTY, EMPTY, EMPTY
     for here in reversed(above):
         if here is not higher:  # sections of one layer are one geometry
             closing = drop_thinner(subtract(here, standing), SLIVER_M)

@@ -6,8 +6,18 @@ import shapely
 import trimesh
 from shapely import box as area
 
+from pipeline.geometry.areas import EMPTY
 from pipeline.geometry.cutting import Cutter, winding_number
-from pipeline.geometry.walls import Section, Sections, close_cracks, ending_below, meets_slope, section, thicken
+from pipeline.geometry.walls import (
+    Section,
+    Sections,
+    close_cracks,
+    ending_below,
+    hanging_free,
+    meets_slope,
+    section,
+    thicken,
+)
 from pipeline.values import Mesh
 from tests.builders.houses import sheet_wall, shell, wall, window
 from tests.builders.meshes import L_WALLS, box, joined, storey
@@ -218,3 +228,7 @@ def test_what_ends_knows_the_last_height_at_which_it_stands() -> None:
     (found,) = ending_below(both, [both, wall], [1.7, 1.9, 2.4])
     assert found.part.symmetric_difference(cupboard).area < 1e-6
     assert found.stood_m == 1.9
+
+
+def test_where_nothing_stands_above_head_height_nothing_hangs() -> None:
+    assert hanging_free([EMPTY, EMPTY], area(0, 0, 1, 1)).is_empty
