@@ -21,7 +21,9 @@ from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted(page for page in (ROOT / "docs" / "contributing").glob("*.md") if page.stem not in {"corpus", "index"})
+PAGES = sorted(
+    page for page in (ROOT / "docs" / "contributing").glob("*.md") if page.stem not in {"corpus", "index", "thresholds"}
+)
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 NAMED = re.compile(r"`([\w./]+\.(?:py|walls))`")
 

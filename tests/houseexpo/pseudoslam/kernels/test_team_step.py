@@ -3,88 +3,130 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON
+from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, THINNER_PX, stamp_disc
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE
-from houseexpo.pseudoslam.kernels.team_step import APART_PX, THINNER_PX, TOGETHER, Others, gather, prepare
+from houseexpo.pseudoslam.kernels.mapping import CHUNK
+from houseexpo.pseudoslam.kernels.team_step import (
+    APART_PX,
+    NOTHING,
+    ROBOT,
+    SOMEONE,
+    TOGETHER,
+    Others,
+    Shared,
+    gather,
+    prepare,
+)
 from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.teams.discs import way_past
 
-ROWS, COLS, RADIUS = 30, 40, 3.0
+ROWS, COLS, RADIUS, PERSON_RADIUS = 30, 40, 3.0, 4.0
+CELLS, PADDED, ROBOTS = ROWS * COLS, 7, 3
 
 
-def _scene(seed: int, teams: int) -> tuple[Others, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return what is round three robots of some teams, and the cells, counts, poses and sizes of robot 1 of each."""
+class Scene(NamedTuple):
+    """Three robots of some teams, and what is round them; ``rows`` are the pool's rows of robot 1 of each team."""
+
+    others: Others
+    occupied: np.ndarray
+    counts: np.ndarray
+    poses: np.ndarray
+    sizes: np.ndarray
+    rows: np.ndarray
+
+
+def _scene(seed: int, teams: int) -> Scene:
     rng = np.random.default_rng(seed)
-    walls = (rng.random((teams, ROWS * COLS + 7)) < 0.1).astype(np.uint8)  # padded, as for a larger house
-    places = rng.uniform((5, 5), (35, 25), (teams, 3, 2))
-    people = np.zeros((teams, 2), PERSON)
-    people["x"], people["y"], people["speed"] = 20.0, rng.uniform(5, 25, (teams, 2)), [1.0, 0.0]  # one has a place
-    others = Others(walls, people, places, np.zeros(teams, np.uint8), RADIUS, 4.0)
-    poses = np.zeros((teams, 1), POSE)
-    poses["x"][:, 0], poses["y"][:, 0] = places[:, 1].T
-    poses["seen_x"], poses["seen_y"] = poses["x"], poses["y"]
-    poses["heading"] = rng.uniform(-3, 3, (teams, 1))
-    return others, np.full_like(walls, 9), np.zeros((teams, 1), COUNTS), poses, np.tile([ROWS, COLS], (teams, 1))
+    robots = teams * ROBOTS
+    walls = (rng.random((teams, CELLS + PADDED)) < 0.1).astype(np.uint8)  # padded, as for a larger house
+    places = np.zeros((robots, ROBOTS, 2))
+    places[::ROBOTS] = rng.uniform((5, 5), (35, 25), (teams, ROBOTS, 2))
+    people = np.zeros((robots, 2), PERSON)
+    people["x"], people["y"], people["speed"] = 20.0, rng.uniform(5, 25, (robots, 2)), [1.0, 0.0]  # one has a place
+    drawn = np.full((robots, ROBOTS + 2, 2), np.nan)
+    nothing = np.zeros(teams, np.uint8)
+    others = Others(walls, people, places, drawn, nothing, np.zeros(teams, np.int64), RADIUS, PERSON_RADIUS)
+    poses, rows = np.zeros((robots, 1), POSE), np.arange(teams) * ROBOTS + 1
+    poses["x"][rows, 0], poses["y"][rows, 0] = places[::ROBOTS, 1].T
+    poses["heading"] = rng.uniform(-3, 3, (robots, 1))
+    occupied = np.full((robots, CELLS + PADDED), 9, np.uint8)
+    return Scene(others, occupied, np.zeros((robots, 1), COUNTS), poses, np.tile([ROWS, COLS], (robots, 1)), rows)
 
 
 def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
-    teams, errors = 60, step_params_of(SimulatorConfig()).errors
-    others, occupied, counts, poses, sizes = _scene(0, teams)
+    teams, errors = 90, step_params_of(SimulatorConfig()).errors
+    others, occupied, counts, poses, sizes, chosen = _scene(0, teams)
     rng = np.random.default_rng(1)
-    motions = np.column_stack([rng.uniform(-1, 1, teams), rng.uniform(-9, 9, teams)])
+    for i, row in enumerate(chosen.tolist()):  # half of them begin, the others have old discs to erase
+        counts["steps"][row, 0], counts["known"][row, 0] = (-1, 50) if i % 2 else (4, 60)
+        if i % 2 == 0:
+            occupied[row, :CELLS] = others.walls[i, :CELLS]
+            for k in (0, ROBOTS):
+                others.drawn[row, k] = rng.uniform((5, 5), (35, 25))
+                radius = (RADIUS if k < ROBOTS else PERSON_RADIUS) - THINNER_PX
+                stamp_disc(occupied[row, :CELLS].reshape(ROWS, COLS), *others.drawn[row, k], radius)
+    motions = np.column_stack([rng.uniform(-1, 1, len(poses)), rng.uniform(-9, 9, len(poses))])
     wanted = motions.copy()
     prepare(occupied, counts, poses, sizes, motions, others, errors, 1, 0, teams)
     rows, cols = np.mgrid[:ROWS, :COLS] + 0.5
-    for i in range(teams):
-        cells = others.walls[i, : ROWS * COLS].reshape(ROWS, COLS).copy()
-        person = others.people[i, 0]
-        discs = [(person["x"], person["y"], 4.0 - THINNER_PX)]
-        discs += [(*others.places[i, k], RADIUS - THINNER_PX) for k in (0, 2)]
+    for i, row in enumerate(chosen.tolist()):
+        places, person = others.places[row - 1], others.people[row - 1, 0]
+        cells = others.walls[i, :CELLS].reshape(ROWS, COLS).copy()
+        discs = [(person["x"], person["y"], PERSON_RADIUS - THINNER_PX)]
+        discs += [(*places[k], RADIUS - THINNER_PX) for k in (0, 2)]
         for x, y, radius in discs:
             cells[np.hypot(cols - x, rows - y) <= radius] |= MOVING
-        assert np.array_equal(occupied[i, : ROWS * COLS].reshape(ROWS, COLS), cells)
-        assert (occupied[i, ROWS * COLS :] == 9).all()
-        turn, forward = wanted[i].tolist()
-        angle, sign = float(poses["heading"][i, 0]) + turn, -1.0 if forward < 0 else 1.0
+        assert np.array_equal(occupied[row, :CELLS].reshape(ROWS, COLS), cells)
+        assert (occupied[row, CELLS:] == 9).all()
+        assert others.had[i] == (0 if i % 2 else 60)
+        turn, forward = wanted[row].tolist()
+        angle, sign = float(poses["heading"][row, 0]) + turn, -1.0 if forward < 0 else 1.0
         course = sign * math.cos(angle), -sign * math.sin(angle)
-        offsets = (others.places[i, [0, 2]] - others.places[i, 1]).tolist()
+        offsets = (places[[0, 2]] - places[1]).tolist()
         free = way_past(offsets, 2 * RADIUS, course, abs(forward), APART_PX)
-        assert motions[i].tolist() == [turn, math.copysign(free, forward)]
-        assert others.meets[i] == (free < abs(forward))
-    assert 5 < others.meets.sum() < teams
+        to_person = [[person["x"] - places[1, 0], person["y"] - places[1, 1]]]
+        before_person = way_past(to_person, RADIUS + PERSON_RADIUS, course, abs(forward), APART_PX)
+        assert motions[row].tolist() == [turn, math.copysign(min(free, before_person), forward)]
+        assert others.meets[i] == (SOMEONE if before_person < free else ROBOT if free < abs(forward) else NOTHING)
+    assert {NOTHING, ROBOT, SOMEONE} == set(others.meets.tolist())
 
 
 def test_gather_counts_meetings_and_adds_what_a_robot_saw() -> None:
     teams = 12
-    others, _, counts, poses, sizes = _scene(2, teams)
+    others, _, counts, poses, sizes, chosen = _scene(2, teams)
     rng = np.random.default_rng(3)
-    known = rng.choice(np.array([0, 127, 255], np.uint8), (teams, ROWS * COLS))
+    known = rng.choice(np.array([0, 127, 255], np.uint8), (len(poses), CELLS))
     observable = rng.integers(0, 2, known.shape).astype(np.uint8)
-    before = rng.choice(np.array([0, 127], np.uint8), known.shape, p=(0.8, 0.2))
-    team_known, together = before.copy(), np.zeros(teams, TOGETHER)
-    together["steps"] = np.arange(teams) % 2
-    counts["known"][:, 0], counts["blocked"][:, 0] = np.arange(teams) + 5, np.arange(teams) % 3 == 0
-    others.meets[:] = np.arange(teams) % 4 == 0
-    blocked, met = counts["blocked"][:, 0].copy(), others.meets.copy()
+    before = rng.choice(np.array([0, 127], np.uint8), (teams, CELLS), p=(0.8, 0.2))
+    chunks = -(-CELLS // CHUNK)
+    fresh = rng.integers(0, 2, (len(poses), chunks)).astype(np.uint8)
+    pending = np.zeros((teams, ROBOTS, ROBOTS, chunks), np.uint8)
+    shared = Shared(before.copy(), pending, np.zeros(teams, TOGETHER))
+    counts["known"][chosen, 0], counts["blocked"][chosen, 0] = np.arange(teams) + 5, np.arange(teams) % 3 == 0
+    others.meets[:], others.had[:] = np.arange(teams) % 3, 2
+    blocked, met, marks = counts["blocked"][chosen, 0].copy(), others.meets.copy(), fresh.copy()
     poses["x"] += 1.0
-    gather(
-        observable, known, counts, poses, sizes, others, team_known, together, np.full(teams, 2), 6.0, 1, 0, teams
-    )  # fmt: skip
-    for i in range(teams):
-        near = np.zeros((ROWS, COLS), bool)
-        x, y = float(poses["seen_x"][i, 0]), float(poses["seen_y"][i, 0])
-        part = np.s_[max(int(y - 6), 0) : int(y + 6) + 1, max(int(x - 6), 0) : int(x + 6) + 1]
-        near[part if together["steps"][i] else np.s_[:]] = True
-        new = near.ravel() & (before[i] == 0) & (known[i] != 0)
-        assert np.array_equal(team_known[i], np.where(new, known[i], before[i]))
-        row = together[i]
-        assert (row["explored"], row["covered"], row["found"]) == (new.sum(), (new & (observable[i] > 0)).sum(), i + 3)
-        assert row["meetings"] == met[i]
-        assert counts["collisions"][i, 0] == (met[i] and not blocked[i])
-        assert counts["blocked"][i, 0] == (met[i] or blocked[i])
-    assert np.array_equal(others.places[:, 1], np.column_stack([poses["x"][:, 0], poses["y"][:, 0]]))
+    gather(observable, known, counts, poses, sizes, fresh, others, shared, 1, 0, teams)
+    for i, row in enumerate(chosen.tolist()):
+        near = np.repeat(marks[row] != 0, CHUNK)[:CELLS]
+        new = near & (before[i] == 0) & (known[row] != 0)
+        assert np.array_equal(shared.known[i], np.where(new, known[row], before[i]))
+        found = shared.together[i]
+        seen = (new & (observable[row] > 0)).sum()
+        assert (found["explored"], found["covered"], found["found"]) == (new.sum(), seen, i + 3)
+        assert found["meetings"] == (met[i] == ROBOT)
+        assert counts["collisions"][row, 0] == (met[i] != NOTHING and not blocked[i])
+        assert counts["blocked"][row, 0] == (met[i] != NOTHING or blocked[i])
+        told = np.zeros((ROBOTS, ROBOTS, chunks), np.uint8)
+        told[[0, 2], 1] = marks[row]
+        assert np.array_equal(pending[i], told)
+    others_rows = np.setdiff1d(np.arange(len(poses)), chosen)
+    assert not fresh[chosen].any()
+    assert np.array_equal(fresh[others_rows], marks[others_rows])
+    assert np.array_equal(others.places[::ROBOTS, 1], np.column_stack([poses["x"][chosen, 0], poses["y"][chosen, 0]]))
     assert not others.meets.any()
