@@ -1,4 +1,7 @@
-"""Readers of houses: each yields the levels of a house; ``find`` returns the reader that opens a SOURCE."""
+"""List the houses, files or maps in a SOURCE (``find``), and load the module that turns each into levels (``reader``).
+
+A SOURCE is a path or ``procedural:COUNT``; builds list their inputs here, one Input each.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Storeys that a source draws as walls with openings, or as rooms: build the meshes of a level from them.
+"""Build a storey's wall mesh, floor and passages from plan polygons of walls, holes and rooms, for readers of drawings.
 
 The level frame: metres, x right, y up in the plan, z above the floor. What is drawn is cut by the stages like any mesh.
 

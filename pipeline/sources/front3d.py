@@ -1,4 +1,4 @@
-"""3D-FRONT: a scene's rooms, doors and furniture from its JSON file.
+"""Read a 3D-FRONT scene from its JSON file: yield its levels with walls, rooms, doors and furniture.
 
 Frame: y is up and right-handed in the file, so that x = X and y = -Z show the house from above as it is; z = Y.
 

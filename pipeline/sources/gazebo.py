@@ -1,4 +1,4 @@
-"""Gazebo: an SDF world or model, with the models and meshes that it includes.
+"""Read a Gazebo world or model (SDF) and what it includes: yield its building's levels, with door leaves and furniture.
 
 Frame: x = X, y = Y, z = Z of the world, metres.
 

@@ -1,4 +1,6 @@
-"""Read a Gazebo world or model (SDF): the shapes in it, their poses, and the files that its URIs name.
+"""Read a Gazebo world or model (SDF) as bodies, one a model: its name, triangles (world axes, metres), fixed or not.
+
+Poses and the files that URIs name are resolved here; ``gazebo`` makes levels of the bodies.
 
 R1  Of a link's visuals and collisions those count that are the fuller: fewer meshes missing, then more wall in them.
 R2  A model that is included is read from its folder's newest ``.sdf``; one that is missing or damaged is named and left

@@ -1,4 +1,6 @@
-"""``procedural:COUNT``: houses that the project makes itself. A house is made where it is read, so that any worker can.
+"""Make the houses of the source ``procedural:COUNT``, each from the seed and its number, and yield their levels.
+
+A house is made where it is read, so that any worker can.
 
 ``procedural:COUNT``, or ``procedural:COUNT?style=home`` in full, makes sound homes whose numbers and shapes follow the
 published plans. ``procedural:COUNT?style=test`` makes houses in SUNCG's layout, in some of which the cases that the

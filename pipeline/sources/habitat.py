@@ -1,4 +1,6 @@
-"""Habitat scenes, ``*.scene_instance.json`` (HSSD, ReplicaCAD, HM3D): the mesh of their stage.
+"""Read a Habitat scene (``*.scene_instance.json``): yield the levels of its stage's mesh, as ``mesh_file`` reads it.
+
+HSSD, ReplicaCAD and HM3D publish such scenes.
 
 Format: Habitat-Sim's attribute JSON files ("SceneInstanceAttributes", "StageAttributes").
 

@@ -1,4 +1,6 @@
-"""Mesh files (.ply .obj .glb .gltf .stl .dae .off): one file or a folder of them, each the levels of a house.
+"""Read mesh files (.ply .obj .glb .gltf .stl .dae .off): find up axis, unit and floors of each, and yield its levels.
+
+A source is one file or a folder of them. What the names in a file say (doors, rooms, furniture) goes to the levels.
 
 Frames: a z-up mesh keeps x = X, y = Y. A y-up one is turned upright by a quarter turn about X: x = X, y = -Z, height Y,
 so that a chiral house stays what it is. A model that stands far from its origin is moved near; the way back is in the

@@ -1,4 +1,4 @@
-"""Sort a scene's parts by the roles that their names state, and share them out among the levels.
+"""Sort a mesh's faces into building, doors, furniture and rooms by its parts' names, and share them out among levels.
 
 R1  A piece called door that is no door by its shape (6 m wide, a wall with a hole) stays with the walls.
 R2  A part called floor is evidence for floors where it is flat; its faces stay with the walls, as those do that are

@@ -1,4 +1,6 @@
-"""Read point clouds of rooms and flats (.ply without faces, .pcd, .xyz, .las, .laz, .e57): a level for each storey.
+"""Read a point cloud of rooms (.ply without faces, .pcd, .xyz, .las, .laz, .e57): yield a level for each storey.
+
+The walls of a level are points too, the middles of voxels.
 
 Frame: x = X, y = Y of a z-up cloud; x = X, y = -Z of a y-up one. A cloud names nothing: walls and doorways are found
 by the stages, as in a scanned surface.

@@ -1,4 +1,6 @@
-"""Read point clouds in blocks, so that a file of any size is never in memory as a whole (E57: scan by scan).
+"""Read a point cloud in blocks of points (n, 3), in its own unit and axes, so that large files take little memory.
+
+E57 files come scan by scan, a compressed PCD file as one block, up to a limit.
 
 PLY without faces, PCD, XYZ text, LAS and LAZ (laspy), E57 (pye57); the content says which it is.
 

@@ -1,4 +1,4 @@
-"""ProcTHOR houses: one house in a JSON file, or many, one a line, in a file that may be packed by gzip.
+"""Read ProcTHOR houses, one in a JSON file or many, one a line, packed by gzip or not: yield one level for each.
 
 Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from above as it is; z = Y. A file of many
 houses is read as a stream: a build lists where each line begins, a worker goes there, and only one house is in memory.

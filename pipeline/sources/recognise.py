@@ -1,4 +1,6 @@
-"""Which reader opens a source: by its name, its suffix, or its content.
+"""Tell which reader opens a file, by its name, suffix or content, and list what readers find in a file or folder.
+
+The name ``procedural:COUNT`` is parsed here, too.
 
 R1  Every file of a folder is looked at; what a reader knows is its own.
 R2  A picture or an array is a robot's map only where the build names the side of its cells, or the file itself. The

@@ -1,4 +1,6 @@
-"""RoomPlan: rooms and homes captured by a phone, as exported JSON or as USDZ.
+"""Read a RoomPlan capture of a home by a phone (JSON or USDZ): yield its levels with rooms, openings and furniture.
+
+A USDZ file in which RoomPlan's walls are missing is read as a mesh.
 
 Frame: y is up and right-handed in the file, so that x = X and y = -Z show the home from above as it is; z = Y.
 

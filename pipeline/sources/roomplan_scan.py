@@ -1,4 +1,6 @@
-"""Parse a RoomPlan capture, from JSON or from the USDZ file that contains the same data.
+"""Parse a RoomPlan capture (``Scan``: boxes and floors) from JSON, or from the USDZ file that contains the same data.
+
+Meshes of any other USDZ file are loaded here, too (``load``).
 
 R1  A surface or an object is a box of its dimensions about its transform (16 numbers, column by column).
 R2  A structure holds its rooms, and each of these what was found in it; what the structure repeats is left out.

@@ -1,4 +1,4 @@
-"""SUNCG: every level of every house under a root folder (house/, room/, object/).
+"""Read a SUNCG root folder (house/, room/, object/): list its houses, and yield every valid level of each.
 
 Frame of a level: x = X and y = Z of the scene, as published (seen from above that is mirrored), z = Y less the foot of
 the level's wall meshes; the floor slab's top lies above the door sills, so heights count from the walls. Only wall

@@ -1,4 +1,4 @@
-"""Sweet Home 3D: the levels of a ``.sh3d`` home, or of its ``Home.xml``; centimetres in the file.
+"""Read a Sweet Home 3D home (``.sh3d``, or its ``Home.xml`` in centimetres): yield its levels in metres.
 
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 

@@ -1,4 +1,4 @@
-"""The numbers that readers of houses depend on, in three kinds, each with its unit and its reason.
+"""Hold the numbers that readers of houses depend on, each with its unit and reason: tolerances, sizes, thresholds.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; shares, cosines, counts and weights
 have none. A number that several readers use stands here once. Limits on the size of files, in bytes, faces or lines,

@@ -1,6 +1,9 @@
-"""Details of generated homes: cut corners, bay windows, slanted walls, pillars at walls. Doors stay free.
+"""Cut corners off a generated home's rooms and stand pillars in them, until they have about as many corners as asked.
 
-R1  An outer corner may be cut off; a long outer wall may have a bay, or stand aslant.
+The share of oblique walls is asked for, too. Front doors are placed here as well (``front_doors``).
+
+R1  An outer corner may be cut off, at 45 degrees or along most of a wall, which then stands aslant. Where the number of
+    corners that is missing is odd, any corner may lose 0.06 to 0.25 m.
 R2  Walls have pilasters, shafts stand at corners, and some walls end in a room.
 R3  Nothing comes near a door, nor shuts a way of 0.9 m; a few leave 0.5 m.
 """

@@ -1,4 +1,4 @@
-"""Generate a home from its index and a seed, independently of all other homes."""
+"""Make one home, as room polygons and doors in metres, from its index and a seed, independently of all other homes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Draw the requirements of a home from the distributions of published plans (``published.json``).
+"""Draw what a home shall have (areas, labels, doors) from the distributions of published plans (``published.json``).
+
+A kind is a class of houses whose labels and doors go together.
 
 The file holds distributions, no plan; ``research/home_statistics.py`` writes it.
 """

@@ -1,4 +1,4 @@
-"""Shape and connect the spaces of a home: merged rectangles, L-shaped rooms, and a tree of doors.
+"""Make rooms of a home's rectangles (some L-shaped, some with a wall's end in them), and join them by a tree of doors.
 
 Published houses are trees of rooms: their outlines have no holes, and a wall that stood free between two ways round is
 lost. Made houses are trees, too.

@@ -1,4 +1,4 @@
-"""Divide a box into rectangles by repeated cuts, then move outer sides inward until the house has its shape.
+"""Divide a box into one rectangle for each area (m2) by repeated cuts, then move outer sides in to give it its shape.
 
 Rectangles share their borders, which are the centre lines of walls. What is cut off at the box's corners and sides
 makes wings, recesses and steps, as where rooms of a floor planner are set beside each other.

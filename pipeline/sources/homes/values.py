@@ -1,6 +1,6 @@
-"""The parts of a home during its generation. Metres; x right, y up; the level frame of the plan.
+"""Hold what is asked of a generated home (``Wish``), and its parts. Metres; x right, y up; the level frame of the plan.
 
-Rooms are inner rectangles, from wall face to wall face, joined by openings. Walls are what lies between and around.
+Rooms are inner polygons, from wall face to wall face, joined by openings. Walls are what lies between and around.
 """
 
 from __future__ import annotations

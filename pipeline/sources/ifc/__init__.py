@@ -1,4 +1,4 @@
-"""IFC files: storeys become levels; spaces give rooms, names and labels; openings tell doors from mere gaps.
+"""Read IFC files: yield storeys as levels, with walls, rooms from spaces, openings with or without doors, furniture.
 
 **Levels**: what stands on each, its rooms, its openings, its furniture.
 

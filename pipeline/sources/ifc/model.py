@@ -1,4 +1,4 @@
-"""An IFC file as plain values: its storeys, and the triangles of all that a plan needs.
+"""Read an IFC file as plain values (``Building``): its storeys, and the triangles of its walls, doors, spaces and more.
 
 One pass of ifcopenshell's geometry iterator makes all triangles, in metres (the iterator converts the file's unit) and
 in the project's z-up axes. Most of a read's time goes here: into holes taken out of walls, then into furniture.

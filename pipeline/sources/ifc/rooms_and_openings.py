@@ -1,4 +1,4 @@
-"""What an IFC file names in a level: its rooms and its openings, as plan shapes.
+"""Find the rooms and openings of an IFC level as plan polygons, from the bodies of its spaces, doors and holes.
 
 **Rooms**, from IfcSpaces.
 

@@ -1,4 +1,4 @@
-"""Which storeys of an IFC file are levels, and at which height people stand on them.
+"""Decide which storeys of an IFC file are levels, and at which height (metres) people stand on them.
 
 **Elements without a storey**: files that hold no storey, or whose walls and spaces are contained in none, name their
 parts all the same.

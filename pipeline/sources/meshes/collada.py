@@ -1,4 +1,6 @@
-"""COLLADA files (.dae): triangles at their places, with the names of nodes, geometries and materials.
+"""Read a COLLADA file (.dae): yield its triangles, placed as in the scene, named by node, geometry and material.
+
+``DaeMesh`` is the step before: the triangles of one material, still in the frame of their geometry.
 
 Only geometry is read, so that odd effects, inputs and pictures do no harm.
 """

@@ -1,4 +1,6 @@
-"""Load a mesh file of any format as a scene; whatever is wrong with the file becomes a Rejection.
+"""Load a mesh file of any format as a ``Scene`` of named triangles; whatever is wrong with it becomes a Rejection.
+
+Axes and unit stay the file's own; ``convention`` returns what the format or the file says of them.
 
 Files of PLY, STL and OFF hold no names. The other formats have modules of their own.
 """

@@ -1,4 +1,4 @@
-"""glTF 2.0 files (.glb, .gltf): triangles at their places, with the names of nodes, meshes and materials.
+"""Read a glTF 2.0 file (.glb, .gltf): yield its triangles, placed as in the scene, named by node, mesh and material.
 
 Only geometry is read: no picture is opened, no address is fetched, and a buffer beside the file must lie in its folder.
 """

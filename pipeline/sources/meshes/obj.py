@@ -1,4 +1,4 @@
-"""Wavefront files (.obj): ``load`` reads any of them with its names, ``parse`` strictly reads the plain ones of SUNCG.
+"""Read a Wavefront file (.obj): ``load`` any of them with its names, ``parse`` strictly the plain ones of SUNCG.
 
 There are two readers because their contracts differ. ``load`` keeps the names of objects, groups and materials, accepts
 what programs write, and leaves out unused vertices. ``parse`` returns one mesh in file order, and refuses files that

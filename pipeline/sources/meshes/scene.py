@@ -1,4 +1,4 @@
-"""A scene: triangles with the names of the nodes, meshes and materials that they belong to."""
+"""Hold a mesh file's triangles as one mesh (``Scene``), each with the names of its nodes, mesh and material."""
 
 from __future__ import annotations
 

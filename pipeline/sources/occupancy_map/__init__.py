@@ -1,4 +1,4 @@
-"""A robot's map becomes a plan: its rooms are told apart (``rooms``), drawn with straight walls, and joined by doors.
+"""Read a robot's map as one level: tell its rooms apart (``rooms``), draw them with straight walls, join them by doors.
 
 Formats: all that ``houseexpo.grids.read_map`` reads: a ``map.yaml`` with its picture, a picture or an array with the
 build's option ``resolution``, and a bag.

@@ -1,4 +1,4 @@
-"""Gaps in the lines of a map's walls: where a straight wall goes on behind a gap, the gap is a way through it.
+"""Find gaps in the straight walls of a map, as end points in cells: ways through, at which ``rooms`` may part rooms.
 
 A wide doorway is hardly narrower than the corridor before it, so that the clearance does not show it (``narrows``). The
 corridor's wall does: its face is straight, before the gap and behind it. ROSE2 (Luperto et al., 2022) divides maps

@@ -1,4 +1,4 @@
-"""Find the narrow places of a map: basins of clearance, the borders between them, and the features of each border.
+"""Find the narrow places of a map's free cells, as borders between basins of clearance, and measure each for ``odds``.
 
 The clearance of a free cell is its distance to the nearest cell that is not free. Each cell belongs to the basin of the
 peak that the steepest way up leads to. Where two basins meet, the highest cell on their border is the middle of a

@@ -1,4 +1,6 @@
-"""The log-odds that a narrow place of a map separates two rooms: a sum of curves, one for each feature.
+"""Compute the log-odds that a narrow place of a map separates two rooms: a sum of curves, one for each feature.
+
+The features come from the measures of the narrow place (``Narrows``); ``rooms`` joins basins by the log-odds.
 
 The log-odds are ``BIAS`` plus, for each feature, the value of its curve, which is linear between its knots and level
 beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, and on these with furniture and noise

@@ -1,4 +1,4 @@
-"""Segment a map's cells into rooms, and find the passages between them.
+"""Segment a map's free cells into rooms (an int label a cell, 0 for none), and find the ways between the rooms.
 
 R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
     than SCRAP_M2 of others join are noise.

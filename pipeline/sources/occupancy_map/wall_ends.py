@@ -1,4 +1,4 @@
-"""Doorways of a map that was drawn: where the ends of walls face each other.
+"""Find the doorways of a map that was drawn, as four corners each, in cells: where the ends of walls face each other.
 
 A map of walls alone (``RobotMap.walls_only``) is exact to a cell, so that nothing needs to be weighed (``odds``): a
 wall ends at a doorway, and its end is an edge as long as the wall is thick.

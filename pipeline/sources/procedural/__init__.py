@@ -1,4 +1,4 @@
-"""Houses that the project makes itself, in SUNCG's layout on disk, each with its truth beside it.
+"""Write test houses that the project makes, some with planted faults, in SUNCG's layout on disk, with their true plans.
 
 ``write_house`` makes one house from its index and a seed, whatever others are made; ``write_houses`` makes many.
 """

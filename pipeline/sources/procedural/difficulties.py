@@ -1,7 +1,7 @@
-"""Turn boxes into homes, and add the difficulties that the paper names.
+"""Reshape the room polygons of a generated storey, and plant difficulties in it, such as a room without a door.
 
 Rooms round a corner, bays, cut corners and slanted wings; closed cells, rooms without a door, detached garages, open
-fronts. Cells stay disjoint. Lengths are in centimetres.
+fronts. Cells stay disjoint. Lengths are in centimetres, in ``without_door`` and ``open_front`` in metres.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Furniture and door leaves of generated houses: some in every level, and never so much that it blocks rooms."""
+"""Place furniture (at most two pieces a room) and door leaves in a generated storey, or furniture without a house."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Generate a house from its index and a seed, independently of all other houses.
+"""Make a test house (storeys with walls, doors, furniture) from its index and a seed, whatever others are made.
+
+Some houses hold a planted difficulty, or repeat an earlier house.
 
 Every hundred houses hold each difficulty in the same share. Some houses have walls that spell characters.
 """

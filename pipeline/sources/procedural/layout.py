@@ -1,4 +1,4 @@
-"""Lay out the rooms of a storey: choose their labels and sizes, and divide rectangles among them.
+"""Draw the rooms of a generated storey (labels, areas), and lay them out as disjoint polygons in centimetres.
 
 Numbers and labels follow the published counts. Rooms lie along a corridor, round a core, or in wings, as in homes.
 Cells are in whole centimetres, so that neighbours share their borders exactly.

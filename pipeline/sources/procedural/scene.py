@@ -1,4 +1,4 @@
-"""Write a house as SUNCG keeps its own: house.json, room meshes and the furniture's models."""
+"""Write a generated house into a SUNCG root folder: its house.json, its room meshes (OBJ), its furniture's models."""
 
 from __future__ import annotations
 

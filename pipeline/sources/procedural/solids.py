@@ -1,4 +1,4 @@
-"""Closed meshes of slabs: a wall's slab with its holes, and a polygon's slab between two heights."""
+"""Make closed triangle meshes: of a wall's slab with its holes, and of a plan polygon between two heights."""
 
 from __future__ import annotations
 

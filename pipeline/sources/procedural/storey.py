@@ -1,4 +1,4 @@
-"""Make one storey: rooms, layout, walls, openings, furniture, and the one difficulty that is planted in it."""
+"""Make one storey at random: rooms, walls, openings, furniture, and the one difficulty that is asked for, if any."""
 
 from __future__ import annotations
 

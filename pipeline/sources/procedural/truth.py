@@ -1,4 +1,4 @@
-"""The true plan of a generated storey, computed from the generator's parameters and not by the pipeline.
+"""Compute a generated storey's true plan from the generator's parameters, and not by the pipeline that it tests.
 
 Rooms are cells less slabs; missing outer walls count as standing, since a person would draw the outline there. Door
 gaps lie between the two faces of a wall. Free space is both together. ``rooms``, ``doors``, ``zones`` and ``floor_z``

@@ -1,4 +1,6 @@
-"""The parts of a house during its generation. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
+"""Hold the parts of a test house during its generation. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
+
+While rooms are laid out, lengths are centimetres, and so is ``Spec.side``.
 
 Where the walls lie: the cells of a storey share their borders, and a border is the centre line of the wall on it. Each
 cell brings a pair of slabs for each of its edges, 0.05 m on either side of the line; where two rooms meet, the two

@@ -1,4 +1,4 @@
-"""The walls of a storey: the edges of its cells, the slabs on them, and the doors and windows in them."""
+"""Make a storey's walls from its cells: the cells' edges, the slabs on them, and the doors and windows in them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Divide a house into levels: find its floors, and cut the mesh above each.
+"""Divide the mesh of a house (metres, z up) into levels: find its floors, and cut the mesh above each.
 
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
     (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.

@@ -1,4 +1,4 @@
-"""Sizes and units that a person may give: their names, their ranges, and what they mean in metres."""
+"""Check the sizes and units that a person gives, turn them into metres, and guess a model's scale from its openings."""
 
 from __future__ import annotations
 

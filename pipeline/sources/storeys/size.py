@@ -1,4 +1,6 @@
-"""Find the up axis and the unit of a mesh that states neither, from the sizes that houses have.
+"""Find a mesh's up axis and the metres in its unit, from what user and file say and from the sizes that houses have.
+
+A mesh that is no house in any unit is rejected. ``Wish`` is what the user says, ``Frame3D`` the answer.
 
 R1  The up axis is the convention's unless the shape speaks clearly against it: a house is flatter than it is wide, its
     faces stand upright or lie level, and in a mesh of walls alone hardly any looks up. An axis that the file itself

@@ -1,4 +1,4 @@
-"""The horizontal and upright surfaces of a mesh, and the grid on which their areas are compared."""
+"""Measure the upright and level faces of a mesh, the wall length at each height, and plan areas on a grid of cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plans drawn as lines, areas and names, by people or programs: one module per family of formats.
+"""Read plans drawn as lines, areas and names, by one module per family of formats, and yield their levels.
 
 Each module of the table has two functions: ``claims(path, head)``, which tells by a file's name and its first bytes
 whether it is of that family, and ``draw(path)``, which reads it as a ``Drawing``.

@@ -1,4 +1,4 @@
-"""Annotations of panorama data sets: Structured3D (``annotation_3d.json``) and ZInD (``zind_data.json``).
+"""Read annotations of panoramas as rooms and doors: Structured3D (``annotation_3d.json``), ZInD (``zind_data.json``).
 
 Formats: bertjiazheng/Structured3D, data_organization.md (junctions, lines, planes, semantics, planeLineMatrix,
 lineJunctionMatrix; millimetres, z up); ZInD as its readers describe it (scale_meters_per_coordinate and redraw, a

@@ -1,4 +1,4 @@
-"""A scene of named bodies as drawn storeys: walls, floors of rooms, doors and furniture by what they are called.
+"""Turn named bodies of an MJCF, USD or Webots scene into storeys: walls, rooms, doors and furniture by their names.
 
 R1  The names of a body decide, its own first: wall, lintel, column; floor, room, ground; door, doorway, opening,
     window, ceiling. A body without such a name is furniture.

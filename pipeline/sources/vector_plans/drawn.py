@@ -1,4 +1,4 @@
-"""A drawn plan as its file represents it, and the levels that it gives.
+"""Hold a plan as its file draws it (walls, holes, rooms of each storey), and make levels of it for ``vector_plans``.
 
 The frame: metres, x right and y up in the plan. A file whose y runs down is turned up by its reader.
 

@@ -1,4 +1,4 @@
-"""DXF drawings: walls, rooms, doors and names by their layers, read by ezdxf.
+"""Read a DXF drawing by ezdxf: walls, rooms, doors and names by words in the names of its layers.
 
 R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls are no house (templates state
     millimetres for drawings in inches), it is the first of mm, m, cm, inches and feet in which the walls are as long as

@@ -1,4 +1,4 @@
-"""Interpret drawings by the names of their features: DXF layers, GeoJSON properties, groups of our SVG.
+"""Make a drawn storey of lines, areas and texts by their names: DXF layers, GeoJSON properties, groups of SVG.
 
 R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
     two of them close to each other the faces of one (``drawn.solid_between``).

@@ -1,4 +1,4 @@
-"""GeoJSON of walls, rooms and doors: our own export, IMDF's files, and what else names its features so.
+"""Read GeoJSON of walls, rooms and doors: our own export, IMDF's files, and what else names its features so.
 
 R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says. Others are
     passed over.

@@ -1,4 +1,4 @@
-"""InteriorGS floor plans (``structure.json``): rooms, walls as thick lines, holes in them, and boxes of instances.
+"""Read an InteriorGS floor plan (``structure.json``): rooms, walls as thick lines, doors in them, boxes of furniture.
 
 Format: manycore-research/InteriorGS, README, "Floorplan data": metres, z up. ``rooms`` have a ``profile``, a polygon of
 the plan, and a ``room_type``; ``walls`` a ``location``, a line of the plan, with ``thickness`` and ``height``;

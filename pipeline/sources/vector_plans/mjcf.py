@@ -1,4 +1,6 @@
-"""MJCF, MuJoCo's scenes: bodies with names, as MolmoSpaces and our own export write them.
+"""Read an MJCF scene of MuJoCo: walls, floors, doors and furniture by the names of its bodies.
+
+MolmoSpaces and our own export write such scenes.
 
 Format: MuJoCo's XML reference. Names as MolmoSpaces writes them: ``room|...`` floors, ``door_...`` and ``doorway_...``
 passages, ``wall...`` walls. Read are worldbody, bodies, frames, geoms and sites; boxes, and meshes whose corners are in

@@ -1,4 +1,4 @@
-"""Open-RMF buildings (``*.building.yaml``), as traffic_editor draws them.
+"""Read an Open-RMF building (``*.building.yaml``) of traffic_editor: walls, doors, rooms and lifts of its levels.
 
 Format: open-rmf/rmf_traffic_editor, rmf_building_map_tools (Building, Level, Wall, Lift). Vertices are
 [x, y, z, name, parameters]; walls, doors, measurements are [start, end, parameters], a parameter [type, value].

@@ -1,4 +1,6 @@
-"""Architectures as the scene toolkit of smartscenes writes them: HSSD's ``*.scenestate.json``, SceneEval, libsg.
+"""Read walls, holes and floors as the scene toolkit of smartscenes writes them: HSSD, SceneEval, libsg.
+
+HSSD's files are called ``*.scenestate.json``.
 
 Format: ``{"format": "sceneState", "scene": {"arch": {...}}}``, or the ``arch`` alone. Its ``elements`` are walls
 (``points``: the two ends, ``height``, ``depth``, ``holes`` with a ``type`` and a ``box`` along the wall and up), floors

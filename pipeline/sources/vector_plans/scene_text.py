@@ -1,4 +1,6 @@
-"""Layouts as text: SpatialLM (``wall_0=Wall(...)``) and Aria Synthetic Environments (``make_wall, id=0, ...``).
+"""Read a layout written as text, one wall, door or box of furniture a line: SpatialLM, Aria Synthetic Environments.
+
+A wall is ``wall_0=Wall(...)`` in SpatialLM, and ``make_wall, id=0, ...`` in Aria Synthetic Environments.
 
 Formats: manycore-research/SpatialLM (Wall: ax, ay, az, bx, by, bz, height, thickness; Door and Window: wall, x, y, z,
 width, height; Bbox: class, x, y, z, angle_z, sx, sy, sz) and facebookresearch/scenescript (make_wall: a_x .. b_z,

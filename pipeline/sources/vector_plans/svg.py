@@ -1,4 +1,4 @@
-"""SVG plans: CubiCasa5k (``model.svg``), and our own export.
+"""Read an SVG plan of CubiCasa5k (``model.svg``) or our own export: walls, rooms and doors by its groups' classes.
 
 Format: CubiCasa/CubiCasa5k; groups with ``class`` "Wall External", "Door Swing Beside", "Window Regular", "Space
 Bedroom" and their like, each with a polygon; pixels, y down; storeys beside each other in groups "Floorplan".

@@ -1,4 +1,4 @@
-"""Data sets of many plans in one file: Swiss Dwellings and MSD (``geometries.csv``), and ResPlan (``ResPlan.pkl``).
+"""Read, plan by plan, a file of many: Swiss Dwellings and MSD (``geometries.csv``), and ResPlan (``ResPlan.pkl``).
 
 Formats: Swiss Dwellings 3.0 (a row a shape: floor_id, entity_type area, separator, opening or feature,
 entity_subtype, geometry as WKT, metres); Modified Swiss Dwellings, the same with ``geom``; ResPlan (a list of plans,

@@ -1,4 +1,4 @@
-"""USD scenes (``.usd .usda .usdc``): walls, floors, doors and furniture by their semantic labels and names.
+"""Read a USD scene (``.usd .usda .usdc``): walls, floors, doors and furniture by semantic labels and names.
 
 Format: OpenUSD, read by usd-core; references, payloads, instances, units and the up axis are the library's. Labels are
 taken from ``semantics:labels:*``, ``semantic:*:params:semanticData`` and ``semanticLabel``, of the prim or the nearest

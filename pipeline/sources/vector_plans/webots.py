@@ -1,4 +1,4 @@
-"""Webots worlds, ``.wbt``: walls, doors and windows by the names of their PROTO nodes, and solids by their shapes.
+"""Read a Webots world, ``.wbt``: walls, doors and windows by PROTO type, other solids by the names of their nodes.
 
 Format: the Webots reference manual ("Nodes and Functions", "PROTO: apartment structure"). A world is a text of nodes,
 ``Type { field value ... }``, as in VRML97.
