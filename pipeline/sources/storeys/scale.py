@@ -1,4 +1,4 @@
-"""Check the sizes and units that a person gives, turn them into metres, and guess a model's scale from its openings."""
+"""Check the sizes and units that a person gives, turn them into metres, and guess a scale from storeys and openings."""
 
 from __future__ import annotations
 
