@@ -1,4 +1,4 @@
-"""``python -m pipeline`` is ``houseexpo build``."""
+"""Run the command ``houseexpo build`` when called as ``python -m pipeline``."""
 
 from houseexpo.entry import main
 

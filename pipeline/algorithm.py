@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper on one page: the stages in order. A house goes in; a plan or a rejection comes out."""
+"""Run the paper's Algorithm 1 stage by stage: turn one storey into plans, one for each building, or a Rejection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands ``build`` and ``inspect``: they read the command line, run the work, and show the outcome.
+"""Define the commands ``houseexpo build`` and ``inspect``: read their options, run the work, and print the outcome.
 
 What is heavy is imported where a command runs, so that ``houseexpo --help`` answers at once.
 """

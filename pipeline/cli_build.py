@@ -1,4 +1,4 @@
-"""What the command ``build`` does: it builds, runs one shard, or checks hashes, and shows the outcome."""
+"""Do the work of ``houseexpo build`` and ``houseexpo.build``: build, run a shard, or check hashes; show the outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands for builds on many machines: ``assemble``, and ``slurm``, which writes the scripts for one."""
+"""Define the commands for builds in shards: ``assemble`` makes the data set, ``slurm`` writes the jobs' scripts."""
 
 from __future__ import annotations
 

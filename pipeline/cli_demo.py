@@ -1,4 +1,4 @@
-"""``houseexpo demo``: write example houses and example plans."""
+"""Define ``houseexpo demo``: write example houses and a manifest to a folder, and build plans of made homes there."""
 
 from __future__ import annotations
 

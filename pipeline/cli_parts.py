@@ -1,4 +1,4 @@
-"""What the commands share: settings, progress, a clean end on Ctrl-C, and what is shown at the end."""
+"""Provide what the commands share: settings from options, a clean end on Ctrl-C, and what they print at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One small dataclass for each stage. Defaults are the paper's values where it gives them (section II, Algorithm 1)."""
+"""Define each stage's parameters as a dataclass; defaults are the paper's if it gives any (section II, Algorithm 1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Manifests: TOML files with the sources of a build, and the parameters that differ from the defaults.
+"""Read a manifest, a TOML file with the sources of a build and the parameters that differ from the defaults.
 
 ::
 

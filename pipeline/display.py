@@ -1,4 +1,4 @@
-"""Progress of a build on the console: how far each part is, and the outcomes so far.
+"""Show a build's progress on standard error: how far each part is, and the outcomes so far.
 
 In a terminal these are bars that vanish at the end; elsewhere, as in a log, plain lines now and then. A part that is
 done at once leaves no line.

@@ -1,4 +1,4 @@
-"""Inspect one house: run it stage by stage and report what each stage did and why."""
+"""Run one house through the stages for ``houseexpo inspect``: write a PNG of each, return the plan or the rejection."""
 
 from __future__ import annotations
 

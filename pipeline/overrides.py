@@ -1,4 +1,4 @@
-"""People's corrections of single houses: ``overrides.toml``, with one table for each id.
+"""Read people's corrections of single houses from ``overrides.toml``, one table for each id, and apply them.
 
 A build reads up to two such files. One is named by ``--overrides``, or else lies beside the manifest. The other lies in
 the data set itself; reviews write to it. If the two contradict each other, the one in the data set takes precedence,

@@ -1,4 +1,4 @@
-"""Draw each stage of a house in colour, like the paper's Figure 2: the input of the stage and its result."""
+"""Draw the result of each stage of a house as an RGB picture, like the paper's Figure 2, or all on one sheet."""
 
 from __future__ import annotations
 

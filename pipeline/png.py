@@ -1,4 +1,4 @@
-"""Pictures as PNG files, and a small picture of a mesh from above."""
+"""Encode pictures (grey or RGB arrays) as PNG files, and draw a mesh from above as a small PNG for rejections."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quality of a plan: a logistic model over a few named grounds, each of which measures a possible fault.
+"""Score a plan's quality, 0 to 1, by a logistic model of grounds (signs of faults), and reject plans below a limit.
 
 A ground is 0 where nothing speaks against the plan and 1 where everything does, so no weight is above 0::
 

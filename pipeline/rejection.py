@@ -1,4 +1,4 @@
-"""Rejections: why an input gave no plan. Each has a stage, a reason code for counts, and a detail for people."""
+"""Define Rejection, raised where an input gives no plan: a stage, a reason code for counts, a detail for people."""
 
 from __future__ import annotations
 

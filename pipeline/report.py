@@ -1,4 +1,4 @@
-"""The outcome of a build, for people, in the terminal: tables and lines; ``pipeline.report_page`` writes the page.
+"""Print the outcome of a build in the terminal, as tables and lines; ``pipeline.report_page`` writes the HTML report.
 
 R1  First the counts, then the plans by id, then what gave no plan and what to do about it, then where all is, and the
     commands that people run next.

@@ -1,4 +1,4 @@
-"""The HTML report of a build, ``.build/report.html``: the outcomes that need attention come first.
+"""Write the HTML report of a build, ``.build/report.html``, with pictures: what needs attention comes first.
 
 Doubtful plans stand first, the least sure first, with what speaks against them; then rejections by stage and reason,
 duplicates, plans drawn at random, and where the time went.

@@ -1,4 +1,4 @@
-"""The numbers that several rules of ``geometry`` and ``stages`` share, in three kinds, each with its unit and reason.
+"""Define the numbers that several rules of ``geometry`` and ``stages`` share, in three kinds, with units and reasons.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres; shares and cosines have none. What only one rule knows
 stands beside that rule. What a build may choose is in ``config.py``. ``python -m research.threshold_effects`` moves

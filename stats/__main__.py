@@ -1,4 +1,4 @@
-"""Entry point of ``python -m stats``, which is the same as ``houseexpo stats``."""
+"""Run the command ``houseexpo stats`` when called as ``python -m stats``."""
 
 from houseexpo.entry import main
 

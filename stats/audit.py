@@ -1,4 +1,4 @@
-"""Rules that a plan of a real home keeps, and which rooms adjoin which: an audit that treats every data set alike.
+"""Check a plan's rooms against six rules of real homes, find which rooms adjoin, and add up the audits of many plans.
 
 The rules and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md, 2026),
 which holds nine public data sets to them (``stats.public``). They are loose: a person and a bed must fit. Real homes

@@ -1,4 +1,4 @@
-"""Find plans that need a review: plans that are not connected for a robot, invalid rings, repeated plans.
+"""List the plans that need a review, with reasons: not connected for a robot, an invalid ring, a repeated plan.
 
 R1  A plan is not connected if a disc of the given radius cannot reach every place where it fits, or fits nowhere.
 R2  A ring is invalid if it touches or crosses itself.

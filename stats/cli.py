@@ -1,4 +1,4 @@
-"""The command ``houseexpo stats``."""
+"""Define the command ``houseexpo stats``: measure a data set, print tables or JSON, write a report, list bad plans."""
 
 from __future__ import annotations
 

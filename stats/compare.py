@@ -1,4 +1,4 @@
-"""The distance of two data sets in each measure."""
+"""Compute how far two data sets differ in each measure: Wasserstein-1, total variation, or difference of shares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plots as SVG that take their colours and font from the surrounding page, light or dark."""
+"""Draw histograms, bars and plans as SVG for the report; they take colours and font from the page, light or dark."""
 
 from __future__ import annotations
 

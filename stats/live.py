@@ -1,4 +1,4 @@
-"""The report of some plans on request; ``houseexpo serve`` finds it by its entry point."""
+"""Return the statistics of a data set as an HTML page; ``houseexpo serve`` finds ``report_of`` by its entry point."""
 
 from __future__ import annotations
 

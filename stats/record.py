@@ -1,4 +1,4 @@
-"""The values of all measures for one plan, as plain values that can be cached."""
+"""Measure one plan: numbers, labels, a robot's reach, ring faults and audit, as plain values that can be cached."""
 
 from __future__ import annotations
 

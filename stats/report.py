@@ -1,4 +1,4 @@
-"""The contents of a report as plain values, for the page, the terminal and the JSON file."""
+"""Hold the report on a data set, also beside another one or a list, as plain values for page, terminal and JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The summary of a data set: the measures of its plans, added up."""
+"""Add up the Records of many plans (measures, a robot's reach, ring faults, repeats); summaries can be merged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A report in the terminal, with the same numbers as the page."""
+"""Turn a report into tables for the terminal, with the same numbers as the HTML page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distributions of a number, as counts of whole steps; merging them is exact and does not depend on the order."""
+"""Count a number's values in whole steps, for mean, quantiles and histogram; merging is exact and in any order."""
 
 from __future__ import annotations
 

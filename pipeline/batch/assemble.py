@@ -1,4 +1,4 @@
-"""Put a data set together from outcomes: which plans stay, and the files beside them (docs/format.md)."""
+"""Write a data set (docs/format.md) from outcomes and stored plans: plans without duplicates, index, manifest."""
 
 from __future__ import annotations
 

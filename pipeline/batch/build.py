@@ -1,4 +1,4 @@
-"""A batch: list the inputs, plan those that are not done, put the data set together.
+"""Build a data set folder: list the inputs, plan those that no earlier run has done, and assemble the plans.
 
 A run that finds everything as it was reads no input and writes nothing; what changed is seen by path, size and time,
 and then by content. What it keeps and how: ``journal``, ``plans``, ``folder``.

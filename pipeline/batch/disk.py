@@ -1,4 +1,4 @@
-"""The file system of a build: paths as text, one lock per folder, and which faults are transient."""
+"""Encode paths as text, lock a build's folder, and tell transient faults (such as a full disk) from other errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An entry of the journal: what is known of one input."""
+"""Hold what a build records of one input: the files read, with hashes, and the plans and rejections that it gave."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files that an input was made from: their stamps and hashes, and whether they are unchanged."""
+"""Describe the files that an input was read from by size, time and SHA-256, and tell whether they are unchanged."""
 
 from __future__ import annotations
 

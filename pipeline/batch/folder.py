@@ -1,4 +1,4 @@
-"""A data set folder before a build: its contents, whether a build may write there, and changes since the last build.
+"""Check whether a build may write to a data set folder, and read and keep the record of what the last build wrote.
 
 Rules:
 

@@ -1,4 +1,4 @@
-"""The work on one input: open it, plan its levels, store the plans. Every error becomes an outcome."""
+"""Plan one input in a worker: read it, plan its levels, store the plans. Return an Entry; errors become outcomes."""
 
 from __future__ import annotations
 

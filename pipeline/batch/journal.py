@@ -1,4 +1,4 @@
-"""The journal: one line for each input that is done, appended and never changed; the last line of an input counts.
+"""Append a line to ``journal.jsonl`` for each input that is done, never change one, and return an input's last.
 
 A line that a crash cut short, or that was damaged later, is passed over: its input is done again. In memory stands only
 where each input's line begins.

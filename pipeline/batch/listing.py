@@ -1,4 +1,4 @@
-"""The inputs of a build: listed from its sources, each once; and the sources and files that hold no house."""
+"""List the inputs of a build from its sources, each once; name sources, and count files, that hold no house."""
 
 from __future__ import annotations
 

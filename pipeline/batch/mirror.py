@@ -1,4 +1,4 @@
-"""A local folder that mirrors an object store for readers that need files; file contents are fetched on first use.
+"""Mirror an object store in a local folder for readers that need files; fetch a file's contents when it is opened.
 
 1. The folder has every object's name, size and time; what a file holds is fetched when it is opened.
 2. Listing needs the beginnings of files: those of a folder are fetched together, the whole of a file only where its

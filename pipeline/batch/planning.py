@@ -1,4 +1,4 @@
-"""Decide which inputs to plan, and plan them; shared by builds, shards and the list of what is left.
+"""Find the inputs that are not done and plan them in an executor; used by builds, shards and the list of what is left.
 
 An input is done where it is known with the same recipe, its plans are kept, and its files look as they did.
 """

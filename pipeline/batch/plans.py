@@ -1,4 +1,4 @@
-"""The store of plans and of pictures of their stages, from which the data set is assembled.
+"""Store and read plans, and pictures of their stages, as bytes; data sets are assembled from them.
 
 Each lies under the SHA-256 of its bytes, so that two writers agree.
 """

@@ -1,4 +1,4 @@
-"""What a result depends on besides its input files: the parameters, the code, the versions of libraries."""
+"""Hash what an input's plans depend on besides its files: parameters, corrections, code, versions of libraries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A build in shards: run one of them, list what is left, and assemble the data set when nothing is left."""
+"""Build a data set in shards: run one shard, list the inputs that are left, and assemble the plans of all shards."""
 
 from __future__ import annotations
 

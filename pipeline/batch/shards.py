@@ -1,4 +1,4 @@
-"""Shards: parts of one build that run independently, in any order, and may run more than once.
+"""Split a build into shards, which run in any order, also twice: the inputs of each, common settings, and journals.
 
 Rules:
 

@@ -1,4 +1,4 @@
-"""Slurm scripts for a build in shards: an array of tasks, one per shard, and a job that assembles the data set.
+"""Write and submit Slurm scripts for a build in shards: an array with a task for each shard, and a job that assembles.
 
 Rules:
 

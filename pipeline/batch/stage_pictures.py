@@ -1,4 +1,4 @@
-"""Plan a level and keep a picture of each stage, if the build asks for pictures.
+"""Plan a level and draw its stages as one PNG beside each plan, for builds that keep pictures (``--keep-stages``).
 
 The plans are those of ``by_algorithm``. How pictures are drawn shows in no plan, so ``job`` does not know this module:
 no plan is made again because pictures are drawn otherwise.

@@ -1,4 +1,4 @@
-"""Check a data set against what its build wrote: every hash of the manifest, and every plan in the store."""
+"""Check a data set's files and stored plans against the hashes that its build wrote; yield a line for each fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Map a function over items in worker processes of this machine.
+"""Map a function over items in worker processes with limits of time and memory; yield each item's result or Failure.
 
 Every item runs in a worker, also with ``workers=1``: a time limit, a memory limit and a crash can be held only from
 outside the process that they strike. Workers come from a fork server that holds no state of the caller, and compute

@@ -1,4 +1,4 @@
-"""Map a function over items on a Ray cluster.
+"""Map a function over items on a Ray cluster, with the limits of ``local``; yield each item's result or Failure.
 
 Rules:
 

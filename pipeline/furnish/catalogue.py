@@ -1,4 +1,4 @@
-"""The catalogue of furniture: the sizes of pieces, and which pieces a room of each label needs.
+"""List pieces of furniture with their sizes, and the pieces that a room of each label may hold, with their chances.
 
 Lengths are centimetres: plans stand on a grid of 1 cm, and so do the pieces.
 """

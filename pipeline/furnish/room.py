@@ -1,4 +1,4 @@
-"""Furnish one room.
+"""Place furniture in one room: choose pieces by its label, and return where each stands (boxes in whole centimetres).
 
 1. Pieces stand in the room, 5 cm or more from each other, at a wall or 5 cm or more from it.
 2. Before a piece its ``front`` is free of others; a piece that belongs to it (a chair to a desk) may stand there.

@@ -1,4 +1,4 @@
-"""Areas in the plane: overlays that give areas, the bounded pieces of free space, clean outlines, triangles."""
+"""Overlay shapely areas without stray lines and points, find spaces that walls enclose, take outlines, triangulate."""
 
 from __future__ import annotations
 

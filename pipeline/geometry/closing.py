@@ -1,4 +1,4 @@
-"""What may close the door plane: strips under lintels, gaps of full height, the boundary of an open house."""
+"""Find pieces that may close openings of the door plane or mouths in rooms, keep those that part spaces, set sides."""
 
 from __future__ import annotations
 

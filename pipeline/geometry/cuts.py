@@ -1,4 +1,4 @@
-"""Find where a wall can be cut to connect two spaces, and rank the cuts by how likely a door is there."""
+"""Find straight doorways to cut through walls between spaces, and places with evidence of a door, likeliest first."""
 
 from __future__ import annotations
 

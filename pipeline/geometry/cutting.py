@@ -1,4 +1,4 @@
-"""Horizontal sections of meshes: the segments at a height, winding numbers, what closes a body, heights to cut at."""
+"""Cut meshes at a height into oriented segments, tell which points lie inside bodies, and choose heights to cut at."""
 
 from __future__ import annotations
 

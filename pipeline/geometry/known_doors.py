@@ -1,4 +1,4 @@
-"""Doors that are known before gaps are searched: named by the source, or shown by a leaf."""
+"""Find doorways and door leaves before gaps are searched: named by the source, or shown by a leaf or a recess."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Triangle meshes: their connected pieces, the bodies that these form, and the footprint of a body."""
+"""Hold triangle meshes and point clouds, split meshes into connected bodies, and find a body's box and footprint."""
 
 from __future__ import annotations
 

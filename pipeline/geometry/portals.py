@@ -1,4 +1,4 @@
-"""Portals: straight strips through a wall that join two spaces, and how a piece of wall falls into them."""
+"""Find portals, the straight strips through a piece of wall from one space to another, and join those in a row."""
 
 from __future__ import annotations
 

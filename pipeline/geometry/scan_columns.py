@@ -1,4 +1,4 @@
-"""Columns of a scan: the occupied heights above each cell of a scanned surface or a point cloud."""
+"""Turn a scanned mesh or a point cloud into columns: a raster that says at which heights something stands in a cell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find walls and free space of a scan in its columns: raster masks, filled holes, and polygons."""
+"""Find the walls and doorways of a scan in its columns: masks on a raster, with holes closed, and their polygons."""
 
 from __future__ import annotations
 

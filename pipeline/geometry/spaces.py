@@ -1,4 +1,4 @@
-"""Find spaces between walls: rooms, the passages between them, voids, and where a robot can stand."""
+"""Hold a house as rooms and passages, fit passages to rooms, cut out floor voids, find where a robot can stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compute wall areas from horizontal sections: solid walls, walls of two sheets, closets, and wall tops."""
+"""Compute wall areas (polygons) from horizontal sections of a mesh, and find what ends below the walls beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Separate the buildings of one file into plans of their own: no cut may connect two houses through the open air.
+"""Split a level into one level with its spaces for each building, so that no cut connects two buildings.
 
 R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building; but not those that each
     have an entrance of their own, and air between them that no wall is thick enough to fill.

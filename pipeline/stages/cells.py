@@ -1,4 +1,4 @@
-"""Algorithm 1, lines 5-8: closed cells smaller than the threshold become obstacle (chimneys, shafts).
+"""Drop cells (rooms connected with each other) below a threshold of area, such as shafts (Algorithm 1, lines 5-8).
 
 The paper lists n = 500 points for this check, and no step of it uses them: labelling covers every point. A cell is a
 room together with all rooms that can be reached from it; a small room with a door is part of a larger cell and stays.

@@ -1,4 +1,4 @@
-"""The confidence of each door, entrance and room: three logistic models over named features.
+"""Rate each door, entrance and room of a plan with a probability, 0 to 1, by three logistic models of named features.
 
 The confidence of a door is the probability that a passage is there; that of a room is the probability that its outline
 is right. A model is a bias and one weight for each feature::

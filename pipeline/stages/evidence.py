@@ -1,4 +1,4 @@
-"""Collect the evidence of a level: decide which parts are walls, lintels, leaves, rails and furniture.
+"""Decide which parts of a level's mesh are walls, lintels, door leaves, rails and furniture; return their plan areas.
 
 The paper cuts at one height, which serves SUNCG: its furniture is known, and every door has a sill. Other houses have
 neither, so that each thing is judged by where it begins and where it ends.

@@ -1,4 +1,4 @@
-"""Furniture as obstacles, if the build asks for it: subtract from the rooms what stands on the floor.
+"""Subtract furniture that stands on the floor from the rooms, if the build asks for it, and return it as obstacles.
 
 R1  An object is an obstacle if it begins below ``STEP_OVER_M``: a lamp that hangs is none.
 R2  Of a room that furniture divides, the parts that a way leads to stay: those in the piece of the floor that holds

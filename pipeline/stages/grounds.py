@@ -1,4 +1,4 @@
-"""The grounds against a plan: named shares that each measure a possible fault, from 0 (none) to 1.
+"""Measure the grounds against a plan: signs of faults, each 0 (none) to 1, on which its quality and confidences rest.
 
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
 R2  ``patch_share``: candidates that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where

@@ -1,4 +1,4 @@
-"""Close the layout, or reject a level without one (Algorithm 1 assumes a closed ground plane).
+"""Close the openings of the door plane so that walls enclose spaces, as Algorithm 1 assumes, or reject the level.
 
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source

@@ -1,4 +1,4 @@
-"""Algorithm 1, lines 1-2: cut the house at the ground plane and at the door plane.
+"""Cut a level at the door plane P_d and the ground plane P_g (Algorithm 1, lines 1-2), or take both from the evidence.
 
 R1  Where doors have sills (SUNCG), P_d is the section at h_d, all that stands in a robot's way, and P_g the section at
     h_g, as in the paper.

@@ -1,4 +1,4 @@
-"""Name the rooms, and divide spaces where only the source distinguishes rooms.
+"""Give rooms the labels and words of the source's rooms, and divide a space in which the source draws several rooms.
 
 R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds several of them is divided: each point
     goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either.

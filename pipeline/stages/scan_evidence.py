@@ -1,4 +1,4 @@
-"""Collect the evidence of a scanned level: ``stages.evidence`` for a surface of many small faces.
+"""Find walls, lintels and doorways of a scanned level, a mesh or a point cloud: ``stages.evidence`` for scans.
 
 R1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_walls``).
 R2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.

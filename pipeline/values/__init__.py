@@ -1,4 +1,4 @@
-"""The frozen, typed values that pass between sources and stages.
+"""Re-export the frozen dataclasses that sources pass to stages, and stages to each other, for import from one place.
 
 ``source`` holds what a source hands over, ``stages`` what the stages hand to each other. Values that geometry works on
 (meshes, closing candidates, doorways, spaces) are its own and are named here too.

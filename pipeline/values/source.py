@@ -1,4 +1,4 @@
-"""The values that a source passes to the stages.
+"""Define what a source passes to the stages: Level (a storey's meshes, named rooms, frame), Input and Reader.
 
 The meshes of a Level are in the level frame: metres, x right and y up in the plan, z height above the level's floor
 (for SUNCG: above the foot of the wall meshes). ``Level.frame`` maps (x, y) of the level frame to the source's plan

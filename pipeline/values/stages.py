@@ -1,4 +1,4 @@
-"""The values that stages pass to each other. All shapes are plan areas in the level frame, metres."""
+"""Define what stages pass on, from Evidence to Obstacle; shapes are plan areas in the level frame, metres."""
 
 from __future__ import annotations
 
