@@ -1,4 +1,4 @@
-"""Find pieces that may close openings of the door plane or mouths in rooms, keep those that part spaces, set sides."""
+"""Find pieces that may close the door plane's openings or a room's mouths, and keep those that part two spaces."""
 
 from __future__ import annotations
 
