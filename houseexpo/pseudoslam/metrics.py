@@ -1,4 +1,4 @@
-"""Metrics of many episodes at once: from the simulator's arrays to metres and shares."""
+"""Compute metrics of many episodes at once, in metres and shares, from the simulator's arrays; for tasks and infos."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planning on a robot's own map: where it can stand, how far away that is, and where the frontiers are."""
+"""Plan on a robot's own map: find where it can stand, distances and frontiers; make the parameters of such kernels."""
 
 from __future__ import annotations
 

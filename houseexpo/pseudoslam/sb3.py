@@ -1,4 +1,4 @@
-"""Vector environments for Stable-Baselines3, which has its own interface.
+"""Wrap PseudoSLAM's vector environments in the interface of Stable-Baselines3 (``VecEnv``).
 
 >>> from houseexpo.pseudoslam.sb3 import SB3VecEnv  # doctest: +SKIP
 >>> env = gymnasium.make_vec("PseudoSLAM/Exploration-v0", 16, autoreset_mode="SameStep", dataset="plans/demo")

@@ -1,4 +1,4 @@
-"""The simulator: a robot that moves in a world, scans it and builds a map. It does not depend on gymnasium."""
+"""Simulate one robot that moves in a world, scans it and builds a map. This does not depend on gymnasium."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A SLAM without loop closure: odometry corrected by matching each scan with the map of the scans before it.
+"""Estimate pose and map without loop closure: correct odometry by matching each scan with the map of earlier key scans.
 
 It knows what a robot knows: the pose that its odometry predicts, and the ranges of its laser. The map is a grid with
 the frame of the simulator's, in which the first pose is given.

@@ -1,4 +1,4 @@
-"""The state of an episode, which a step changes, and pools of the arrays of many episodes.
+"""Hold the state of an episode, which a step changes, and give views of episodes in pools of many episodes' arrays.
 
 Some arrays of ``kernels.episode.Episode`` are its own fields, others are in tuples of arrays that are its fields. There
 is no deeper nesting. In a pool, each array has an additional first axis.

@@ -1,4 +1,4 @@
-"""The tasks of a robot: rewards, termination and reports, for many episodes at once.
+"""Compute rewards, termination and reports of exploration, obstacle avoidance and navigation, for N episodes at once.
 
 Single and vector environments call the same functions with arrays of length 1 or N, so that their results are identical
 to the last bit.

@@ -1,4 +1,4 @@
-"""Driving by hand: the keys, the display, and the recording."""
+"""Let a person drive the robot of an environment by keys, show it on a screen, and save its map and trajectory."""
 
 from __future__ import annotations
 

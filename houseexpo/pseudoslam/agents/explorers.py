@@ -1,4 +1,4 @@
-"""Explorers, which look around, choose a frontier, go there by their map, and look at it.
+"""Choose actions of policies that go from frontier to frontier on their own map: nearest, information gain, or a tour.
 
 The rules of their actions are those of ``kernels.explore``; each explorer here chooses the frontier in its own way.
 """

@@ -1,4 +1,4 @@
-"""Learned policies from files: networks trained by ``houseexpo train`` (``.pt``), choosers of frontiers (``.json``).
+"""Load trained policies: networks of ``houseexpo train`` (``.pt`` files), and choosers of frontiers (``.json`` files).
 
 A chooser's score is a weighted sum of the numbers of ``kernels.planning.frontier_features``; everything else is like
 the other explorers. The weights that come with the project were trained by ``houseexpo train chooser`` with three

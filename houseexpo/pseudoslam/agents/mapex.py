@@ -1,4 +1,4 @@
-"""The nearest frontier as the code of MapEx has it (Ho, Kim et al., 2025; castacks/MapEx, mode "nearest").
+"""Explore like MapEx (Ho, Kim et al., 2025; castacks/MapEx, mode "nearest"): go to the straight-line nearest frontier.
 
 It differs from ``explorers.NearestFrontier``: nearest is by the straight line and not by the way, and the robot keeps a
 frontier until it is there, even if it has seen it long before.

@@ -1,4 +1,4 @@
-"""An explorer that knows the house: it makes a short tour of a few places from which it can see everything.
+"""Explore with knowledge of the true house: make a short tour of a few places from which everything can be seen.
 
 The tour is not the shortest possible one, which is hard to compute, but a reference for other explorers.
 

@@ -1,4 +1,4 @@
-"""Policies for an existing environment, for recording movies and for scripts."""
+"""Turn a policy's name or file into a function from observation to action, for an existing environment; for movies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The protocol of policies, which are created for each episode and choose actions from what the robot knows.
+"""Define the interface of policies, which are created for each episode and choose actions from what the robot knows.
 
 A *factory* ``factory(robot, seed)``, a class or a function, returns a policy. A *policy* is a function
 ``policy(observation, info)`` of the environment's observation and a ``Knowledge``. It returns an action of the

@@ -1,4 +1,4 @@
-"""Simple policies, to compare others with: random, straight on, along a wall, and straight or by A* to the goal."""
+"""Choose actions by simple rules, as baselines: random, straight on, along a wall, straight or by A* to the goal."""
 
 from __future__ import annotations
 

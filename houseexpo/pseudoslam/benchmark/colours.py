@@ -1,4 +1,4 @@
-"""Which colour each policy has in the pictures of a comparison.
+"""Assign a colour's number to each policy of a comparison, for the curves of its pages.
 
 R1  A policy has one colour in all pictures of a comparison. Trainings of one family are one policy.
 R2  The project's policies have the same colours in all comparisons. Others have one by their name, or the next free

@@ -1,4 +1,4 @@
-"""Compare results of one track on the same plans.
+"""Read result files, group them by track, and compute the rows of tables: means, intervals, tests against the baseline.
 
 R1  Results of one family that differ in the seed of their training are one row: means over seeds and plans.
 R2  Policies are compared with the baseline, if there is one, plan by plan. This is more informative than overlapping

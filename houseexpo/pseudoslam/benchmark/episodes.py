@@ -1,4 +1,4 @@
-"""Run episodes of a policy one after the other, and record the results."""
+"""Run episodes of a policy on a track one after the other, and return metrics, curves and decision times of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The metrics of an episode, and their names."""
+"""Compute the metrics of an episode from its trace, by kind of track, and define their names, units and tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A policy in a process of its own, which holds neither the environment nor the plan.
+"""Run a policy in its own process, which gets observations, returns actions, and holds neither environment nor plan.
 
 R1  The process is started anew, with none of the caller's objects, with the pipe as its only open file beside the
     streams, and with the environment variables of ``KEPT`` only.

@@ -1,4 +1,4 @@
-"""How well unseen parts of a house are predicted: IoU of a predicted map and the truth.
+"""Score a predicted map against the true house by IoU, over judged cells and unseen ones; make simple predictions.
 
 The definition is that of MapEx (Ho, Kim et al., 2025; castacks/MapEx, ``scripts/calc_metrics_subdirectory.py``):
 

@@ -1,4 +1,4 @@
-"""The result of a policy on a track: write it, read it and compare it.
+"""Compute the result of a policy on a track from its episodes' outcomes; write it as JSON, read it back and check it.
 
 Everything but ``times`` is independent of the number of processes.
 """

@@ -1,4 +1,4 @@
-"""A complete run of the benchmark: choose plans, run episodes, and compute the result."""
+"""Run a policy on a track: choose plans, run episodes in processes, return the result; for ``benchmark run``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Means with intervals by resampling the plans (bootstrap), and paired tests; both with a fixed seed."""
+"""Compute means with 95% intervals by resampling the plans (bootstrap), and paired p-values; both with a fixed seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compared results as text: cells of tables, and pages in Markdown."""
+"""Format compared results as text: the heads and cells of tables, and pages in Markdown."""
 
 from __future__ import annotations
 

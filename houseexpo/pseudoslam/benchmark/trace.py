@@ -1,4 +1,4 @@
-"""The trace of an episode, step by step."""
+"""Record steps, metres and coverage of an episode, at the start and after each action; look up coverage at a budget."""
 
 from __future__ import annotations
 

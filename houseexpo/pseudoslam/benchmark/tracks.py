@@ -1,4 +1,4 @@
-"""The tracks of the benchmark: tasks with a fixed sensor, resolution, robot and horizon.
+"""Define the benchmark's tracks, tasks with a fixed sensor, resolution, robot and horizon, and make their environments.
 
 A track is never changed; anything that would change its numbers becomes a new version.
 """

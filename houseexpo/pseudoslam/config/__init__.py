@@ -1,4 +1,4 @@
-"""Configuration of simulations with the paper's defaults, and reading it from mappings and YAML."""
+"""Export the classes that configure simulations, with the paper's defaults; mappings and YAML files make them too."""
 
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential
 from houseexpo.pseudoslam.config.odometry import Odometry, Velocity, Wheels

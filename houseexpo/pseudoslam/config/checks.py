@@ -1,4 +1,4 @@
-"""Checks on the values of a configuration when it is constructed. Every failure is a ConfigError that names the key."""
+"""Check the values of a configuration when it is constructed. Every failure is a ConfigError that names the key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Configuration of drives: robots that follow velocity commands within limits of speed and acceleration."""
+"""Configure drives, differential or car-like (Ackermann): limits of speed and acceleration for velocity commands."""
 
 from __future__ import annotations
 

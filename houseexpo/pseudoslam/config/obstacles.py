@@ -1,4 +1,4 @@
-"""Obstacles: their shapes, those that stand (section III-E), people, and shapes on trajectories."""
+"""Configure obstacles: their shapes, placed and random static ones (section III-E), people, and moving shapes."""
 
 from __future__ import annotations
 

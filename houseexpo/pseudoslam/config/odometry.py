@@ -1,4 +1,4 @@
-"""Configuration of models of odometry: what errors wheels and encoders make, by the definitions of the field.
+"""Configure the errors of odometry by one of three models of the field: velocity, odometry (as in AMCL), or wheels.
 
 Each is a value of ``NoiseConfig.odometry_model``. Errors are those of a step: its turn and its way, or its arc for a
 robot with a drive. All are off by default, so that only what is set errs.

@@ -1,4 +1,4 @@
-"""Configuration of the robot, its laser, noise, observation, start and goal (the paper's Tables I and II)."""
+"""Configure the robot, its laser, noise, observation, start and goal; defaults are the paper's Tables I and II."""
 
 from __future__ import annotations
 

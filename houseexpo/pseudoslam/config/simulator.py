@@ -1,4 +1,4 @@
-"""The configuration of a simulation (the paper's Tables I and II), its presets, and the configuration of planners."""
+"""Configure a whole simulation (defaults: the paper's Tables I and II), name presets, and configure planners."""
 
 from __future__ import annotations
 

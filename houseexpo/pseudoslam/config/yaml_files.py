@@ -1,4 +1,4 @@
-"""Read configurations from YAML with our own keys, nested, or convert the published simulator's config.yaml."""
+"""Read a ``SimulatorConfig`` from YAML: our own nested keys, or the published simulator's config.yaml, converted."""
 
 from __future__ import annotations
 

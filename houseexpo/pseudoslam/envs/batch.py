@@ -1,4 +1,4 @@
-"""Many episodes in common arrays, stepped by compiled calls on several threads."""
+"""Hold many episodes in common arrays, and step them by compiled calls on several threads; for vector environments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps in observations other than the plain view: with another number of pixels, or at several scales.
+"""Draw the maps in observations of N environments other than the plain view: with other pixels, or at several scales.
 
 The step itself draws the plain view with one pixel per cell. These maps are drawn after it, by all threads.
 """

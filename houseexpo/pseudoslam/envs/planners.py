@@ -1,4 +1,4 @@
-"""The actions of planners in environments: a frontier from a list, or a point on the map."""
+"""Define spaces and observations for actions that are travels of many steps: to a frontier, map point or graph node."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vector environments for PufferLib 3, which has its own interface and buffers.
+"""Wrap N robots with a task as a native vector environment of PufferLib 3, which has its own interface and buffers.
 
 >>> import pufferlib.vector  # doctest: +SKIP
 >>> from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv  # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""With what an episode starts: its plan, seed and pose, as chosen by the arguments of ``reset`` or at random."""
+"""Turn arguments of ``reset`` into a plan, seed and pose for each episode; plans not given are random or in turn."""
 
 from __future__ import annotations
 

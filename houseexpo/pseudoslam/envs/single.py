@@ -1,4 +1,4 @@
-"""gymnasium environments with one robot each, and the arguments of each task's environments."""
+"""Provide gymnasium environments with one robot (exploration, avoidance, navigation), and each task's arguments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exploration on the map of a real SLAM: the robot's belief is made by scan matching, not by the simulator.
+"""Explore on the map of a real SLAM: an environment whose belief is made by scan matching, not by the simulator.
 
 After each step the SLAM (``slam.ScanMatcher``) gets the pose that noisy odometry predicts from its last pose, and the
 noisy ranges from where the robot now is. Its map and its pose replace the simulator's: observations, coverage and

@@ -1,4 +1,4 @@
-"""What an environment is made of, single or vector: its arguments, spaces, actions, observations, and houses."""
+"""Hold what single and vector environments share: arguments, spaces, actions, observations, and episodes' starts."""
 
 from __future__ import annotations
 

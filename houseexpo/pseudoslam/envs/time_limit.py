@@ -1,4 +1,4 @@
-"""The length of episodes that ``gymnasium.make`` is asked for, which it does not pass on to the environment."""
+"""Find the ``max_episode_steps`` given to ``gymnasium.make``, which it does not pass on to the environment."""
 
 from __future__ import annotations
 

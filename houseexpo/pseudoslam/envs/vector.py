@@ -1,4 +1,4 @@
-"""Many robots at once: gymnasium's vector interface over one compiled call, without worker processes."""
+"""Provide gymnasium vector environments of N robots, stepped by one compiled call, without worker processes."""
 
 from __future__ import annotations
 

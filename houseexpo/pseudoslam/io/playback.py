@@ -1,4 +1,4 @@
-"""Play a robot's ROS 2 bag back: the map of its scans at the poses of its transforms.
+"""Read a robot's ROS 2 bag, and return the occupancy map of its laser scans at the poses of its transforms.
 
 The bag may come from a real robot, from Gazebo, or from ``houseexpo record --bag`` and ``houseexpo ros``.
 

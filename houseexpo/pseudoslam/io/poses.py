@@ -1,4 +1,4 @@
-"""Poses of a robot: x, y in metres, and the heading in radians, counter-clockwise from x."""
+"""Convert poses (x, y in metres, heading in radians, counter-clockwise from x) to the frame of another and back."""
 
 from __future__ import annotations
 

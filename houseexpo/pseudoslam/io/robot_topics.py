@@ -1,4 +1,4 @@
-"""The topics of a simulated robot: the same types, frames and qualities of service in a bag and in a live graph.
+"""Define the ROS topics of a simulated robot: types, frames and qualities of service, for bags and for live graphs.
 
 ``map`` is the plan's frame, ``odom`` the one in which the robot starts. A robot's frame is ``base_footprint``, on which
 ``base_link`` and the laser's ``base_scan`` lie.

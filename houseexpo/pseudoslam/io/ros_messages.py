@@ -1,4 +1,4 @@
-"""ROS 2 messages as plain values: what a bag, a DDS network and a rosbridge carry is made here, once.
+"""Make ROS 2 messages as plain values from poses, scans and maps; bags, DDS networks and rosbridges carry them.
 
 A message is a ``Message``: the name of its ROS type and its fields, nested dictionaries of numbers, text and arrays.
 ``FIELDS`` names the fields of each type in their order, as the interface packages of ROS 2 define them; a carrier turns

@@ -1,4 +1,4 @@
-"""Compiled inner loops on arrays and scalars, without checks, random generators and objects.
+"""Hold the simulator's compiled inner loops on arrays and scalars, without checks, random generators and objects.
 
 Positions are in pixels: x across, y down; cell (row, col) covers [col, col + 1) x [row, row + 1). Headings are in
 radians, counter-clockwise as seen with row 0 at the top. Grids are flat (rows * cols) if a cell is a single number.

@@ -1,4 +1,4 @@
-"""While kernels are compiled, inform the user and pause the garbage collector.
+"""Inform the user and pause the garbage collector while kernels are compiled, and tell callers whether they are.
 
 The compiler makes millions of small objects that exist until it is done. The collector would traverse all of them
 repeatedly, which would take a fifth of the time of compiling.

@@ -1,4 +1,4 @@
-"""Steps of robots with a drive, in some of the environments of a pool.
+"""Step robots with a drive, which follow velocity commands, in some of the environments of a pool; like ``step``.
 
 A drive follows a command, the velocity that the robot is to have, within its limits of acceleration. The step is
 planned as arcs (``path_of``), shortened at what is in the way (``shorten``), and then driven, with scans on the way.

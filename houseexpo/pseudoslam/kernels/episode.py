@@ -1,4 +1,4 @@
-"""The arrays of one environment, the meaning of their columns, and the parameters of all steps."""
+"""Define the arrays of one environment's episode, the columns of its records, and the parameters of all steps."""
 
 from __future__ import annotations
 

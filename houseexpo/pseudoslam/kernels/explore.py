@@ -1,4 +1,4 @@
-"""The rules of explorers of frontiers: for one action at a time, and for a whole house at once.
+"""Choose the actions of explorers of frontiers: one action at a time, or until a whole house is explored.
 
 ``agents.explorers`` calls the rules for a policy's next action; ``explore`` calls them in a compiled loop, for training
 with many explorations. Both take the same steps.

@@ -1,4 +1,4 @@
-"""Pseudo-random numbers as a pure function of a key and a counter.
+"""Return pseudo-random numbers, uniform or normal, as a pure function of a key and a counter; for noise and people.
 
 Such noise needs no state: environments can be stepped together or one by one, on any thread, and get the same numbers.
 The mixing step is the two-round multiply and shift hash of 32 bits of C. Wellons' hash prospector.

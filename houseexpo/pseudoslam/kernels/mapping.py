@@ -1,4 +1,4 @@
-"""The robot's map: merge scans into it, crop the robot's view of it, and draw it at a coarser scale.
+"""Merge scans into the robot's map (0 unknown, 127 free, 255 obstacle), crop its view, and draw it at coarser scales.
 
 The *view* is a square around the robot with its heading up (``crop``). Rotating a picture by nearest cells accesses
 each cell in an order that is slow for a processor. But large areas of a map are uniform, unknown or free. Therefore the

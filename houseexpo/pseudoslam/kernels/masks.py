@@ -1,4 +1,4 @@
-"""Which motions the robot's own map allows."""
+"""Find for N robots whether a straight step meets an obstacle of their own maps; used for masks of allowed actions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""People who walk from goal to goal, and bodies that move on tracks.
+"""Move people from goal to goal by social forces, and bodies on tracks; place people; mark the cells of all of them.
 
 People are discs driven by the social force of Helbing and Molnar (1995): accelerations towards their goal, and away
 from other people, the robot, walls and bodies. The force of another person has elliptical contours along that person's

@@ -1,4 +1,4 @@
-"""Place obstacles: the cells that a shape covers, random cells, and obstacles that block nothing."""
+"""List the cells that a shape covers, find the n-th cell of a value, and set down obstacles that close off nothing."""
 
 from __future__ import annotations
 

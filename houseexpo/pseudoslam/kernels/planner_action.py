@@ -1,4 +1,4 @@
-"""A planner's action, which is a travel of many steps: in one environment, and in some of the environments of a pool.
+"""Take planners' actions, which are travels of many steps to a place on the map, in some environments of a pool.
 
 The kernels are those of ``step``, with the same arguments but such an action instead of a step; each is compiled only
 when it is used.

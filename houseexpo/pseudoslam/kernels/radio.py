@@ -1,4 +1,4 @@
-"""Robots of a team that hear each other exchange their maps: who hears whom, and the cells that they copy.
+"""Find which robots of a team hear each other, and let them copy each other's maps, for many teams at once.
 
 An exchange is that of ``teams.Team.exchange`` with relative poses that are known, for many teams:
 

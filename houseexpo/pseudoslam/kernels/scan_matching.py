@@ -1,4 +1,4 @@
-"""Correlative scan matching on a grid (Olson, ICRA 2009): draw scans as evidence, and find a scan's pose on it.
+"""Draw scans on a grid as evidence, and find a scan's pose on it by correlative scan matching (Olson, ICRA 2009).
 
 The evidence of a cell is a whole number: a beam that ends in it adds ``HIT``, one that passes through it adds ``MISS``,
 within ``LEAST`` and ``MOST``. Above 0 the cell is an obstacle, below 0 it is free, at 0 it is unknown.

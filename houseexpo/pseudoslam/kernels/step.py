@@ -1,4 +1,4 @@
-"""Steps of some of the environments of a pool, one after the other.
+"""Step some of the environments of a pool, one after the other: move obstacles and robot, scan, update map and view.
 
 In a step, moving obstacles move; the robot turns, moves and scans on its way; and its view is drawn. Four kernels take
 the same step: scanning a sector, scanning along rays, in full (noise, ranges, overview), and with people. They need

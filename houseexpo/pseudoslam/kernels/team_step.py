@@ -1,4 +1,4 @@
-"""What a step of one robot of many teams needs before the robot moves, and after it.
+"""Prepare a step of one robot in each of many teams (what is in its way), and count afterwards what it met and saw.
 
 Robots of a team move one after the other, and teams do not know each other. So a step takes the robots with the same
 number of all teams together: ``prepare`` or ``prepare_drives``, then the step of a single robot (``kernels.step`` or

@@ -1,4 +1,4 @@
-"""What robots of a team exchange: cells of their maps, and signals through walls."""
+"""Merge maps of robots, measure the length of lines in walls, and mark the cells that a tool sweeps; for teams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tolerances of the simulator, each with its unit and its reason.
+"""Define the simulator's fixed numbers, tolerances and other thresholds, each with its unit and its reason.
 
 There are three kinds. *Numerics* absorb rounding and change nothing that can be seen. *Dimensions* have a source: a
 paper, the robot's geometry, or a measurement on the published plans. *Decisions* could be different; another value

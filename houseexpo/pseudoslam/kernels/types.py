@@ -1,4 +1,7 @@
-"""Types of the kernels' arguments: names of arrays, tuples of arrays, and whole numbers of 64 bits."""
+"""Define the types of kernels' arguments: array aliases, tuples of parameters, working memory, and record dtypes.
+
+``row_type`` makes a NumPy record dtype. ``KnownWays`` is a thread's working memory for plans.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The configuration of training: the keys of a TOML file, with their defaults.
+"""Hold the configuration of training, which is read from a TOML file; missing keys have their defaults.
 
 An example, in which missing keys have their defaults::
 

@@ -1,4 +1,4 @@
-"""A callback of Stable-Baselines3 that counts finished episodes, and discounts advantages by time, not by actions.
+"""Count finished episodes in a Stable-Baselines3 callback, and discount advantages by steps or metres if configured.
 
 A travel to a frontier is an option in a semi-Markov decision process (Sutton, Precup and Singh, 1999): if it takes k
 steps, what follows it is worth gamma ** k. Stable-Baselines3 discounts each action alike. So advantages are computed

@@ -1,4 +1,4 @@
-"""The environments and plans for training and evaluation, without common plans."""
+"""Choose plans for training and for evaluation, none in both, and make the vector environments of a training task."""
 
 from __future__ import annotations
 

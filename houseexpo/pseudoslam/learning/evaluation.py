@@ -1,4 +1,4 @@
-"""Evaluate a policy: one episode in each plan that is not used in training."""
+"""Run a policy for one episode in each plan that is not used in training, and return its mean scores."""
 
 from __future__ import annotations
 

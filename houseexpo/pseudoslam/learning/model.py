@@ -1,4 +1,4 @@
-"""The networks of policies, and the learner: PPO of Stable-Baselines3, or that of sb3-contrib with a memory.
+"""Build the networks of policies, and the learner: PPO of Stable-Baselines3, or that of sb3-contrib with a memory.
 
 Frontiers are a set: each is rated by the same small network (Deep Sets: Zaheer et al., 2017), which also gets the mean
 and the maximum over all of them.

@@ -1,4 +1,4 @@
-"""``policy.pt``: weights, and the configuration for using them; ``policy.json`` beside it is for people and tables."""
+"""Write a trained policy to ``policy.pt`` and its description to ``policy.json`` beside it; read it and let it act."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run records: the commit of its code, and learning curves as CSV."""
+"""Record a training run: find the commit of its code, and append learning curves to a CSV file."""
 
 from __future__ import annotations
 

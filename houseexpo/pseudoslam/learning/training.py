@@ -1,4 +1,4 @@
-"""A training run: train, evaluate on held-out plans, write checkpoints, resume.
+"""Train a policy in a run: update, evaluate on held-out plans, write checkpoints, resume, and write ``policy.pt``.
 
 1. A run is defined by its task, its configuration and its lists of plans; a folder contains one run.
 2. At each checkpoint, all environments start new episodes with seeds that depend on the run's seed and the number of

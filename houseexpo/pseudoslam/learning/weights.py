@@ -1,4 +1,4 @@
-"""The weights of a chooser of frontiers: a JSON file that also describes their training."""
+"""Read and write the weights of a chooser of frontiers, a JSON file that also describes their training."""
 
 from __future__ import annotations
 

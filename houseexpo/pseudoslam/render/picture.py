@@ -1,4 +1,4 @@
-"""Draw an episode: the map with the robot, its trail, its field of view, and moving obstacles."""
+"""Draw an episode as an RGB image: the map or the truth, robot, trail, field of view, goal and moving obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot currently sees: the ends of its beams, and moving obstacles."""
+"""Measure a robot's beams, and find people and moving shapes that they hit; for pictures and ``service.drive``."""
 
 from __future__ import annotations
 

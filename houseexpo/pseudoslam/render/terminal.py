@@ -1,4 +1,4 @@
-"""A terminal as a display: two pixels per character, immediate keys, and its former state restored at the end."""
+"""Show pictures in a terminal, two pixels per character, read keys at once, and restore its former state at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A window that shows pictures and receives keys, with the optional library pygame."""
+"""Show pictures in a window and return the keys pressed there, with the optional library pygame."""
 
 from __future__ import annotations
 

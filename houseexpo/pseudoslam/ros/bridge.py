@@ -1,4 +1,4 @@
-"""Topics and services of a ROS 2 graph over a rosbridge, where DDS cannot be had: protocol v2.0, JSON over a websocket.
+"""Carry topics and services of a ROS 2 graph over a rosbridge (v2.0, JSON on a websocket), where DDS cannot be had.
 
 The operations are those of rosbridge_suite's ROSBRIDGE_PROTOCOL.md: ``advertise``, ``publish``, ``subscribe``,
 ``advertise_service``, ``call_service``, ``service_response`` and ``status``. Numbers:

@@ -1,4 +1,4 @@
-"""The services by which other programs control the simulation: those of simulation_interfaces, and two older ones.
+"""Serve the ROS services by which other programs control the simulation: simulation_interfaces, and two older ones.
 
 Their names are in ``/houseexpo``; types without a package are those of simulation_interfaces 2, the ROS standard for
 simulators, whose definitions say what they do:

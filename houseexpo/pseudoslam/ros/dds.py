@@ -1,4 +1,4 @@
-"""Topics of a ROS 2 graph over CycloneDDS's Python, without a ROS installation.
+"""Publish and subscribe to topics of a ROS 2 graph over CycloneDDS's Python, without a ROS installation.
 
 ROS 2 maps its names to DDS like this (design.ros2.org, "Topic and Service name mapping to DDS"): the topic ``/scan`` is
 ``rt/scan``, the type ``sensor_msgs/msg/LaserScan`` is ``sensor_msgs::msg::dds_::LaserScan_``, and messages are final

@@ -1,4 +1,4 @@
-"""Robots that move by velocities in one house, with people, and what their lasers and their odometry report.
+"""Move robots by velocities in one house, with people, and report their poses, odometry, laser ranges and maps.
 
 Each robot has a simulator of its own, and so a map of its own. The first robot's simulator also moves the people.
 Robots are discs that keep off each other and off people.

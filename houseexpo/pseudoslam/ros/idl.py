@@ -1,4 +1,4 @@
-"""ROS messages in CycloneDDS's types, and in CDR, the bytes that DDS carries.
+"""Convert ROS messages to CycloneDDS's types and to CDR, the bytes that DDS carries, and back.
 
 A request and an answer of a service are messages too: ``std_srvs/srv/Empty_Request``, ``std_srvs/srv/Empty_Response``.
 """

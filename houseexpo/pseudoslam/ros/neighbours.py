@@ -1,4 +1,4 @@
-"""What others of a DDS domain do on the topics of the simulator: the same, or with other types."""
+"""Find other programs on the simulator's topics in a DDS domain, and return warnings of second publishers or types."""
 
 from __future__ import annotations
 

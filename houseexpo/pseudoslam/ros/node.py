@@ -1,4 +1,4 @@
-"""The topics of simulated robots: a light stand-in for Gazebo, with the contract of nav2's loopback simulator.
+"""Publish simulated robots' topics and take their commands, in place of Gazebo, as nav2's loopback simulator does.
 
 Each robot, in its namespace if there are several:
 

@@ -1,4 +1,4 @@
-"""Messages of DDSI-RTPS 2.5 as values, as far as the servers of services need them.
+"""Parse and build messages of DDSI-RTPS 2.5 as values, as far as the servers of services need them; no sockets.
 
 A message is a header and submessages (9.4). Identifiers are bytes: a prefix names a participant (12), an entity is one
 of its readers and writers (4), both together are a guid (16). Sequence numbers start at 1.

@@ -1,4 +1,4 @@
-"""Servers of ROS 2 services for programs that use rmw_fastrtps or rmw_cyclonedds, without a ROS installation.
+"""Serve ROS 2 services to programs that use rmw_fastrtps or rmw_cyclonedds, without a ROS installation.
 
 ROS 2 makes a service of two DDS topics: requests on ``rq/NAMERequest``, answers on ``rr/NAMEReply``. To know its answer
 again, rmw_fastrtps puts the identity of the request beside the answer, into the inline QoS of DDS-RPC 1.0 (7.8.2), and

@@ -1,4 +1,4 @@
-"""A simple policy for each task of teams, to compare others with.
+"""Choose the actions of all robots of a team by a simple rule for each task, to compare other policies with.
 
 Robots take discrete actions. They know their own maps, where they are on them, and what the task's observation tells
 them.

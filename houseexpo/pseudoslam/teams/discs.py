@@ -1,4 +1,4 @@
-"""Robots as discs: in each other's way, and in each other's cells."""
+"""Find how far a robot can go until it touches another, and mark the cells of robots as moving obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The environment of a team, a PettingZoo ``ParallelEnv``."""
+"""Provide the environment of a team of robots in one house, a PettingZoo ``ParallelEnv``."""
 
 from __future__ import annotations
 

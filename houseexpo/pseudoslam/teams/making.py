@@ -1,4 +1,4 @@
-"""Making a team's environment, with or without PettingZoo installed."""
+"""Make a team's environment: ``parallel_env`` needs PettingZoo, the gymnasium ``parallel_vector_env`` does not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Policies of teams: how the robots share out the frontiers.
+"""Choose frontiers for the robots of a team: nearest, greedy, Hungarian or auction, by what robots hear of each other.
 
 Each robot is an explorer (``agents.explorers``) that chooses a frontier on its own map when it needs one. It knows the
 places and the goals of the robots that it hears, and of those only.

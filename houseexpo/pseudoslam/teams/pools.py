@@ -1,4 +1,4 @@
-"""Many teams in common arrays, stepped by compiled calls on several threads."""
+"""Hold many teams in common arrays, and step them by compiled calls on several threads; for ``TeamVectorEnv``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Teams of robots for PufferLib 3, which has its own interface and buffers.
+"""Wrap N teams of R robots as a native vector environment of PufferLib 3, with its own interface and buffers.
 
 >>> import pufferlib.vector  # doctest: +SKIP
 >>> from houseexpo.pseudoslam.teams.puffer import PseudoSlamTeamPufferEnv  # doctest: +SKIP

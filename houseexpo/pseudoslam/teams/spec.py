@@ -1,4 +1,4 @@
-"""What single and vector environments of teams are made of: their arguments, spaces and starts."""
+"""Check the arguments of teams' environments, single and vector, and make their specification, spaces and starts."""
 
 from __future__ import annotations
 

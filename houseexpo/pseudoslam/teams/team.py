@@ -1,4 +1,4 @@
-"""Robots of a team in one house: their episodes, their steps one after the other, their radios and their measures."""
+"""Step the robots of one team in one house one after the other, exchange their maps by radio, and measure the team."""
 
 from __future__ import annotations
 

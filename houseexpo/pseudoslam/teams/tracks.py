@@ -1,4 +1,4 @@
-"""Tracks of teams, runs of policies on them, and the table that compares them."""
+"""Define benchmark tracks of teams, run policies on them, and make the table that compares the results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many teams at once: gymnasium's vector interface, with an axis for the robots of a team."""
+"""Provide many teams as one gymnasium vector environment, whose arrays have an axis for the robots of a team."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A cache of worlds: each plan is rasterised once and shared."""
+"""Make the world of a plan (its rasters) for a configuration, or take it from memory or disk: each is made once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maps as houses: a robot's map, a picture or an array is a world of the simulator, without a plan in between.
+"""Read a robot's map, a picture or an array as a house of the simulator, without a plan in between.
 
 R1  Cells keep the map's own size, unless a configuration is given with another ``pixels_per_metre``.
 R2  Resampled to larger cells, a cell is occupied if any part of it is; smaller cells copy the one that they lie in.

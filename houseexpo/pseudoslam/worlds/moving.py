@@ -1,4 +1,4 @@
-"""Moving obstacles in the form of the kernels: people's paths, walking and starts, and bodies on trajectories."""
+"""Convert people and trajectories to the kernels' arrays: paths to rooms, walking, starts, and bodies on tracks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Make the worlds of a whole data set in advance, with several processes."""
+"""Make the worlds (rasters) of a whole data set in advance with several processes, and store them on disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The start of an episode: obstacles, the robot, people and a goal."""
+"""Make the state at the start of an episode: place obstacles, the robot, people and a goal in a world."""
 
 from __future__ import annotations
 

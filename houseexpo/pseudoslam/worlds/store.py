@@ -1,4 +1,4 @@
-"""Worlds on disk, with the plan's bytes, the resolution, the robot and the laser's range as key.
+"""Keep worlds on disk, found by the plan's hash, in a folder for each resolution, robot radius and laser range.
 
 They are in the user's cache (HOUSEEXPO_CACHE sets its place), in one folder for each resolution, robot and range, so
 that data sets with common plans share worlds. Processes share the files: each memory-maps them and writes its own.

@@ -1,4 +1,4 @@
-"""The ground truth: a plan as cells, where the robot can stand, and what it can see."""
+"""Make the ground truth of a plan as rasters: occupied cells, where the robot can stand, and what it can see."""
 
 from __future__ import annotations
 

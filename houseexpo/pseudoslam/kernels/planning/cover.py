@@ -1,4 +1,4 @@
-"""Few places from which everything can be seen, and a short tour of them.
+"""Choose few places that together see everything, and order places in a short tour; used by explorers.
 
 The views of places are listed, a greedy cover selects some of the places, and the tour visits the nearest neighbour
 first and is then improved by 2-opt until nothing shortens it.

@@ -1,4 +1,4 @@
-"""The robot's distances to its goal, and people's next steps to theirs, over blocks of cells of the true house.
+"""Compute distances to the robot's goal, and people's next steps to theirs, over blocks of cells of the true house.
 
 - ``march`` computes the robot's distances to its goal by fast marching (Sethian, 1996) over blocks in which it can
   stand.

@@ -1,4 +1,4 @@
-"""Numerical features of frontiers, computed from the robot's own map, and scores, which are weighted sums of them.
+"""Compute numerical features of frontiers from the robot's own map, and scores, which are weighted sums of them.
 
 R1  Only the map and its borders are used; cells outside the grid do not count as unknown. (The grid of a simulated
     house is its bounding box, so that it reveals a little about the house's size.)

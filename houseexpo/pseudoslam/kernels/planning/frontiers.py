@@ -1,4 +1,4 @@
-"""Frontiers, which are clusters of unknown cells beside free ones, and the places from which they can be seen.
+"""Find frontiers, clusters of unknown cells beside free ones on the robot's map, and a place that sees each of them.
 
 R1  A frontier's cell is unknown and shares a side with a free cell. Cells close to one that was given up are ignored.
 R2  Cells that share a side or a corner are one cluster, up to ``reach`` rows and columns from its first cell in row

@@ -1,4 +1,4 @@
-"""A graph of the places where the robot can stand by its map, with the frontiers visible from each (as in ARiADNE).
+"""Build a graph of places where the robot can stand by its map, with the frontiers visible from each (as in ARiADNE).
 
 R1  The map is divided into blocks of cells. A block's node is the standing cell with a path to it that is closest to
     the block's centre; of several, the first in row order.

@@ -1,4 +1,4 @@
-"""The plans of an environment: the frontiers to choose from, and the path and the outcome of an action."""
+"""Define the arrays of an environment's plans (frontiers, last action, graph), and the parameters of planning."""
 
 from __future__ import annotations
 

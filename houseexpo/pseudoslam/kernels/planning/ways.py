@@ -1,4 +1,4 @@
-"""Ways on the robot's own map: where it can stand, how far away that is, and how it follows a path.
+"""Find where the robot can stand by its own map, the shortest distances to there, and its next motion on a path.
 
 W1  A cell is open if the map shows it free. Unknown cells, obstacles and all cells on the border of the grid are not.
 W2  Cells that the robot covers are open whatever the map shows, since the robot is there.

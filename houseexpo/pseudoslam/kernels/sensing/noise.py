@@ -1,4 +1,4 @@
-"""The noise of SLAM in a scan: obstacles moved along their rays, lost beams, and registration errors."""
+"""Draw a scan with the noise of SLAM (moved obstacles, lost beams, registration errors), and merge it into the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scans along rays: the cells on the rays of the published simulator, and the exact ranges of beams.
+"""Scan along rays: list the cells on the rays as the published simulator does, and measure exact ranges of beams.
 
 In a scan of the published simulator, sample k of a ray is the cell whose centre is closest to the point k pixels along
 it, for k from 0 to the rounded range. The first occupied one ends the ray and is also seen.

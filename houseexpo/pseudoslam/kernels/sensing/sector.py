@@ -1,4 +1,4 @@
-"""Scan a sector so that every cell is decided, and none between two rays is left out.
+"""List the free cells and obstacles visible in a laser's sector; every cell is decided, even between two rays.
 
 The plane around the robot is divided into four quadrants along the rows and columns of the grid. In a quadrant, rows
 are visited outwards (``k`` along the axis ``u``, ``j`` across it along ``v``), and a list of slopes ``v / u`` contains

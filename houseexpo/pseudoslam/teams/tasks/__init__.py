@@ -1,4 +1,4 @@
-"""The tasks of teams: exploration, rendezvous, patrol, coverage and pursuit."""
+"""Make a team's task by its name: exploration, rendezvous, patrol, coverage or pursuit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cover: bring a tool over every cell of the chosen rooms."""
+"""Define the task of a team that covers a house or chosen rooms: bring a tool over every cell that it can reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Explore the house together."""
+"""Define the task of a team that explores a house together: its rewards, and its end when enough is known."""
 
 from __future__ import annotations
 

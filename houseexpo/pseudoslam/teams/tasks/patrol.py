@@ -1,4 +1,4 @@
-"""Patrol: visit all places again and again, and leave none unvisited for long."""
+"""Define the task of a team on patrol: visit all rooms or squares again and again, none of them unvisited for long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parts of a house for tasks: rooms, squares of cells, and pictures of rasters round robots."""
+"""Number the cells of rooms or squares for tasks of teams, and draw rasters round robots for their observations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pursue: find people who walk about, and come near each of them."""
+"""Define the task of a team in pursuit: find people who walk about, and come near each of them."""
 
 from __future__ import annotations
 

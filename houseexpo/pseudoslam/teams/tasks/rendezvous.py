@@ -1,4 +1,4 @@
-"""Meet: all robots come near each other, with no wall between any two."""
+"""Define the task of a team that meets: all robots come near each other, with no wall between any two."""
 
 from __future__ import annotations
 

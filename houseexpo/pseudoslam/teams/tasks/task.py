@@ -1,4 +1,4 @@
-"""What a task of a team is: its reward, its end, its observations and its measures, and nothing of how robots move."""
+"""Define the interface of a team's task: its reward, end, observations and measures, but not how robots move."""
 
 from __future__ import annotations
 
