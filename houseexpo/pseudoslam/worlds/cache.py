@@ -1,4 +1,4 @@
-"""Make the world of a plan (its rasters) for a configuration, or take it from memory or disk: each is made once."""
+"""Make the world of a plan (its rasters) for a configuration, or take it from memory or disk if it was made before."""
 
 from __future__ import annotations
 
