@@ -1,4 +1,4 @@
-"""Choose plans and starts, which are the same for everybody and do not depend on the data set's order.
+"""Choose the plans, starts and seeds of a benchmark run, the same for everybody, whatever the data set's order.
 
 R1  Plans are taken in the order of their ids' SHA-256, so that a smaller number gives the first plans of a larger one.
 R2  A plan is skipped unless a robot of 0.2 m can reach every place where it fits.

@@ -1,4 +1,4 @@
-"""Read other projects' maps for the benchmark, by the rules of those projects, with their robots' start poses.
+"""Read other projects' maps as houses for the benchmark, by the rules of those projects, with their start poses.
 
 R1  ``kth`` (castacks/MapEx, its ``kth_test_maps`` as pictures): black is occupied, a pixel is 0.05 m. MapEx joins 2 x 2
     pixels to a cell of 0.1 m, which is occupied if any of them is. ``starts.txt`` has a line for each run,

@@ -1,4 +1,4 @@
-"""Write pairs of partial and complete maps with several processes: npz shards, and a manifest at the end.
+"""Write pairs of partial and complete maps of a data set with several processes: npz shards, then a manifest.
 
 R1  A pair depends only on the recipe and its number, not on the number of processes or on the one that made it.
 R2  A shard gets its name when it is complete. A damaged one, or one with another number of pairs, is made again.

@@ -1,4 +1,4 @@
-"""Train a chooser of frontiers: search for weights with which houses are explored on short paths.
+"""Train a chooser of frontiers: search by CMA-ES for feature weights with which houses are explored on short paths.
 
 R1  Weights are optimised by CMA-ES (Hansen and Ostermeier, 2001). The candidates of a generation are drawn around a
     mean, and all explore the same houses; then the mean and the covariance move towards the better ones. The search
