@@ -1,4 +1,4 @@
-"""Let a robot wander in a plan, and yield pairs of its partial map and the complete one, for learning to predict.
+"""Let a robot wander in a plan, and yield pairs of its partial map and the complete one, to learn to predict maps.
 
 A pair is a square window around the robot on the map that it has built so far and on the complete map. The robot is at
 the centre of both, with the same heading. Up is the plan's y according to odometry.

@@ -1,4 +1,4 @@
-"""Save and restore a run's weights, optimiser and random states, so that it ends as if uninterrupted; no environments.
+"""Save and restore a run's weights, optimiser and random states, but no environments: these start new episodes.
 
 R1  A file gets its name only when it is complete and on the disk.
 R2  It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
