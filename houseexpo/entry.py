@@ -1,4 +1,7 @@
-"""Entry point of the command line. It handles Ctrl-C from the start, even while other modules are being imported."""
+"""Run the command ``houseexpo``: keep the working directory off the import path, and exit with 130 on Ctrl-C.
+
+Ctrl-C is handled from the start, even while other modules are being imported.
+"""
 
 from __future__ import annotations
 

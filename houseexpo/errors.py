@@ -1,4 +1,7 @@
-"""The exceptions of houseexpo. Each message names the object, what was expected, what was found and what to do."""
+"""Define the exceptions that houseexpo raises on purpose, and two exit codes of its commands.
+
+Each message names the object, what was expected, what was found and what to do.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The class ``FloorPlan``, a facade: one object with methods such as ``plan.grid()`` for what other packages compute.
+"""Define ``FloorPlan``, a plan with methods such as ``grid()``, ``graph()`` and ``plot()``; read and save it as JSON.
 
 ``houseexpo.plan`` defines the plan as data. Functions in ``houseexpo.grids``, ``analysis``, ``drawing`` and
 ``inference`` take that data and compute grids, graphs, walls, drawings and rooms; they do not import this file. The

@@ -1,4 +1,4 @@
-"""Output files of commands, at the place that the user asked for.
+"""Check that a command may write where its user asks: not into its input, nor over files houseexpo did not write.
 
 R1  A command never writes into its input: neither over a file of a data set nor beside one in its folder. The folder
     ``.build`` of a data set is not part of it.

@@ -1,9 +1,9 @@
-"""Distribute work over several processes, each computing with one thread.
+"""Call a function on items in several processes of one thread each, and yield the results in the items' order.
 
-1. Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
-2. Results come in the order of the items, so that the number of processes does not change them.
-3. If a process dies, the work ends with an error at once instead of waiting for the missing result.
-4. The caller handles Ctrl-C; the processes then end silently.
+R1  Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
+R2  Results come in the order of the items, so that the number of processes does not change them.
+R3  If a process dies, the work ends with an error at once instead of waiting for the missing result.
+R4  The caller handles Ctrl-C; the processes then end silently.
 """
 
 from __future__ import annotations

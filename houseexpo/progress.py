@@ -1,4 +1,4 @@
-"""Progress of long work on standard error: a bar on a terminal, a line now and then elsewhere, such as in a log."""
+"""Show on standard error how many items of a loop are done: a bar on a terminal, else a line at most every 10 s."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contents of a data set's ``stats.json``: summaries from other packages, found through entry points."""
+"""Load empty summaries of plans from other packages (entry points); a build writes their reports to ``stats.json``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers that geometry in this package depends on, in three kinds, each with its unit and its reason.
+"""Hold the constants that geometry in this package depends on, in three kinds, each with its unit and its reason.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_PX`` cells; shares and cosines have none. Sizes that a
 caller can choose, such as the height of walls in an export, are defaults of that function and stand beside it, as do

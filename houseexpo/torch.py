@@ -1,4 +1,6 @@
-"""Rasters of a data set for PyTorch, which is imported only when a ``PlanDataset`` is created.
+"""Offer plans as a PyTorch data set of tensors of one size: free cells (1), ids of rooms and doors (-1 for none).
+
+PyTorch is imported only when a ``PlanDataset`` is created.
 
 >>> import houseexpo.torch  # needs no torch
 """

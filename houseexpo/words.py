@@ -1,4 +1,4 @@
-"""Wording of messages: counts with their noun, and suggestions for misspelt names."""
+"""Write parts of messages: a count with its noun, and the known name that is nearest to a misspelt one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Worker processes with one computing thread each, since more threads than cores would slow each other down."""
+"""Count the cores this process may use, and make processes that it starts use one computing thread each.
+
+More threads than cores would slow each other down.
+"""
 
 from __future__ import annotations
 

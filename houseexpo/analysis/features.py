@@ -1,4 +1,4 @@
-"""Plans, rooms, doors and furniture as rows of tables with a geometry, for pandas and GeoPandas.
+"""Make a GeoPandas table of the plans, rooms, doors or furniture of plans: one row each, with a geometry in metres.
 
 Columns have the same names as in the tables of a release (``houseexpo.release.tables``). Geometries are shapely's, in
 metres.

@@ -1,4 +1,4 @@
-"""Walking distances inside a room and between rooms.
+"""Find shortest walking paths and their lengths (metres) in a free space, and between the rooms of a plan.
 
 Shortest paths inside a polygon turn only at its reflex corners. They are therefore found exactly, on the graph of
 corners that see each other.

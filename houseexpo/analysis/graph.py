@@ -1,4 +1,4 @@
-"""Rooms and doors as a graph."""
+"""Make a networkx graph of a plan: rooms as nodes with label and area (m2), doors as edges with kind and width (m)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Measures of a plan: numbers of the plan itself, or of each of its rooms or doors, in one table.
+"""List the measures of a plan, or of its rooms or doors, in one table: name, unit, texts, and the function of each.
 
 The index of a data set, its statistics, its release and its service take names, units, texts and numbers from
 ``MEASURES``. Measures of rooms and doors are None, or empty, for a plan that records no rooms (a published one); such a

@@ -1,4 +1,6 @@
-r"""Find the passages of a free space, where two walls are closest to each other, and their widths.
+r"""Find the narrow places of a free space (polygon): radius of the widest disc that fits through, and middle (metres).
+
+A passage runs from a corner to another corner or to a wall; ``navigability`` finds from them which robots fit through.
 
 ::
 

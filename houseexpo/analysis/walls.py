@@ -1,4 +1,4 @@
-"""Walls as polygons, from the free space that they enclose."""
+"""Compute walls as polygons (metres): a strip of given thickness around a free space, and all that it encloses."""
 
 from __future__ import annotations
 

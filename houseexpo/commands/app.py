@@ -1,4 +1,4 @@
-"""The command ``houseexpo``, which finds its subcommands through entry points.
+"""Build and run the command ``houseexpo``, which finds its subcommands through entry points.
 
 A command is loaded when it is called or when ``--help`` lists the commands. If one cannot be loaded, it reports that
 and does not affect the others.

@@ -1,4 +1,4 @@
-"""Arguments that the commands share: a data set's path, or plans by id or file."""
+"""Open the data set or the plans that the arguments of a command name by path, address, id or file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo benchmark``: run a policy on a track, and compare results."""
+"""``houseexpo benchmark``: run a policy, or teams of robots, in fixed plans, write the results, and compare them."""
 
 from __future__ import annotations
 

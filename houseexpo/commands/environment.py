@@ -1,4 +1,4 @@
-"""The environment of the commands ``play`` and ``record``."""
+"""Make the simulator environment of the commands ``play`` and ``record`` from their arguments."""
 
 from __future__ import annotations
 

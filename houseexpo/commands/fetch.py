@@ -1,4 +1,4 @@
-"""``houseexpo fetch``: download the published data set."""
+"""``houseexpo fetch``: download the published data set, or a part of it, into the user's cache, and print its path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo info``: a summary of a data set or of plans."""
+"""``houseexpo info``: print a summary of a data set or of plans, as text or JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo play``: drive a robot by hand."""
+"""``houseexpo play``: drive a simulated robot through a house with the arrow keys, and watch its map grow."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo prepare``: compute the worlds of a data set before training."""
+"""``houseexpo prepare``: compute and cache what the simulator needs for every plan, so that training starts fast."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Output of commands: tables for people, JSON for programs. A reader that closes the pipe causes no error."""
+"""Print the output of commands: tables for people, JSON for programs; a reader that closes the pipe causes no error."""
 
 from __future__ import annotations
 

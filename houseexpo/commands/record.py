@@ -1,4 +1,4 @@
-"""``houseexpo record``: record a policy as a GIF, a movie or a ROS bag."""
+"""``houseexpo record``: let a policy drive a robot in a house, and write it as a GIF, a movie or a ROS bag."""
 
 from __future__ import annotations
 

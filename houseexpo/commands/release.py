@@ -1,4 +1,4 @@
-"""``houseexpo release``: write a folder that is ready to upload."""
+"""``houseexpo release``: write a data set as a folder ready to upload: tables, archive, data card, checksums."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo replay``: play a robot's ROS 2 bag back into a map."""
+"""``houseexpo replay``: make a map (``map.yaml``, ``map.pgm``) from the laser scans in a robot's ROS 2 bag."""
 
 from __future__ import annotations
 

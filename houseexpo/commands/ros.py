@@ -1,4 +1,4 @@
-"""``houseexpo ros``: simulated robots in a running ROS 2 graph."""
+"""``houseexpo ros``: put simulated robots into a running ROS 2 graph, in place of Gazebo."""
 
 from __future__ import annotations
 

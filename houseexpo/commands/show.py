@@ -1,4 +1,4 @@
-"""``houseexpo show``: draw plans as a picture."""
+"""``houseexpo show``: draw plans as one PNG or SVG picture; several make a contact sheet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo split``: split a data set for learning."""
+"""``houseexpo split``: write lists of ids that split a data set for learning, with no house in two of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``houseexpo train``: learn to explore, to choose frontiers, to avoid obstacles, or to go to goals."""
+"""``houseexpo train``: train a policy to explore, choose frontiers, avoid obstacles or go to goals, and evaluate it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A record of how a data set folder was built, so that it can be built again.
+"""Write and read the record in a data set folder of how it was built, so that it can be built again.
 
 R1  The record is stored in the data set, in ``.build``. It holds sources, a manifest and the options that affect the
     plans. It never says where the work was done (address, executor, number of processes).

@@ -1,4 +1,4 @@
-"""The index of a data set, ``index.parquet``: one row per plan, for searching without opening the plans."""
+"""Make the index of a data set, ``index.parquet``: one row per plan, for searching without opening the plans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The manifest of the published data set, ``data_manifests/houseexpo.toml``."""
+"""Read the TOML manifest that says where to download a data set and how to verify it, by default the published one."""
 
 from __future__ import annotations
 

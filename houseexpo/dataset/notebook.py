@@ -1,4 +1,4 @@
-"""A data set as HTML for notebooks: counts, pictures of some plans, and a table."""
+"""Show a data set as HTML in a notebook: counts, pictures of its first six plans, and a table of its first five."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Open a data set in one line: length, ids, plans by id or number, selections, splits, samples."""
+"""Open a data set, on disk or of a service, as a sequence of plans with ids, selections, splits and samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Open a data set that has broken plans: the readable plans, and the faults of the others."""
+"""Open the readable plans of a data set of which some are broken, and list the broken ones with their faults."""
 
 from __future__ import annotations
 

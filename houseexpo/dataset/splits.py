@@ -1,10 +1,10 @@
 """Split a data set for learning, so that no house and no copy of a house is in two parts.
 
-1. *Buildings*: levels of one house stay together (ids that differ only in ``_L<n>``, or the same input file).
-2. *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
-   together. This is transitive.
-3. *Strata*: plans are grouped by number of rooms and by area; each part gets its share of every group.
-4. The seed makes the choice; the same seed always splits a data set in the same way.
+R1  *Buildings*: levels of one house stay together (ids that differ only in ``_L<n>``, or the same input file).
+R2  *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
+    together. This is transitive.
+R3  *Strata*: plans are grouped by number of rooms and by area; each part gets its share of every group.
+R4  The seed makes the choice; the same seed always splits a data set in the same way.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Plans as arrays of one size for neural networks: padded or cropped, with masks of free space, rooms and doors."""
+"""Rasterise a plan to arrays of one size for neural networks: free cells (1), int32 ids of rooms and doors (-1: none).
+
+Small plans are padded; those that are too large are shrunk by default, or cropped or refused.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw a plan as pixels or SVG from the same layout, and several pictures on a sheet.
+"""Draw a plan as an RGB array or as SVG, from the same layout (``scene``), and arrange several pictures on a sheet.
 
 Pictures show the plan with x right and y up. (Plans of SUNCG keep x = X, y = Z as published, so that a SUNCG house
 appears as seen from below its floor; exports to right-handed worlds undo that.)

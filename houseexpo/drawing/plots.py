@@ -1,4 +1,4 @@
-"""Plots as SVG that take their colours and font from the surrounding page, light or dark."""
+"""Make plain matplotlib axes for plots, and return the plots as SVG, in the colours of their page or standalone."""
 
 from __future__ import annotations
 

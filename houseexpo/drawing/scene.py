@@ -1,4 +1,4 @@
-"""The layout of a picture of a plan: areas and texts in the plan's metres, for any renderer."""
+"""Lay out the picture of a plan as areas and texts in plan metres, which pixels, SVG and matplotlib then draw."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""COCO: pictures of plans, with rooms and doors as instances."""
+"""Convert plans to a COCO data set: a grey picture of each plan, and rooms and doors as labelled instances in JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""DXF for CAD programs: walls, rooms, doors and names on layers of their own, in metres."""
+"""Convert a plan to DXF for CAD programs: walls, rooms, names, doors and furniture on separate layers, in metres."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the formats share: files as a mapping, and numbers, JSON and pictures as text or bytes."""
+"""Write numbers, JSON and pictures as text or bytes for exports; ``plain`` replaces characters that XML cannot hold.
+
+``Files`` is what the function of a format returns: the content of each file, by its name.
+"""
 
 from __future__ import annotations
 

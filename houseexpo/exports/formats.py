@@ -1,4 +1,4 @@
-"""The formats by name, and the function that writes them."""
+"""List the export formats by name (``FORMATS``), and write plans in one of them to a folder (``export``)."""
 
 from __future__ import annotations
 

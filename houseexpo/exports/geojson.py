@@ -1,4 +1,4 @@
-"""GeoJSON: free space, walls, rooms, doors, furniture and label boxes as features."""
+"""Convert a plan to GeoJSON in metres: free space, walls, rooms, doors, furniture and label boxes as features."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""GraphML: rooms as nodes, doors as edges."""
+"""Convert a plan to a GraphML graph: rooms are nodes, doors are edges with the walking distance in metres."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""IFC 4: a building with walls, doors, openings, slabs, and a space for each room."""
+"""Convert a plan to an IFC 4 building: walls, doors, openings, slabs, furniture, and a space for each room."""
 
 from __future__ import annotations
 

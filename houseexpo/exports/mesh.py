@@ -1,4 +1,4 @@
-"""Export a house as closed meshes of walls, lintels and floor, in glTF (GLB) and OBJ."""
+"""Convert a plan to closed 3D bodies of walls with lintels, floor and furniture, as a glTF (GLB) or OBJ file."""
 
 from __future__ import annotations
 

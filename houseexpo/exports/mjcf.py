@@ -1,4 +1,4 @@
-"""MJCF: a world for MuJoCo with walls, floors, doors and their names."""
+"""Convert a plan to a MuJoCo world (MJCF): walls, floors and furniture as named geoms, doors and openings as sites."""
 
 from __future__ import annotations
 

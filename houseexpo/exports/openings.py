@@ -1,4 +1,4 @@
-"""The openings in the walls of a plan, for formats in which a door stands in a wall; entrances are among them."""
+"""Find the opening of each door of a plan, entrances too, through the walls as drawn, for formats that draw doors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``.pol``: the free space as one polygon with holes, in the text format of art gallery problem instances."""
+"""Convert a plan's free space to ``.pol``, a polygon with holes in the text format of art gallery problem instances."""
 
 from __future__ import annotations
 

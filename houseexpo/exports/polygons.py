@@ -1,4 +1,4 @@
-"""Polygons as formats can represent them: one ring without holes, or convex pieces."""
+"""Turn polygons with holes into what formats can hold: one ring, its holes joined by slits, or convex trapezoids."""
 
 from __future__ import annotations
 

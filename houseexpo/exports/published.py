@@ -1,4 +1,4 @@
-"""The published HouseExpo format, with five keys and one ring."""
+"""Convert a plan to JSON of the published format, five keys and one ring; holes are joined by slits or left out."""
 
 from __future__ import annotations
 

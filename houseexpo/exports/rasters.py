@@ -1,4 +1,4 @@
-"""Occupancy as pixels: pictures of the free space, grids as NumPy arrays, and maps for ROS map_server."""
+"""Draw a plan's free space in pixels: a PNG, NumPy grids (``.npz``), or a map for ROS map_server (``.pgm``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Open-RMF: a building for traffic_editor, with the plan's walls, doors, floors and names."""
+"""Convert a plan to an Open-RMF building for traffic_editor: walls, doors, floors and names, over a picture of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gazebo: a world in SDF, with walls as boxes and prisms, and doors as gaps under lintels."""
+"""Convert a plan to a Gazebo world (SDF): walls and furniture as boxes and prisms, doors as gaps under lintels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The bodies of a plan for 3D formats: walls and lintels, and a start and a goal for a robot."""
+"""Compute a plan's walls, lintels, floor and furniture as polygons and heights (metres) for 3D and simulator exports.
+
+``start_and_goal`` finds a start and a goal for a robot in a free space.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SVG to scale in metres, with a layer each for free space, walls, rooms, doors and furniture."""
+"""Convert a plan to SVG at 50 pixels per metre, with a layer each for free space, walls, rooms, doors and furniture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""USD: a world with walls, floors, doors and their names, as text that any USD program opens."""
+"""Convert a plan to a USD world as text (``.usda``): walls, floors, doors and furniture, each with its class."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds of 2D robot simulators, with walls as convex polygons: IR-SIM and Stage."""
+"""Convert a plan to a world of a 2D robot simulator (IR-SIM, Stage): walls as convex polygons, and a robot."""
 
 from __future__ import annotations
 

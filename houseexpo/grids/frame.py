@@ -1,4 +1,7 @@
-"""Conversions between metres and cells, and between a plan's and its source's coordinates; all are in this file."""
+"""Convert between metres and cells of a grid (``GridFrame``), and between a plan's coordinates and its source's.
+
+All such conversions are in this file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Rasterise polygons by cell centres: a cell is inside if its centre is.
+"""Rasterise a plan or polygon: mask of free cells, ids of rooms or doors (-1 for none), distances to walls (metres).
+
+A cell is inside a polygon if its centre is.
 
 Painting the boundary of a polygon too (``cv2.fillPoly``) adds half a pixel on all sides: 3% of the area of a flat at 25
 px/m, and walls of one pixel disappear. Cell centres are unbiased: the area is preserved, and polygons with a common

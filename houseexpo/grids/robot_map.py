@@ -1,4 +1,4 @@
-"""A robot's map: occupancy cells with their size and place, read from the files of map_server, pictures and arrays.
+"""Read a robot's map from files of map_server, a picture, an array, a ROS 2 bag or a Stage world, as occupancy cells.
 
 Formats: map_server's ``map.yaml`` with its picture (ROS 1 and Nav2), a picture alone (.pgm, .png and others), a NumPy
 array (.npy), the ``nav_msgs/OccupancyGrid`` of a ROS 2 bag (.mcap, .db3, or the folder of a bag), and the bitmap of a

@@ -1,4 +1,4 @@
-"""Worlds of the simulator Stage (``.world``): the bitmap that is the floor plan, its size and its place.
+"""Read a world of the simulator Stage (``.world``), and return its floor plan: a bitmap's name, size and pose.
 
 Format: Stage's world files: ``name value``, ``name ( ... )``, ``define name base ( ... )``, ``include "file"``, ``#``.
 

@@ -1,4 +1,4 @@
-"""Decide which candidates are doors, and find the rooms that they separate."""
+"""Choose the doors among candidates (necks), and divide a free space into the rooms that these doors separate."""
 
 from __future__ import annotations
 

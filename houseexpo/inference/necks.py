@@ -1,6 +1,7 @@
-"""Find candidates for doors: *necks* between two *fronts* that face each other through the thickness of a wall.
+"""Find candidates for doors (*necks*) in a free space: short gaps between walls, the most likely first.
 
-A front is a face of a wall, extended past the wall's end to the wall across the opening.
+A neck lies between two *fronts* that face each other through the thickness of a wall. A front is a face of a
+wall, extended past the wall's end to the wall across the opening.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Snap areas to the 1 cm grid so that neighbours keep their common edges: faces between lines noded together.
+"""Snap lines and rings to the 1 cm grid, and find the faces between them, so that neighbours keep their common edges.
 
 Snap rounding keeps neighbours adjacent: a boundary that is moved to the grid moves for both of them.
 """

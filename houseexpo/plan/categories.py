@@ -1,4 +1,4 @@
-"""The 25 labels of the data set, their groups, aliases and colours, in one table."""
+"""Hold the 25 room labels of the data set in a table: each one's spelling, simulator group and colour in pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks on the parts of a plan when they are constructed. Every failure is a PlanError that names the key."""
+"""Check and convert values of a plan's parts when they are constructed; a failure is a PlanError that names the key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Readable explanations of the names in a plan's file: grounds of its quality, notes, kinds of doors."""
+"""Explain the names in a plan's file in words, for pages and reports: grounds of quality, notes, kinds of doors."""
 
 from __future__ import annotations
 

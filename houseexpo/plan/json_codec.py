@@ -1,4 +1,6 @@
-"""Read and write plans as JSON. Only this file knows the keys (docs/format.md).
+"""Read a plan from JSON, published or ``houseexpo/2``, and write it as JSON.
+
+Only this file knows the keys (docs/format.md).
 
 A file without ``format`` is a published one: its five keys are checked and others are ignored. A file with
 ``"format": "houseexpo/2"`` holds the keys of section 2 and no others. Numbers are written in their shortest exact form,

@@ -1,6 +1,7 @@
-"""The plan as data: frozen values, checked on construction. Higher layers compute things from them.
+"""Define ``PlanData``: the contents of a plan's file as frozen values, checked on construction, and its free space.
 
-``houseexpo.floorplan.FloorPlan`` adds the methods that users call; nothing here depends on them.
+Higher layers compute things from them. ``houseexpo.floorplan.FloorPlan`` adds the methods that users call; nothing here
+depends on them.
 """
 
 from __future__ import annotations

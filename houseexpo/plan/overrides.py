@@ -1,4 +1,4 @@
-"""Manual corrections, ``overrides.toml``: what is shared by the build, which reads them, and the review."""
+"""Name the file and the list keys of manual corrections (``overrides.toml``), which builds read and reviews write."""
 
 from __future__ import annotations
 

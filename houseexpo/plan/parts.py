@@ -1,4 +1,7 @@
-"""The parts of a floor plan: frozen values, checked on construction and compared by value."""
+"""Define the parts of a plan (room, door, furniture, frame, reach, quality) as frozen values, checked on construction.
+
+They are compared by value.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Repair a published ring to a valid shape, and record its faults.
+"""Turn a plan's rings, which may touch or cross themselves, into valid polygons, and describe the fault (``Repair``).
 
 Of 33,717 published rings, 1,285 touch or cross themselves. They are contours of pixels, which do so where a passage is
 one pixel wide or a wall is attached only at a corner. The repair follows these rules:

@@ -1,4 +1,4 @@
-"""The JSON Schema of a plan, generated from the types that read it. The package contains a copy.
+"""Generate the JSON Schema of a plan's file from the types that read it; the package contains a copy.
 
 ``python -m houseexpo.plan.schema`` updates the copy; a test compares the two.
 """

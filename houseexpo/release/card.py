@@ -1,4 +1,4 @@
-"""The data card of a release, ``README.md`` with the header that Hugging Face reads, and its pictures as PNG."""
+"""Write the data card of a release (``README.md`` with the header Hugging Face reads), and draw its pictures (PNG)."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """Check that a data set may be released: a complete, unchanged build whose plans may be redistributed.
 
-1. It is a folder that ``houseexpo build`` finished, with at least one plan and all inputs done. No build is running.
-2. Every file has the SHA-256 that the manifest states.
-3. Houses that the project generates (``procedural:``) may be redistributed under ``OWN``, or under the licence
-   that their manifest states. For all others, the manifest must state a licence.
-4. The credit (``credit``) is one line, like the publisher's own texts, since it is part of every description.
-5. Published HouseExpo plans are not redistributed; ``houseexpo fetch`` downloads them. Nor are plans of SUNCG, which
-   was withdrawn.
+R1  It is a folder that ``houseexpo build`` finished, with at least one plan and all inputs done. No build is running.
+R2  Every file has the SHA-256 that the manifest states.
+R3  Houses that the project generates (``procedural:``) may be redistributed under ``OWN``, or under the licence
+    that their manifest states. For all others, the manifest must state a licence.
+R4  The credit (``credit``) is one line, like the publisher's own texts, since it is part of every description.
+R5  Published HouseExpo plans are not redistributed; ``houseexpo fetch`` downloads them. Nor are plans of SUNCG, which
+    was withdrawn.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Files for citing and depositing a release: ``CITATION.cff``, ``.zenodo.json``, ``datacite.json``, ``LICENSE``."""
+"""Make the files for citing and depositing a release (``CITATION.cff``, Zenodo, DataCite), and ``LICENSE``."""
 
 from __future__ import annotations
 

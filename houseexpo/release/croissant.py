@@ -1,4 +1,4 @@
-"""The Croissant description of a release, ``croissant.json`` (version 1.0, with the terms for responsible AI)."""
+"""Describe the files and columns of a release in Croissant 1.0 (``croissant.json``), with terms for responsible AI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texts about a released data set that several files contain: its description, and notes on its use."""
+"""Write the texts that several files of a release contain: description, origin, limits, biases, uses, citation."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Write the folder of a release atomically; it replaces nothing but a former release.
 
-1. The folder must be missing or empty, or contain a former release and nothing else.
-2. Everything is first written to a folder beside it, which replaces it at the end.
-3. ``SHA256SUMS`` lists every other file with its hash, sorted; ``sha256sum --check SHA256SUMS`` verifies them.
+R1  The folder must be missing or empty, or contain a former release and nothing else.
+R2  Everything is first written to a folder beside it, which replaces it at the end.
+R3  ``SHA256SUMS`` lists every other file with its hash, sorted; ``sha256sum --check SHA256SUMS`` verifies them.
 """
 
 from __future__ import annotations

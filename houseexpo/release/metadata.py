@@ -1,4 +1,4 @@
-"""Information that the publisher of a release provides: title, creators, version, date and addresses."""
+"""Hold and check what the publisher of a release provides: title, creators, version, date and addresses (``About``)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The parts of a release: train, val and test, without the same house or a copy of it in two parts.
+"""Assign each plan of a release to a part, by the data set's own lists or to train, val and test; no house is in two.
 
-1. Lists that come with the data set are used if each plan is in exactly one of them.
-2. If there are none, the plans are split with the default shares and seed of ``houseexpo split``.
-3. Levels and copies of one house must be in the same list (``dataset.splits``); other lists are refused.
+R1  Lists that come with the data set are used if each plan is in exactly one of them.
+R2  If there are none, the plans are split with the default shares and seed of ``houseexpo split``.
+R3  Levels and copies of one house must be in the same list (``dataset.splits``); other lists are refused.
 """
 
 from __future__ import annotations

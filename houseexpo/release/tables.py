@@ -1,4 +1,4 @@
-"""The tables of a release: plans, rooms, doors and, if there is any, furniture, with one row each.
+"""Write the tables of a release as Parquet: plans, rooms, doors and, if there is any, furniture, with one row each.
 
 Geometry is WKB in the plan's own coordinates in metres (docs/format.md), with polygons counter-clockwise. Columns are
 described only here; the data card and the Croissant description repeat these texts.

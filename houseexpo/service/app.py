@@ -1,4 +1,4 @@
-"""The application: the routes of every area behind one guard."""
+"""Build the web application (ASGI) of the service: the routes of all areas, behind one guard."""
 
 from __future__ import annotations
 

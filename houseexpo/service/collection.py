@@ -1,4 +1,4 @@
-"""A data set on show: it is opened and measured, and reopened when it has been rebuilt in the meantime."""
+"""Hold a data set that the service shows: open and measure it, and open it again after it has been rebuilt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two plans side by side at the same scale, with their measures, their labels and the difference of their areas."""
+"""Serve the page of two plans side by side at one scale: measures, labels and the difference of their areas."""
 
 from __future__ import annotations
 

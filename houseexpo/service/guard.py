@@ -1,4 +1,6 @@
-"""The guard between requests and pages. It is pure ASGI, so that it guards sockets as well as requests.
+"""Admit or refuse each request and socket before a page sees it, by its host, token, origin, rate and size.
+
+It is pure ASGI, so that it guards sockets as well as requests.
 
 R1  The Host header must name this server (``Settings.knows``). Another name that leads here is an attack.
 R2  If a token is set, every request must show it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,

@@ -1,4 +1,4 @@
-"""The home page of a data set (what it is, its size, its licence, how to open it), and its gallery.
+"""Serve the start page of all data sets, and each one's gallery and about page (size, licence, how to open it).
 
 The description of a data set may come from strangers. It is shown as plain text of limited length, and it is read only
 from regular files in the data set's folder. A damaged file is ignored.

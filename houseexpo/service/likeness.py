@@ -1,4 +1,4 @@
-"""A map of a data set on which similar plans are close to each other.
+"""Compute and serve a map of a data set: a point in the unit square for each plan, similar plans near each other.
 
 1. The features of a plan are its measures (logarithms of sizes, so that doubling is the same step everywhere) and its
    labels.

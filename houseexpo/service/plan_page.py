@@ -1,4 +1,4 @@
-"""The page of a plan: its measures, neighbours and provenance, and the evidence for its quality and its doors.
+"""Serve the page of a plan: measures, previous and next plan, provenance, evidence for its quality and its doors.
 
 The page itself draws and measures the plan; ``/api`` computes what takes longer.
 """

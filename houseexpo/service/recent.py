@@ -1,4 +1,4 @@
-"""Recently used values in memory, so that a value that many ask for is computed once."""
+"""Keep recently used values in memory, up to a total size, shared by threads, to save computing them again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Records that a build writes beside its plans: rejected inputs, and plans dropped as duplicates."""
+"""Read the lists that a build writes beside its plans: rejected inputs, and plans dropped as duplicates.
+
+It also finds the pictures that the build kept of them.
+"""
 
 from __future__ import annotations
 

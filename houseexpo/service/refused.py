@@ -1,4 +1,4 @@
-"""The page of inputs that gave no plan, by stage and reason, and of duplicates beside the plans that were kept."""
+"""Serve the page of inputs that gave no plan, by stage and reason, and of duplicates beside the plans kept instead."""
 
 from __future__ import annotations
 

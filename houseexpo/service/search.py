@@ -1,4 +1,4 @@
-"""Search a data set: the query that an address holds, a table of the plans' measures, and the plans that a query finds.
+"""Search a data set: read a query from a web address, and find its plans, in order, in a table of the plans' measures.
 
 A ``Query`` is a view of a data set as its address states it: which plans, in which order. The address
 ``rooms=3..6&area=..120&labels=Kitchen,Garage&source=ifc&text=loft&sort=-area`` holds the whole view; conditions that it

@@ -1,4 +1,4 @@
-"""The service that every page uses: its data sets by name, its settings and limits for clients, its templates."""
+"""Hold what every page uses: the data sets by name, the server's settings and limits for clients, and the templates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Live statistics of the plans that a query finds, alone or beside another data set, and the report of ``stats``.
+"""Serve statistics of the plans that a query finds, alone or beside another data set, and the report of ``stats``.
 
 As in ``houseexpo stats --compare``, the distance of two means is in standard deviations of the other data set, and that
 of labels is their total variation (half the sum of the differences of the shares).

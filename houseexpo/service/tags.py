@@ -1,4 +1,4 @@
-"""Tags that people give to plans, and views that they save, in one file beside the decisions of a review.
+"""Store the tags that people give to plans, and the views (queries) that they save, in one TOML file per data set.
 
 The file is ``tags.toml`` in a folder of plans, and ``<name>.tags.toml`` beside an archive. People may edit it, and
 several servers may write it: each change reads the file again, under a lock that the system releases when its owner

@@ -1,4 +1,4 @@
-"""Small pictures of plans that are quick to draw: the outline, and rooms or label boxes in their colours.
+"""Draw small SVG pictures of plans quickly, for galleries: outlines, and rooms or label boxes in their colours.
 
 ``houseexpo.drawing`` also places names and clips boxes exactly, which is too slow for hundreds of pictures per second.
 Here walls are lines, and the browser clips the boxes of published plans (``clipPath``). Coordinates are whole tenths of

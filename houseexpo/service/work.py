@@ -1,4 +1,4 @@
-"""Long computations, a few at a time, so that other pages answer in the meantime.
+"""Run long computations for requests in threads, two at a time, so that other pages answer in the meantime.
 
 R1  Two computations run at once; others wait for their turn.
 R2  If too many are waiting, another one is refused (503).

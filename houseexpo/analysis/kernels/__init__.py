@@ -1,4 +1,7 @@
-"""Compiled loops: arrays and scalars in and out, no checks, no objects; numba loads slowly, so import them late."""
+"""Hold loops that numba compiles: arrays and numbers in and out, no checks, no objects; their cache is set up here.
+
+numba loads slowly, so import them late.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""Compiled comparison of masks of plans; ``houseexpo.analysis.similarity`` calls it and proves what it rules out.
+"""Compare the masks of two plans in compiled loops: least difference in cells under symmetries and shifts, and bounds.
+
+``houseexpo.analysis.similarity`` calls it and proves what it rules out.
 
 A mask is (rows, cols) uint8 of 0 and 1, cropped to its cells. Its *profiles* are the sums of its rows and of its
 columns. A *fingerprint* is (129,) int32: the area and both profiles, each sorted and pooled in 64 bins. Functions of

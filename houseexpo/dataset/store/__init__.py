@@ -1,4 +1,4 @@
-"""The storage of data sets: files and services that plans come from, and caches for fast access."""
+"""Open the storage of a data set at a path or at a service's address, as a ``Catalogue``."""
 
 from __future__ import annotations
 

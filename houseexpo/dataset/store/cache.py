@@ -1,4 +1,4 @@
-"""The user's cache of data sets: an index, and the plans in compressed blocks, so that a data set opens fast.
+"""Keep data sets in the user's cache, as an index and plans in compressed blocks, so that they open fast again.
 
 A data set that was read before is found by path, size and time, or by the hash of its content.
 """

@@ -1,4 +1,4 @@
-"""An opened data set: its table, its ids, and the bytes of any plan."""
+"""Open a folder, an archive or JSON lines as a ``Catalogue``: its table, its ids, and the bytes of any plan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of a data set folder: which are plans, and what to suggest if there are none."""
+"""Find which files of a data set folder are plans, where others lie, and what to suggest if it has no plans."""
 
 from __future__ import annotations
 

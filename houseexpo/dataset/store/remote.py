@@ -1,9 +1,9 @@
-"""A data set of a service (``houseexpo serve``): its index is fetched at once, each plan when it is accessed.
+"""Open a data set of a service (``houseexpo serve``): fetch its index at once, and each plan when it is accessed.
 
-1. The index is cached with its tag, and fetched again only if it has changed.
-2. Plans are cached under the SHA-1 of their bytes, which the index states. What is received is verified with it, and
-   plans that two services share are fetched once.
-3. Nothing else is requested, and no other server is contacted: redirections are refused.
+R1  The index is cached with its tag, and fetched again only if it has changed.
+R2  Plans are cached under the SHA-1 of their bytes, which the index states. What is received is verified with it, and
+    plans that two services share are fetched once.
+R3  Nothing else is requested, and no other server is contacted: redirections are refused.
 """
 
 from __future__ import annotations

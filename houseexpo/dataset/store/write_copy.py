@@ -1,4 +1,4 @@
-"""Read a data set once, and write its cached copy: an index, and the plans in blocks."""
+"""Read a data set once, and write its cached copy: an index and, unless it is a folder, the plans in blocks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``/api``: data sets for programs, described by an OpenAPI document; the pages use the same addresses."""
+"""Serve ``/api``, data sets for programs, described by an OpenAPI document; the pages use the same addresses."""
 
 from __future__ import annotations
 

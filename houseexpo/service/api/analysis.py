@@ -1,4 +1,4 @@
-"""Analyses of one plan: its geometry for drawing, rooms, reach, ways, clearance, and similar plans.
+"""Serve analyses of a plan below ``/api``: shapes to draw, rooms, reach, shortest ways, clearance, similar plans.
 
 Similar plans are found in four steps:
 

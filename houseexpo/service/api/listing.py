@@ -1,4 +1,7 @@
-"""Lists: data sets, pages of plans, counts, ids, and tables as Parquet files, of which readers fetch parts."""
+"""Serve lists below ``/api``: data sets, pages of plans, counts, ids, splits, and tables as Parquet files.
+
+Readers may fetch parts of a Parquet file.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The description of ``/api`` for programs (OpenAPI 3.1) and a page that lists it for people."""
+"""Describe ``/api``: an OpenAPI 3.1 document for programs, and a page that lists its addresses for people.
+
+Parameters that it does not list are refused.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One plan: its JSON as stored, its pictures, its files in other formats."""
+"""Serve plans below ``/api``: a plan's JSON as stored, its pictures, and one or several plans in other formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tags and saved views: list and change them."""
+"""List and change a data set's tags and saved views below ``/api``; ``houseexpo.service.tags`` stores them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The messages of a browser, checked, and the simulator's configuration that they ask for."""
+"""Decode and check messages (JSON) from a driver's browser, and derive the simulator configuration they ask for."""
 
 from __future__ import annotations
 

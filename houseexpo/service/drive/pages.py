@@ -1,4 +1,4 @@
-"""The routes of drive: a page, and a socket for each robot."""
+"""Serve ``/DATA/drive``, the page for driving or watching a robot in a plan, and a web socket for each robot."""
 
 from __future__ import annotations
 

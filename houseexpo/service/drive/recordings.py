@@ -1,4 +1,4 @@
-"""A drive as a short text that replays it: the options of the robot, and each of its actions.
+"""Encode a drive as a short text that replays it: the options of the robot, and each of its actions.
 
 The simulator is deterministic: a plan, the options, the seed and the actions reproduce every frame. A recording has all
 of these except the plan, which it names. It is part of a link, so that no server has to store it, and it works as

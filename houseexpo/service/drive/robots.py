@@ -1,4 +1,7 @@
-"""A robot that a person, an explorer of the benchmark or a recording drives; it does not know the socket."""
+"""Simulate one robot in a plan, driven by a person, a benchmark's explorer or a recording, and make its frames.
+
+It does not know the socket.
+"""
 
 from __future__ import annotations
 

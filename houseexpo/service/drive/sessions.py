@@ -1,4 +1,4 @@
-"""The session of a robot and its browser: messages move the robot, and frames show it, thirty times per second.
+"""Run the session of a robot and its browser: messages move the robot, frames show it, thirty times per second.
 
 R1  A browser reports which frames it has drawn. If it is a few frames behind, the robot waits: frames do not pile up,
     and the robot continues where the person last saw it. A frame contains all changes since the last one.

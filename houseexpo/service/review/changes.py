@@ -1,4 +1,4 @@
-"""The changes that a decision makes in a plan's table of ``overrides.toml``, and how they are undone."""
+"""Compute what a review decision changes in a plan's table of ``overrides.toml``, and how that is undone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Store decisions in a log and in ``overrides.toml`` beside it, for any number of people at once.
+"""Store reviewers' decisions in a log and in ``overrides.toml`` beside it, for any number of people at once.
 
 R1  Decisions are stored one at a time, under a lock among threads and processes; the system releases it when its owner
     ends.

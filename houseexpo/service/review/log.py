@@ -1,4 +1,4 @@
-"""The log of decisions: one line of JSON for each, and lines are only added.
+"""Keep the log of review decisions: read its lines of JSON, and add one for each decision; none is removed.
 
 R1  A line is on the disk before its request is answered.
 R2  A truncated line was never answered: it is skipped, and the next entry starts on a new line.

@@ -1,4 +1,4 @@
-"""The pages of review: the queue of plans, what a reviewer sees of each, the decisions that come in, and the build."""
+"""Serve the review of a data set: the queue of plans, what is known of each, the decisions that come in, the build."""
 
 from __future__ import annotations
 
