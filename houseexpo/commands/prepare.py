@@ -1,4 +1,4 @@
-"""``houseexpo prepare``: compute and cache what the simulator needs for every plan, so that training starts fast."""
+"""``houseexpo prepare``: compute and cache what the simulator needs for every plan, so that resets are fast."""
 
 from __future__ import annotations
 
