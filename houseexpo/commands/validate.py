@@ -1,4 +1,4 @@
-"""``houseexpo validate``: check plans against the schema and the rules of the format."""
+"""Define ``houseexpo validate``: check every plan of a data set, and the files of a folder against its manifest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hold the parts of a test house during its generation. Lengths are metres, plan axes are (X, Z) of SUNCG's scenes.
+"""Hold a test house during its generation, from wanted rooms (Spec) to storeys; metres, plan axes (X, Z) of SUNCG's.
 
 While rooms are laid out, lengths are centimetres, and so is ``Spec.side``.
 

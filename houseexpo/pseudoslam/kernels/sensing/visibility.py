@@ -1,4 +1,4 @@
-"""Find the free cells that can be seen from places where the robot can stand, directly or through gaps.
+"""Find, when a world is loaded, the free cells that can be seen from where the robot can stand, also through gaps.
 
 Most cells see the nearest standing cell (``find_standing``, ``mark_in_sight``). The others lie in *gaps*: a gap is a
 4-connected piece of the free cells that are (or were assumed to be) farther than a sure distance from all standing
