@@ -1,4 +1,4 @@
-"""Score a plan's quality, 0 to 1, by a logistic model of grounds (signs of faults), and reject plans below a limit.
+"""Score a plan's quality, 0 to 1, from its measured signs of faults (logistic), and reject plans below a limit.
 
 A ground is 0 where nothing speaks against the plan and 1 where everything does, so no weight is above 0::
 

@@ -1,4 +1,4 @@
-"""Hold the report on a data set, also beside another one or a list, as plain values for page, terminal and JSON."""
+"""Measure a data set for its report, beside another, public ones, or a list of unusable plans; give plain values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Open the data set or the plans that the arguments of a command name by path, address, id or file."""
+"""Open the data set (by default the largest fetched) or plans that a command names by path, address, id or file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Convert a plan to SVG at 50 pixels per metre, with a layer each for free space, walls, rooms, doors and furniture."""
+"""Convert a plan to SVG at 50 pixels per metre, with a group each for free space, walls, rooms, doors, furniture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find borders: places where two room polygons of a source meet, from wall end to wall end, without wall or door.
+"""Find borders: two room polygons of a source lie side by side at the end of a wall, with neither wall nor door.
 
 R1  A border lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is straight
     and wide enough to walk through.

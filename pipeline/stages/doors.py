@@ -1,4 +1,4 @@
-"""Find doors, openings and entrances where the two planes differ, L = {u : P_g(u) != P_d(u)} (Algorithm 1, line 3).
+"""Decide for each strip between rooms if it is a door, an opening, an entrance or none; return rooms and passages.
 
 R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower one stays wall.
 R2  It is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, an ``opening`` in a

@@ -1,4 +1,4 @@
-"""Erase a part of the house that is far from the main one, as the paper's authors did with garages (section II).
+"""Erase a small part of the house that stands far from the main one, as the authors did with garages (section II).
 
 Both must hold: its wall outline stands more than ``distance_m`` from the main part's, and its rooms have less than
 ``share`` of the main part's area. What is nearer or larger stays, and stage ``connectivity`` joins it.

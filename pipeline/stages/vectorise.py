@@ -1,4 +1,4 @@
-"""Turn final rooms and passages into a FloorPlan: valid rings on the 1 cm grid (docs/format.md, "Our keys").
+"""Turn final rooms, passages and furniture into a FloorPlan on the 1 cm grid, in which neighbours share vertices.
 
 All boundaries of rooms and doors are noded together on the grid (snap rounding), so that neighbours share their
 vertices; the faces between them are given back to the rooms and doors they came from.

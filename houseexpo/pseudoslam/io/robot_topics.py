@@ -1,4 +1,4 @@
-"""Define the ROS topics of a simulated robot: types, frames and qualities of service, for bags and for live graphs.
+"""Define a simulated robot's ROS topics, with types and qualities of service, its frames and beams' directions.
 
 ``map`` is the plan's frame, ``odom`` the one in which the robot starts. A robot's frame is ``base_footprint``, on which
 ``base_link`` and the laser's ``base_scan`` lie.

@@ -1,4 +1,4 @@
-"""Compute how far a disc can go among cells and people, and where bodies on trajectories are and what they cover.
+"""Compute how far a disc can go among cells and people; draw polygons on trajectories, and check their tracks.
 
 The robot and people are discs. Cells are squares, which a disc may touch (``free_way``). A body on a track is a polygon
 around its position, enlarged by a radius; a circle is a single enlarged corner. Cells have one bit for static and one

@@ -1,4 +1,4 @@
-"""Define the arrays of one environment's episode, the columns of its records, and the parameters of all steps."""
+"""Define the arrays and records of an episode and the parameters of steps; slice one environment out of a pool."""
 
 from __future__ import annotations
 

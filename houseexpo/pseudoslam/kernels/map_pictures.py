@@ -1,4 +1,4 @@
-"""Draw the maps of observations other than the plain view: at several scales, and with marks."""
+"""Draw the map round the robot near and far, the whole map, and pictures that mark the robot and the goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Encode a frame for the browser in a few hundred bytes: the changes of the robot's map, and the robot's state.
+"""Encode a frame for the browser: changed cells of the map, pose and scores, the laser's beams, bodies in sight.
 
 A frame is little endian: ``HEAD``; six float32 for each body in sight (its number, x, y, radius, and velocity across
 and down, cells a second); a uint16 for each beam (its length in 1/32 of a cell); then the cells of the changed

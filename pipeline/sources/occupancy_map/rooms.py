@@ -1,4 +1,4 @@
-"""Segment a map's free cells into rooms (an int label a cell, 0 for none), and find the ways between the rooms.
+"""Label a map's cells by room (0 for none), furniture included and the outside told apart; find the ways between.
 
 R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
     than SCRAP_M2 of others join are noise.
