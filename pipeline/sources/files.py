@@ -8,6 +8,7 @@ the reader calls ``report``.
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import sys
@@ -341,6 +342,26 @@ def decode_document(decoder: msgspec.json.Decoder[Document], data: bytes, name: 
         return decoder.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", advice) from None
+
+
+def read_json_object(path: Path, advice: str) -> dict[str, Any]:
+    """Read a file with one JSON object, whose values are checked where they are used.
+
+    Raises
+    ------
+    Rejection
+        TOO_LARGE above LARGEST_BYTES, UNREADABLE if it is no JSON or no object; ``advice`` says what to do.
+    """
+    size = path.stat().st_size
+    if size > LARGEST_BYTES:
+        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {size >> 20} MB", advice)
+    try:
+        found = json.loads(path.read_bytes())
+    except (ValueError, RecursionError) as error:
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", advice) from None
+    if not isinstance(found, dict):
+        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected an object", advice)
+    return found
 
 
 def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:

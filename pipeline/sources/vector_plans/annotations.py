@@ -14,7 +14,6 @@ R4  A room or door that cannot be read is left out, with a note.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -27,7 +26,7 @@ from shapely import LineString, Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, clean
-from pipeline.sources.files import LARGEST_BYTES, LeftOut
+from pipeline.sources.files import LeftOut, read_json_object
 from pipeline.sources.tolerances import (
     DOOR_M,
     DOOR_WIDTH_M,
@@ -59,14 +58,7 @@ def claims(path: Path, head: bytes) -> bool:
 
 def draw(path: Path) -> Drawing:
     """Read an annotation; raise Rejection if it cannot be read or has no room."""
-    if path.stat().st_size > LARGEST_BYTES:
-        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", _ADVICE)
-    try:
-        found = json.loads(path.read_bytes())
-    except (ValueError, RecursionError) as error:
-        raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", _ADVICE) from None
-    if not isinstance(found, dict):
-        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected an object", _ADVICE)
+    found = read_json_object(path, _ADVICE)
     left_out = LeftOut()
     if "redraw" in found or "scale_meters_per_coordinate" in found:
         return _zind(found, path, left_out)

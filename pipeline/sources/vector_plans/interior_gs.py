@@ -14,7 +14,6 @@ R5  A part that cannot be read is left out, with a note.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -27,7 +26,7 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, prism
-from pipeline.sources.files import LARGEST_BYTES, LeftOut
+from pipeline.sources.files import LeftOut, read_json_object
 from pipeline.sources.tolerances import HEAD_M, LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M
 from pipeline.sources.vector_plans.drawn import Drawing, Storey, hole_at, room, solid_between, strip
 from pipeline.values import SourceObject, SourceRoom
@@ -52,14 +51,7 @@ def claims(path: Path, head: bytes) -> bool:
 
 def draw(path: Path) -> Drawing:
     """Read a floor plan; raise Rejection if it cannot be read, or has neither walls nor rooms."""
-    if path.stat().st_size > LARGEST_BYTES:
-        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", _ADVICE)
-    try:
-        found = json.loads(path.read_bytes())
-    except (ValueError, RecursionError) as error:
-        raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", _ADVICE) from None
-    if not isinstance(found, dict):
-        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected an object", _ADVICE)
+    found = read_json_object(path, _ADVICE)
     left_out = LeftOut()
     walls = list(_each(found, "walls", _wall, left_out))
     rooms = tuple(_each(found, "rooms", _room, left_out))
