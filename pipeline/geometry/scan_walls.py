@@ -330,8 +330,9 @@ def wall_masks(columns: Columns) -> WallMasks:
     inside = columns.ground | (body >= STANDS)
     thick = close_mask(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | inside, raster)
-    if _has_ground(~(thick | outside), columns):
-        thick = close_mask(with_corners(reaching, ~inside, raster), raster.size(WALL_M))  # R2
+    whole = with_corners(reaching, ~inside, raster) if _has_ground(~(thick | outside), columns) else reaching  # R2
+    if not np.array_equal(whole, reaching):
+        thick = close_mask(whole, raster.size(WALL_M))
         outside = _outside(thick | inside, raster)
     band = outside & grow_mask(~outside, raster.size(PARTITION_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
