@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files
+from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds, under_walls
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
@@ -16,6 +18,7 @@ from houseexpo.grids.raster import rings_of
 if TYPE_CHECKING:
     import trimesh
     from manifold3d import Manifold
+    from shapely.geometry.base import BaseGeometry
 
 FLOOR_M: Final = 0.05
 _COLOURS: Final = {
@@ -36,8 +39,9 @@ def glb(
     """Write ``<id>.glb`` (binary glTF 2.0) in metres with y up: world (x, y, z) becomes (X, Y, Z) = (x, z, -y).
 
     World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
-    ``walls`` (with doors as gaps under lintels), ``floor`` and, if there is any, ``furniture``; each is a closed body.
-    Options are those of ``houseexpo.exports.solid.solid``.
+    ``walls`` (with doors as gaps under lintels), ``entrance_door_<id>``, ``<label>_floor_<id>`` of each room,
+    ``door_threshold_<id>`` or ``opening_threshold_<id>``, ``floor`` (under the walls) and, if there is any,
+    ``furniture``; each is a closed body. Options are those of ``houseexpo.exports.solid.solid``.
     """
     built = solid(
         plan,
@@ -46,7 +50,7 @@ def glb(
         door_height=door_height,
         orientation=orientation,
     )
-    return {f"{plan.id}.glb": bytes(_scene(built).export(file_type="glb"))}
+    return {f"{plan.id}.glb": bytes(_scene(built, wall_thickness).export(file_type="glb"))}
 
 
 def obj(
@@ -67,42 +71,52 @@ def obj(
         door_height=door_height,
         orientation=orientation,
     )
-    text = export_obj(_scene(built), include_normals=False, include_color=False, include_texture=False, digits=6)
+    text = export_obj(
+        _scene(built, wall_thickness), include_normals=False, include_color=False, include_texture=False, digits=6
+    )
     return {f"{plan.id}.obj": text.encode() + b"\n"}
 
 
-def _scene(built: Solid) -> trimesh.Scene:
+def _scene(built: Solid, wall_thickness: float) -> trimesh.Scene:
     import trimesh
 
     scene = trimesh.Scene()
-    bodies = {"walls": _walls(built), "floor": _floor(built)}
-    if any(thing.height > 0 for thing in built.furniture):
-        bodies["furniture"] = _furniture(built)
-    for name, body in bodies.items():
+    materials = {
+        name: trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=colour, roughnessFactor=0.9)
+        for name, colour in _COLOURS.items()
+    }
+    for name, material, body in _bodies(built, wall_thickness):
         mesh = body.to_mesh64()
         x, y, z = np.asarray(mesh.vert_properties)[:, :3].T
         upright = np.column_stack([x, z, 0.0 - y])  # not -y: no negative zeros in the text
         shown = trimesh.Trimesh(upright, np.asarray(mesh.tri_verts), process=False)
-        shown.visual = trimesh.visual.TextureVisuals(
-            material=trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=_COLOURS[name], roughnessFactor=0.9)
-        )
+        shown.visual = trimesh.visual.TextureVisuals(material=materials[material])
         scene.add_geometry(shown, node_name=name, geom_name=name)
     return scene
 
 
-def _walls(built: Solid) -> Manifold:
+def _bodies(built: Solid, wall_thickness: float) -> Iterator[tuple[str, str, Manifold]]:
+    """Yield the name, material and body of each part of the house."""
+    doors = entrance_doors(built, wall_thickness)
+    yield "walls", "walls", _walls(built, list(doors.values()))
+    for name, shape in doors.items():
+        yield name, "walls", extrude(shape, built.door_height)
+    floors = {**room_floors(built), **thresholds(built)}
+    for name, shape in {**floors, "floor": under_walls(built, floors)}.items():
+        yield name, "floor", extrude(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
+    if any(thing.height > 0 for thing in built.furniture):
+        yield "furniture", "furniture", _furniture(built)
+
+
+def _walls(built: Solid, doors: list[BaseGeometry]) -> Manifold:
     """Return the walls: one part up to the height of doors, and one with lintels above."""
     above = shapely.union_all([*built.walls, *built.lintels])
-    if not built.lintels:
+    if not built.lintels and not doors:
         return extrude(above, built.wall_height)
-    below = extrude(shapely.union_all(built.walls), built.door_height)
+    below = extrude(shapely.difference(shapely.union_all(built.walls), shapely.union_all(doors)), built.door_height)
+    if built.door_height == built.wall_height:
+        return below
     return below + extrude(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
-
-
-def _floor(built: Solid) -> Manifold:
-    """Return the slab under rooms and walls, with its top at height 0."""
-    slab = shapely.union_all([built.space, *built.walls])
-    return extrude(slab, FLOOR_M).translate((0, 0, -FLOOR_M))
 
 
 def _furniture(built: Solid) -> Manifold:

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, numbers, plain
+from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
 _VERSION = "1.6"  # read by Gazebo classic and by current Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
-_FURNITURE = "0.66 0.53 0.4 1"
+_FURNITURE, _FLOOR = "0.66 0.53 0.4 1", "0.62 0.56 0.47 1"
+_FLOOR_M = 0.001  # floors lie so high over the ground plane, or both would flicker
 
 
 def sdf(
@@ -30,9 +36,11 @@ def sdf(
 ) -> Files:
     """Write ``<id>.sdf`` in metres with z up and the plan's x and y (mirrored plans are mirrored back).
 
-    Everything is in one file. The walls are one static model. Each convex piece of a wall has a collision and a visual:
-    a box if the piece is a rectangle along the axes, else an extruded polyline. Furniture is a second model, with the
-    height of each piece. Options are those of ``solid``.
+    Everything is in one file, and every model is static. The walls are one. Each convex piece of a wall has a collision
+    and a visual: a box if the piece is a rectangle along the axes, else an extruded polyline. Furniture is another
+    model, with the height of each piece. Each room has a model ``<label>_floor_<id>``, each doorway a model
+    ``door_threshold_<id>`` or ``opening_threshold_<id>``: visuals on the ground, which collide with nothing. Each
+    entrance has a model ``entrance_door_<id>``, which shuts it. Options are those of ``solid``.
     """
     built = solid(
         plan,
@@ -45,7 +53,12 @@ def sdf(
     world = ET.SubElement(root, "world", name=plan.id)
     _sun(world)
     _ground(world, built)
-    _model(world, "walls", _pieces(built))
+    doors = entrance_doors(built, wall_thickness)
+    _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))))
+    for name, shape in doors.items():
+        _model(world, name, _plates(name, _WALL, shape, built.door_height))
+    for name, shape in {**room_floors(built), **thresholds(built)}.items():
+        _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), kinds=("visual",))
     if built.furniture:
         _model(world, "furniture", _furniture(built))
     ET.indent(root)
@@ -62,13 +75,26 @@ class _Piece(NamedTuple):
     high: float
 
 
-def _pieces(built: Solid) -> Iterator[_Piece]:
-    walls = [ring for wall in built.walls for ring in trapezoids(wall)]
-    lintels = [ring for lintel in built.lintels for ring in trapezoids(lintel)]
+def _pieces(built: Solid, entrances: BaseGeometry) -> Iterator[_Piece]:
+    walls = _convex(shapely.difference(shapely.union_all(built.walls), entrances) if entrances.area else built.walls)
+    lintels = _convex(built.lintels)
     for i, ring in enumerate(walls):
         yield _Piece(f"wall_{i}", _WALL, ring, 0.0, built.wall_height)
     for i, ring in enumerate(lintels):
         yield _Piece(f"lintel_{i}", _LINTEL, ring, built.door_height, built.wall_height)
+    if built.door_height < built.wall_height:
+        for i, ring in enumerate(_convex(entrances)):
+            yield _Piece(f"entrance_lintel_{i}", _WALL, ring, built.door_height, built.wall_height)
+
+
+def _plates(name: str, colour: str, shape: BaseGeometry, height: float) -> Iterator[_Piece]:
+    for i, ring in enumerate(_convex(shape)):
+        yield _Piece(f"{name}_{i}", colour, ring, 0.0, height)
+
+
+def _convex(shape: BaseGeometry | Sequence[BaseGeometry]) -> list[Ring]:
+    parts = [part for part in np.atleast_1d(shapely.get_parts(shape)) if part.geom_type == "Polygon"]
+    return [ring for part in parts for ring in trapezoids(part)]
 
 
 def _furniture(built: Solid) -> Iterator[_Piece]:
@@ -79,13 +105,15 @@ def _furniture(built: Solid) -> Iterator[_Piece]:
             yield _Piece(name, _FURNITURE, ring, 0.0, thing.height)
 
 
-def _model(world: ET.Element, name: str, pieces: Iterator[_Piece]) -> None:
+def _model(
+    world: ET.Element, name: str, pieces: Iterator[_Piece], kinds: Sequence[str] = ("collision", "visual")
+) -> None:
     """Add pieces as one static model."""
     model = _child(world, "model", name=name)
     _child(model, "static", "true")
     link = _child(model, "link", name=name)
     for piece in pieces:
-        for kind in ("collision", "visual"):
+        for kind in kinds:
             _add_piece(link, kind, piece)
 
 

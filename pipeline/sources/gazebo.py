@@ -2,7 +2,8 @@
 
 Frame: x = X, y = Y, z = Z of the world, metres.
 
-R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls.
+R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls,
+    but what is called floor and is flat.
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
 R2  What is called a door is a leaf: it may stand open or shut. A model called door whose links are called walls, as the
@@ -10,6 +11,8 @@ R2  What is called a door is a leaf: it may stand open or shut. A model called d
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 R4  Worlds for small robots have low walls. Where nothing stands head high, and the highest fixed body reaches
     ``LOWEST_WALL_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
+R5  A fixed flat body called floor, beside the name of a room, is the floor of that room; one called threshold is the
+    floor in a doorway (``named_scene``, R6).
 """
 
 from __future__ import annotations
@@ -27,10 +30,15 @@ from pipeline.geometry.meshes import merge_meshes
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, level_id, single_input, with_losses
 from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
-from pipeline.sources.roles import Role, role_of
+from pipeline.sources.meshes.scene import Part
+from pipeline.sources.named_scene import NamedBody, NamedScene, is_floor, share_out
+from pipeline.sources.roles import Role, role_of, room_words, tokens
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
+from pipeline.sources.storeys.surfaces import Surfaces
 from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, INSIDE_M, LOWEST_WALL_M, WALL_HEIGHT_M
 from pipeline.values import Input, Level, Mesh, SourceObject
+
+_GROUND = (Role.FLOOR, Role.THRESHOLD)
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
@@ -64,7 +72,8 @@ def read(item: Input) -> Iterator[Level]:
         levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
     except Rejection as rejection:
         raise with_losses(rejection, provenance) from None
-    for number, level in enumerate(levels):
+    rooms = share_out(_named_scene(parts, shift), [level.floor_z for level in levels])
+    for number, (level, share) in enumerate(zip(levels, rooms, strict=True)):
         yield Level(
             id=level_id(item.id, number, len(levels)),
             walls=level.walls,
@@ -74,6 +83,9 @@ def read(item: Input) -> Iterator[Level]:
             below=level.below,
             leaves=tuple(_on_level(parts.leaves, level, shift)),
             furniture=tuple(_on_level(parts.furniture, level, shift)),
+            rooms=share.rooms,
+            openings=share.over_thresholds,
+            unnamed_gaps=bool(share.over_thresholds),
             n_objects=len(parts.furniture),
             guesses=guesses,
             provenance=provenance,
@@ -101,13 +113,16 @@ class _Parts:
     building: Mesh
     leaves: list[Body]
     furniture: list[Body]
+    floors: list[Body]
+    thresholds: list[Body]
 
 
 def _sort_bodies(bodies: list[Body]) -> _Parts:
     """R1, R2."""
     roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
-    others = [body for body in bodies if roles.get(id(body)) is not Role.DOOR]
+    flat = [body for body in bodies if body.fixed and roles.get(id(body)) in _GROUND and _says_where(body)]  # R5
+    others = [body for body in bodies if roles.get(id(body)) is not Role.DOOR and body not in flat]
     fixed = [body for body in others if body.fixed] or others
     main = _building(fixed)
     furniture = [
@@ -118,7 +133,34 @@ def _sort_bodies(bodies: list[Body]) -> _Parts:
             body not in fixed or roles.get(id(body)) is Role.FURNITURE or (main is not None and _stands_in(body, main))
         )
     ]
-    return _Parts(merge_meshes([body.mesh for body in fixed if body not in furniture]), leaves, furniture)
+    building = merge_meshes([body.mesh for body in fixed if body not in furniture])
+    furniture = [body for body in furniture if not (roles.get(id(body)) is Role.FLOOR and _is_flat(body))]  # a rug
+    floors, thresholds = ([body for body in flat if roles[id(body)] is role] for role in _GROUND)
+    return _Parts(building, leaves, furniture, floors, thresholds)
+
+
+def _says_where(body: Body) -> bool:
+    """R5: tell whether a body is a room's floor, or a doorway's."""
+    named = role_of(body.name)
+    is_ground = named is not None and (named.role is Role.THRESHOLD or bool(room_words(Part((body.name,)))))
+    return is_ground and _is_flat(body)
+
+
+def _is_flat(body: Body) -> bool:
+    return is_floor(Surfaces.of(body.mesh), np.arange(len(body.mesh.faces)))
+
+
+def _named_scene(parts: _Parts, shift: Shift) -> NamedScene:
+    """Return the building with the floors of rooms and doorways (R5), moved near."""
+
+    def near(mesh: Mesh) -> Mesh:
+        return Mesh(mesh.vertices - shift, mesh.faces)
+
+    return replace(
+        NamedScene.plain(near(parts.building)),
+        floors=tuple(NamedBody(room_words(Part((body.name,))), near(body.mesh)) for body in parts.floors),
+        thresholds=tuple(NamedBody(tuple(tokens(body.name)), near(body.mesh)) for body in parts.thresholds),
+    )
 
 
 def _role(body: Body) -> Role | None:
@@ -137,10 +179,9 @@ def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:
     def stretch(mesh: Mesh) -> Mesh:
         return Mesh((mesh.vertices - (0.0, 0.0, floor_z)) * (1.0, 1.0, factor) + (0.0, 0.0, floor_z), mesh.faces)
 
-    leaves, furniture = (
-        [replace(body, mesh=stretch(body.mesh)) for body in group] for group in (parts.leaves, parts.furniture)
-    )
-    return _Parts(stretch(parts.building), leaves, furniture)
+    groups = (parts.leaves, parts.furniture, parts.floors, parts.thresholds)
+    stretched = ([replace(body, mesh=stretch(body.mesh)) for body in group] for group in groups)
+    return _Parts(stretch(parts.building), *stretched)
 
 
 def _building(fixed: list[Body]) -> Body | None:

@@ -6,6 +6,8 @@ R2  A part called floor is evidence for floors where it is flat; its faces stay 
 R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house.
 R4  Ground that ends with the house is its floor.
 R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
+R6  A part called threshold, flat, on the floor and as narrow as a doorway, is an opening where one can walk across it:
+    nothing stands on it, and no wall within DEEPEST_WALL_M of its middle on both sides.
 
 Faces are taken apart into connected pieces, and pieces that touch make things. Lengths are metres, z is up.
 """
@@ -25,11 +27,12 @@ from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
 from pipeline.sources.meshes.scene import Part, Scene
-from pipeline.sources.roles import Named, Role, labels_for, role_of_part, room_words
+from pipeline.sources.roles import Named, Role, labels_for, role_of_part, room_words, tokens
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
     BESIDE_HOLE_M,
+    DEEPEST_WALL_M,
     DOOR_SHAPE,
     FILLS_M,
     FILLS_SHARE,
@@ -43,6 +46,7 @@ from pipeline.sources.tolerances import (
     LEFT_STANDING,
     MIN_DOORS,
     NAMED_FLAT,
+    NARROWEST_DOOR_M,
     OPENING_FOOT_M,
     OPENING_HEIGHT_M,
     PIECE_DOOR_DEPTH_M,
@@ -59,6 +63,8 @@ from pipeline.sources.tolerances import (
     TINY,
     TOUCH_M,
     UNDER_FLOOR_M,
+    WAIST_M,
+    WIDEST_DOOR_M,
 )
 from pipeline.values import Mesh, SourceObject, SourceOpening, SourceRoom
 
@@ -199,6 +205,7 @@ class NamedScene:
     floors: tuple[NamedBody, ...] = ()
     spaces: tuple[NamedBody, ...] = ()
     openings: tuple[Mesh, ...] = ()
+    thresholds: tuple[NamedBody, ...] = ()
 
     @classmethod
     def plain(cls, mesh: Mesh) -> NamedScene:
@@ -305,7 +312,7 @@ class _Sorter:
         self._drop(Role.OPENING)
         self._drop(Role.LEFT_OUT)
         self._terrain()
-        spaces, floors = tuple(self._spaces()), tuple(self._floors())
+        spaces, floors, thresholds = tuple(self._spaces()), tuple(self._floors()), tuple(self._thresholds())
         for _, faces in self._each(Role.CEILING):
             self.ceiling[faces] = True
         keep = ~self.out
@@ -318,6 +325,7 @@ class _Sorter:
             floors,
             spaces,
             openings,
+            thresholds,
         )
 
     def _each(self, role: Role) -> Iterator[tuple[Part, Indices]]:
@@ -370,6 +378,13 @@ class _Sorter:
                 self.floor[faces] = True
                 yield NamedBody(room_words(part), take_faces(self.mesh, faces))
 
+    def _thresholds(self) -> Iterator[NamedBody]:
+        """R6: yield what is flat, with the words that its name is of; it is a piece of the floor."""
+        for part, faces in self._each(Role.THRESHOLD):
+            if is_floor(self.surfaces, faces):
+                self.floor[faces] = True
+                yield NamedBody(tuple(tokens("_".join(part.groups[-1:]) or part.mesh)), take_faces(self.mesh, faces))
+
     def _spaces(self) -> Iterator[NamedBody]:
         for part, faces in self._each(Role.SPACE):
             self.out[faces] = True
@@ -408,6 +423,8 @@ class LevelNames:
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()
+    over_thresholds: tuple[SourceOpening, ...] = ()
+    """R6: there may be others, of which nothing is named."""
 
 
 def share_out(named: NamedScene, floors_z: Sequence[float]) -> list[LevelNames]:
@@ -430,6 +447,7 @@ def _share(named: NamedScene, z: float, low: float, high: float) -> LevelNames:
         tuple(_distinct(spaces or floors)),
         len(_distinct(spaces)) or None,
         tuple(_opening(mesh, leaves) for mesh in named.openings if here(mesh) and _is_walked(mesh, z)),
+        tuple(_over_thresholds([each for each in named.thresholds if here(each.mesh)], named.solid, z)),
     )
 
 
@@ -475,3 +493,34 @@ def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> SourceOpening:
 def _hull(mesh: Mesh) -> Polygon:
     """Plan hull, given a millimetre of width where the mesh is a sheet."""
     return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(ROUGH_M, join_style="mitre")
+
+
+def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iterator[SourceOpening]:
+    """R6: yield the openings over the thresholds of a floor at height z."""
+    if not bodies:
+        return
+    surfaces = Surfaces.of(solid)
+    cut = cut_at_height(surfaces, np.ones(len(solid.faces), np.bool_), z + WAIST_M)
+    standing = shapely.STRtree(shapely.linestrings(cut))
+    for body in bodies:
+        on_floor = abs(float(body.mesh.vertices[:, 2].max()) - z) <= OPENING_FOOT_M
+        wide, deep = plan_sides(body.mesh, np.arange(len(body.mesh.faces)))
+        if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_M and deep <= min(DEEPEST_WALL_M, wide):
+            box_ = shapely.minimum_rotated_rectangle(shapely.multipoints(body.mesh.vertices[:, :2]))
+            if isinstance(box_, Polygon) and _is_crossed(box_, standing):
+                yield SourceOpening(box_, has_door="opening" not in body.words)
+
+
+def _is_crossed(threshold: Polygon, standing: shapely.STRtree) -> bool:
+    """R6: tell whether one can walk across a rectangle, with the segments that stand at the height of a waist."""
+    corners = shapely.get_coordinates(threshold)[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    k = int(np.argmin(np.hypot(*sides[:2].T)))
+    along, across = sides[1 - k], sides[k] / max(float(np.hypot(*sides[k])), TINY)
+    for at in (-0.25, 0.0, 0.25):
+        middle = corners.mean(axis=0) + at * along
+        ways = [shapely.LineString([middle, middle + way * DEEPEST_WALL_M * across]) for way in (-1, 1)]
+        on_it = shapely.LineString([middle - sides[k] / 2, middle + sides[k] / 2])
+        if len(standing.query(on_it, "intersects")) or all(len(standing.query(way, "intersects")) for way in ways):
+            return False
+    return True

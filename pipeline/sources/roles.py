@@ -9,6 +9,7 @@ R4  A part's own name comes first, then its mesh's, then those of the groups aro
     hands down no floor (it may be a storey), and no wall where the material knows better; a material that says door
     is heard inside what is called wall, and one that says anything but door, wall, floor or ceiling is not heard.
 R5  A room's name beside the word for floor names the room.
+R6  What is called threshold is the floor in a doorway, whatever else its name holds.
 
 The tables of words are in English, German, French, Spanish, Italian, Portuguese, Dutch and pinyin. Words are plain
 lower-case ASCII: umlauts are spelled out, other accents dropped. Plurals in -s, -es, -n and -en need no entry.
@@ -38,6 +39,7 @@ class Role(StrEnum):
     FURNITURE = "furniture"
     SPACE = "space"  # the body of a room's air
     OPENING = "opening"  # the body that was taken out of a wall
+    THRESHOLD = "threshold"  # the floor in a doorway
     TERRAIN = "terrain"  # ground, streets
     LEFT_OUT = "left_out"  # lamps, people, cars, trees, pictures, handles
 
@@ -85,6 +87,9 @@ GERMANIC: Final[Mapping[Role, frozenset[str]]] = {
     Role.OPENING: _set("""
         ifcopening
     """),
+    Role.THRESHOLD: _set("""
+        threshold doorsill tuerschwelle schwelle drempel
+    """),
     Role.TERRAIN: _set("""
         terrain ground landscape road street pavement sidewalk grass lawn asphalt driveway gelaende wiese
         strasse rasen terrein straat gras path pathway
@@ -130,6 +135,9 @@ ROMANCE: Final[Mapping[Role, frozenset[str]]] = {
         ducha nevera horno inodoro movel moveis cadeira guardaroupa prateleira escrivaninha banheira geladeira
         fogao sanitario zhuozi canzhuo chaji yizi shafa dachuang chuangtou guizi yigui shugui shujia dianshi
         bingxiang matong xishoupen yugang zaotai chugui jiaju shuzhuo
+    """),
+    Role.THRESHOLD: _set("""
+        seuil umbral soglia soleira
     """),
     Role.TERRAIN: _set("""
         terreno terrain prato cesped grama dixing caodi
@@ -257,7 +265,7 @@ def role_of(name: str) -> Named | None:
     if not known:
         return None
     roles = {role for _, role in known}
-    for role in (Role.SPACE, Role.OPENING):
+    for role in (Role.SPACE, Role.OPENING, Role.THRESHOLD):
         if role in roles:
             return Named(role, name)
     solid = [pair for pair in known if pair[0] not in WALL_MATERIALS] or known  # R2

@@ -66,6 +66,7 @@ DOOR_WIDTH_M: Final = 0.8
 NARROWEST_DOOR_M: Final = 0.3  # a narrower line or body is no door
 WIDEST_DOOR_M: Final = 4.0  # a wider body is no door: gates of garages are narrower
 SWING_M: Final = (0.4, 2.0)  # radius of the arc that a door's leaf draws
+WAIST_M: Final = 1.1  # height at which nothing may stand over a threshold
 PIECE_DOOR_WIDTH_M: Final = 3.2  # a wider piece of a mesh is no door
 PIECE_DOOR_HEIGHT_M: Final = 3.1  # a higher piece of a mesh is no door
 PIECE_DOOR_DEPTH_M: Final = 0.5  # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door

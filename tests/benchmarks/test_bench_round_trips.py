@@ -16,7 +16,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.exports import export
 from pipeline.cli_build import from_python
 from tests.builders.batch import labels, likeness, plans_of
-from tests.pipeline.test_round_trips import FINE_M, FORMS, MAPS, SHAPES, sound
+from tests.pipeline.test_round_trips import FINE_M, FORMS, MAPS, sound
 
 HOUSES, SEED = 100, 2019
 
@@ -29,7 +29,7 @@ def test_what_comes_back_of_each_format(tmp_path: Path) -> None:
     table = Table(title=f"Plans that come back, of {len(plans)} (seed {SEED})")
     for heading in ("format", "rooms", "doors", "kinds of doors", "entrances", "labels", "IoU: least", "mean"):
         table.add_column(heading, justify="left" if heading == "format" else "right")
-    for form in sorted({*FORMS, *SHAPES, *MAPS}):
+    for form in sorted({*FORMS, *MAPS}):
         rows = [_row(plan, _through(plan, form, tmp_path / form / plan.id)) for plan in plans]
         counts, ious = np.array([row[:-1] for row in rows]).sum(axis=0), [row[-1] for row in rows]
         table.add_row(form, *map(str, counts.tolist()), f"{min(ious):.4f}", f"{np.mean(ious):.4f}")
@@ -38,7 +38,7 @@ def test_what_comes_back_of_each_format(tmp_path: Path) -> None:
 
 def _through(plan: FloorPlan, form: str, folder: Path) -> FloorPlan:
     """Return what comes back of a plan: of several buildings, the largest."""
-    suffix, options = MAPS.get(form, (FORMS.get(form, f".{form}"), {}))
+    suffix, options = MAPS.get(form, (FORMS.get(form, ""), {}))
     cells = {"resolution": FINE_M} if form in MAPS else {}
     file = next(each for each in export(plan, form, folder, **cells) if each.name.endswith(suffix))
     return max(plans_of(file, **options), key=lambda each: each.area)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,8 @@ from houseexpo.exports import (
 )
 from houseexpo.plan import PlanObject, Room
 from tests.houseexpo.exports.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
+
+FLOORS = ["living_room_floor_0", "bedroom_floor_1", "unlabelled_floor_2", "door_threshold_0", "opening_threshold_1"]
 
 
 def test_ros_map_through_yaml_and_pillow(plans):
@@ -60,10 +63,21 @@ def test_sdf_boxes_and_prisms(plans):
         shapes = [box_of(c) or polyline_of(c) for c in parts]
         walls = [shape for shape, low, _ in shapes if low == 0.0]
         assert enclosed(walls).area == near(plan)
-        assert {high for _, _, high in shapes} == {2.5}
+        doors = [shape for shape, _, high in shapes if high == pytest.approx(2.1)]  # entrances are shut
+        assert {high for _, _, high in shapes} == ({2.1, 2.5} if plan.rooms else {2.5})
+        assert sum(shape.area for shape in doors) == (pytest.approx(0.09) if plan.rooms else 0)
         assert shapely.union_all(walls).area == pytest.approx(sum(wall.area for wall in walls), rel=1e-3)
-        lintels = [(shape.area, low) for shape, low, _ in shapes if low > 0]
-        assert lintels == ([(pytest.approx(0.08), pytest.approx(2.1))] if plan.rooms else [])
+        lintels = sorted((shape.area, low) for shape, low, _ in shapes if low > 0)
+        over = [(pytest.approx(area), pytest.approx(2.1)) for area in (0.08, 0.09)]  # a door, an entrance
+        assert lintels == (over if plan.rooms else [])
+
+
+def test_sdf_has_a_model_for_each_floor_doorway_and_entrance(flat):
+    root = parsed(sdf(flat)[f"{flat.id}.sdf"])
+    models = {model.get("name"): model for model in root.iter("model")}
+    assert list(models) == ["ground", "walls", "entrance_door_2", *FLOORS]
+    assert all(model.findtext("static") == "true" for model in models.values())
+    assert all(models[name].find("link/collision") is None for name in FLOORS)
 
 
 def test_sdf_oblique_walls_are_not_boxes(flat):
@@ -113,9 +127,24 @@ def test_meshes_through_trimesh(plans, write):
             assert body.volume > 0
         assert walls.bounds[:, 1] == pytest.approx((0.0, 2.5), abs=1e-6)
         assert floor.bounds[:, 1] == pytest.approx((-0.05, 0.0), abs=1e-6)
-        assert enclosed(solid_at(walls, 1.03)).area == near(plan)
+        doors = [mesh for name, mesh in scene.geometry.items() if name.startswith("entrance_door")]
+        assert enclosed([part for body in (walls, *doors) for part in solid_at(body, 1.03)]).area == near(plan)
         if plan.rooms:  # the door's lintel, and none over the opening
             assert enclosed(solid_at(walls, 2.3)).area == pytest.approx(plan.area - 0.08, rel=1e-3)
+
+
+@pytest.mark.parametrize("write", [glb, obj])
+def test_meshes_name_the_floors_of_rooms_doorways_and_entrances(flat, write):
+    ((name, data),) = write(flat).items()
+    scene = trimesh.load_scene(io.BytesIO(data), file_type=name.rsplit(".", 1)[1], split_objects=True)
+    assert sorted(scene.geometry) == sorted(["walls", "entrance_door_2", *FLOORS, "floor"])
+    assert scene.geometry["entrance_door_2"].volume == pytest.approx(0.09 * 2.1)
+    assert scene.geometry["living_room_floor_0"].volume == pytest.approx(flat.rooms[0].area * 0.05, rel=1e-3)
+    whole = trimesh.util.concatenate(list(scene.geometry.values()))
+    plain = replace(flat, rooms=(), doors=tuple(door for door in flat.doors if door.kind == "door"))
+    ((name, data),) = write(plain).items()
+    bare = trimesh.load_scene(io.BytesIO(data), file_type=name.rsplit(".", 1)[1], split_objects=True)
+    assert whole.volume == pytest.approx(sum(mesh.volume for mesh in bare.geometry.values()), rel=1e-6)
 
 
 @pytest.mark.parametrize("to", ["dxf", "geojson", "graphml", "ifc", "mjcf", "rmf", "sdf", "svg", "usd"])

@@ -90,6 +90,28 @@ def test_movable_and_low_inner_models_are_furniture_a_door_is_a_leaf(tmp_path):
     assert bounds(level.furniture[1].mesh) == pytest.approx([4.7, 0.7, 0.0, 5.3, 1.3, 0.6])
 
 
+def floor(name, corners):
+    return f"<model name='{name}'><static>1</static><link name='l'>{part(0, corners)}</link></model>"
+
+
+def test_floors_of_rooms_and_thresholds_are_no_furniture(tmp_path):
+    level = one(
+        tmp_path,
+        house(),
+        floor("kitchen_floor", (0.0, 0.0, 0.0, 4.0, 3.0, 0.01)),
+        floor("rug", (4.5, 0.5, 0.0, 6.0, 2.0, 0.01)),
+        floor("door_threshold", (4.0, 1.0, 0.0, 4.2, 1.9, 0.01)),
+        floor("dead_threshold", (4.0, 2.0, 0.0, 4.2, 2.9, 0.01)),
+    )
+    assert not level.furniture
+    assert [(room.labels, round(room.polygon.area, 2)) for room in level.rooms] == [(("Kitchen",), 12.0)]
+    (opening,) = level.openings
+    assert opening.polygon.bounds == pytest.approx((4.0, 1.0, 4.2, 1.9))
+    plan = plan_of(level)
+    assert sorted(room.label for room in plan.rooms) == ["Kitchen", "Unlabelled"]
+    assert kinds(plan) == ["door"]
+
+
 def test_a_door_that_the_building_editor_built_of_walls_is_a_wall(tmp_path):
     wall = f"<link name='Wall_1'>{box('v', (0.1, 3.0, 2.5), '2 1.5 1.25 0 0 0')}</link>"
     level = one(tmp_path, house(), f"<model name='door_edited'><static>1</static>{wall}</model>")

@@ -119,6 +119,41 @@ def test_floors_name_rooms_and_give_the_floors_area(tmp_path):
     assert level.room_count is None
 
 
+def threshold(
+    low: float = -0.1, high: float = 0.0, *, plan: tuple[float, float, float, float] = LEAF
+) -> dict[str, list[trimesh.Trimesh]]:
+    x1, y1, x2, y2 = plan
+    return {
+        "Wall": WALLS,
+        "Floor": slab(-0.2, -0.1),
+        "door_threshold_1": [box((x1, y1 - 0.08, x2, y2 + 0.08), low, high)],
+    }
+
+
+def test_a_threshold_is_the_opening_over_it(tmp_path):
+    (opening,) = only_level(write(tmp_path / "door.glb", threshold())).openings
+    assert opening.polygon.bounds == pytest.approx((3.0, 3.0, 4.8, 3.2), abs=1e-6)
+    assert opening.has_door
+    nodes = threshold()
+    nodes["opening_threshold"] = nodes.pop("door_threshold_1")
+    (opening,) = only_level(write(tmp_path / "opening.glb", nodes)).openings
+    assert not opening.has_door
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        threshold(0.0, 1.0),
+        threshold(plan=(0.5, 3.08, 2.0, 3.12)),
+        threshold(plan=(0.5, 0.5, 5.0, 2.5)),
+        threshold() | {"Box": [box(LEAF, 0.0, 2.0)]},
+    ],
+    ids=["an upright thing", "in a wall that goes on", "as large as a room", "something stands on it"],
+)
+def test_a_threshold_that_nobody_crosses_is_none(tmp_path, nodes):
+    assert not only_level(write(tmp_path / "house.glb", nodes)).openings
+
+
 def test_spaces_are_rooms_and_never_solid(tmp_path):
     spaces = {"IfcSpace/Bedroom": [box((0.2, 0.2, 7.8, 2.8), 0.0, 2.5)]}
     level = only_level(
@@ -225,6 +260,11 @@ def test_a_wall_with_a_door_is_the_wall(name):
 @pytest.mark.parametrize("name", ["cabinet door", "Schranktür", "fridge_door_L", "kastdeur"])
 def test_a_cupboards_door_is_furniture(name):
     assert said(name) is Role.FURNITURE
+
+
+@pytest.mark.parametrize("name", ["threshold", "door_threshold_3", "Türschwelle", "seuil de porte"])
+def test_a_threshold_is_no_door(name):
+    assert said(name) is Role.THRESHOLD
 
 
 @pytest.mark.parametrize(("name", "role"), [("IfcSpace/Space_4", Role.SPACE), ("IfcOpeningElement/O_1", Role.OPENING)])
