@@ -13,7 +13,9 @@ R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scal
     2025. A picture is map_saver's if it has white, and 205 is most of what is neither black nor white. The rest is
     what people draw and erase.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
-R4  Without a ``map.yaml``, only what is nearly white is free, since programs draw unknown space in all kinds of grey.
+R4  Without a ``map.yaml``, free is what is lighter than halfway from unknown space to white. Unknown space has, in all
+    kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and white have. Other
+    shades are those of cells that few rays passed, or of a picture that was scaled.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
 R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
@@ -52,7 +54,8 @@ OCCUPIED_FROM, FREE_TO = 65, 25
 OCCUPIED_THRESH: Final = 0.65
 FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
-"""R4: ``free_thresh`` of a picture alone."""
+"""R4: black and white are so near to 0 and 255, as a share of 255; the least ``free_thresh`` of a picture alone."""
+SHADE_SHARE: Final = 0.05
 SAVED_UNKNOWN: Final = 205
 """The shade that map_saver writes for unknown cells, beside 0 and 254."""
 SAVED_SHARE: Final = 0.75
@@ -192,7 +195,7 @@ def read_map(
     MissingDependencyError
         The file is a bag, and rosbags is not installed.
     """
-    shading = _Shading(negate=negate, occupied=occupied_thresh, free=WHITE if free_thresh is None else free_thresh)
+    shading = _Shading(negate=negate, occupied=occupied_thresh, free=free_thresh)
     found = _read(Path(path), resolution, topic, shading)
     if not found.free.any():
         advice = "check the thresholds, and whether black and white are swapped (negate)"
@@ -272,17 +275,18 @@ class _Shading:
 
     negate: bool = False
     occupied: float = OCCUPIED_THRESH
-    free: float = FREE_THRESH
+    free: float | None = FREE_THRESH
     mode: str = "trinary"
 
     def occupancy(self, picture: _Picture, name: str) -> tuple[Occupancy, int | None]:
         """Return the occupancy of a picture, and the shade that is unknown although the thresholds make it free."""
-        if not (0.0 <= self.free <= self.occupied <= 1.0):
-            found = f"free_thresh {self.free:g} and occupied_thresh {self.occupied:g}"
+        grey = picture.grey
+        free = min(_free_thresh(grey, negate=self.negate), self.occupied) if self.free is None else self.free
+        if not (0.0 <= free <= self.occupied <= 1.0):
+            found = f"free_thresh {free:g} and occupied_thresh {self.occupied:g}"
             raise MapError(
                 f"{name}: expected thresholds from 0 to 1, free not above occupied, found {found}", "correct it"
             )
-        grey = picture.grey
         shades = np.arange(256)
         value = np.full(256, UNKNOWN, np.int8)
         if self.mode == "raw":  # R3
@@ -290,10 +294,10 @@ class _Shading:
             value[raw <= 100] = raw[raw <= 100]
         else:
             dark = shades / 255 if self.negate else (255 - shades) / 255
-            span = max(self.occupied - self.free, 1e-9)
-            between = np.rint(np.clip((dark - self.free) / span, 0, 1) * 98 + 1)
+            span = max(self.occupied - free, 1e-9)
+            between = np.rint(np.clip((dark - free) / span, 0, 1) * 98 + 1)
             value[:] = between if self.mode == "scale" else UNKNOWN
-            value[dark < self.free] = 0
+            value[dark < free] = 0
             value[dark > self.occupied] = 100
         unknown_shade = None
         if self.mode == "trinary" and not self.negate and value[SAVED_UNKNOWN] == 0 and _is_saved(grey):  # R2
@@ -302,6 +306,15 @@ class _Shading:
         if picture.clear is not None:
             cells[picture.clear] = UNKNOWN
         return cells, unknown_shade
+
+
+def _free_thresh(grey: npt.NDArray[np.uint8], *, negate: bool) -> float:
+    """Return the ``free_thresh`` of a picture alone; R4."""
+    counts = np.bincount(grey.ravel(), minlength=256)[:: -1 if negate else 1]
+    margin = int(255 * WHITE)
+    between = counts[margin + 1 : 255 - margin]
+    common = np.flatnonzero((between >= SHADE_SHARE * between.sum()) & (between > 0))
+    return max((255 - margin - 1 - int(common[-1])) / 2 / 255, WHITE) if len(common) else WHITE
 
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:

@@ -6,8 +6,9 @@ these (``python -m research.map_fit``): the row "empty" shows its own examples; 
 it.
 
 ROSE2's rooms are pictures in which the free cells of the map are coloured, and the truth of its own maps covers free
-cells alone. So the rooms are first measured on the free cells of each map. The row "whole rooms" measures them with
-what stands in them: Bormann's truth includes the furniture, ROSE2's does not.
+cells alone, which are all that are lighter than 229 and than unknown space. So the rooms are first measured on the free
+cells of each map. The row "whole rooms" measures them with what stands in them: Bormann's truth includes the furniture,
+ROSE2's does not.
 Doors are Bormann's strokes that close them; a door counts as found 0.5 m from a true one at most.
 """
 
@@ -56,7 +57,8 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
             parts = segment(made.free, CELL_M)
             seconds.append(time.perf_counter() - start)
             label = parts.label_of_cells(made.free.shape)
-            for kept, found in ((rows, np.where(made.free, label, 0)), (whole, label)):
+            coloured = made.free if made.coloured is None else made.coloured
+            for kept, found in ((rows, np.where(coloured, label, 0)), (whole, label)):
                 scores = room_scores(found, made.rooms)
                 kept.append([100 * getattr(scores, name) for name in MEASURES])
             if kind != "real":

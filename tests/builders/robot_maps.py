@@ -18,23 +18,31 @@ from scipy.ndimage import label
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from houseexpo.grids import read_map
+
 Bools = npt.NDArray[np.bool_]
 Labels = npt.NDArray[np.int32]
 
 CELL_M = 0.05
 WHITE = 250
-"""Bormann's and ROSE2's maps are free where they are lighter."""
+"""Bormann's maps are free where they are lighter."""
+COLOURED = 229
+"""ROSE2 takes what is lighter than this and than unknown space for free, and colours it."""
 TRUE_PX = 200
 _TRUTH = "_gt_segmentation"
 
 
 @dataclass(frozen=True, eq=False)
 class TrueMap:
-    """A map (rows, cols) with the number of the true room of each cell, 0 for none."""
+    """A map (rows, cols) with the number of the true room of each cell, 0 for none.
+
+    ``coloured`` are the cells on which the truth has rooms, where these are not the free cells.
+    """
 
     name: str
     free: Bools
     rooms: Labels
+    coloured: Bools | None = None
 
 
 def grey(path: Path) -> npt.NDArray[np.uint8]:
@@ -126,17 +134,21 @@ def noisy(made: TrueMap, rng: np.random.Generator) -> TrueMap:
 def rose_maps(folder: Path) -> Iterator[TrueMap]:
     """Yield ROSE2's maps with truth, by name; as in ROSE2's evaluator, each colour but black is a room.
 
-    The truth has the map's upper left corner; some are a pixel smaller or larger, and get the map's size here.
+    The truth has the map's upper left corner; some are a pixel smaller or larger, and get the map's size here. Free
+    cells are those of ``read_map``.
     """
     for truth in sorted(folder.glob("*_truth.png")):
         name = truth.stem.removesuffix("_truth")
         colours = np.asarray(Image.open(truth).convert("RGB")).astype(np.int32) @ (1 << 16, 1 << 8, 1)
         values, number = np.unique(colours, return_inverse=True)
-        free = grey(folder / f"{name}.png") > WHITE
+        file = folder / f"{name}.png"
+        free = read_map(file, CELL_M).free
+        shades = grey(file)
+        unknown = np.bincount(shades[shades < WHITE], minlength=COLOURED)[COLOURED // 2 :].argmax() + COLOURED // 2
         rooms = np.zeros(free.shape, np.int32)
         rows, cols = np.minimum(free.shape, colours.shape)
         rooms[:rows, :cols] = (number.reshape(colours.shape) + int(values[0] != 0))[:rows, :cols]
-        yield TrueMap(name, free, rooms)
+        yield TrueMap(name, free, rooms, shades > max(COLOURED, int(unknown) + 1))
 
 
 def true_doors(made: TrueMap) -> npt.NDArray[np.float64]:

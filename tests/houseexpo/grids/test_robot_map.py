@@ -175,6 +175,30 @@ def test_a_picture_alone_has_grey_as_unknown(tmp_path: Path) -> None:
         read_map(tmp_path / "map.pgm")
 
 
+@pytest.mark.parametrize(("unknown", "lighter"), [(205, 231), (153, 205), (230, 243)])
+def test_in_a_picture_alone_what_is_nearer_to_white_than_to_unknown_space_is_free(
+    tmp_path: Path, unknown: int, lighter: int
+) -> None:
+    """Pictures of SLAM's maps have shades where few rays passed, and where they were scaled."""
+    shades = np.full((20, 20), unknown, np.uint8)
+    shades[:, 10:] = 254
+    shades[4, :3] = lighter, lighter - 1, 60
+    for negate in (False, True):
+        saved(tmp_path, shades=255 - shades if negate else shades)
+        found = read_map(tmp_path / "map.pgm", 0.05, negate=negate).occupancy
+        assert found[4, :4].tolist() == [0, -1, 100, -1]
+        assert (found[:, 10:] == 0).all()
+
+
+def test_the_lightest_of_the_common_shades_is_not_free(tmp_path: Path) -> None:
+    """Furniture may be drawn lighter than unknown space."""
+    shades = np.full((20, 20), 178, np.uint8)
+    shades[:, 10:] = 255
+    shades[3:6, 12:16] = 221
+    Image.fromarray(shades).save(tmp_path / "map.png")
+    assert (read_map(tmp_path / "map.png", 0.05).free == (shades == 255)).all()
+
+
 @pytest.mark.parametrize(
     ("array", "expected"),
     [
