@@ -38,10 +38,10 @@ def read_toml(file: Path) -> dict[str, Any]:
 
 
 def read_config(kind: type[Config], file: Path, *, convert: Convert | None = None) -> Config:
-    """Return the configuration in a TOML file (``config_from``); errors name the file."""
+    """Return the configuration in a TOML file (``config_from_mapping``); errors name the file."""
     found = read_toml(file)
     with name_in_config_errors(file):
-        return config_from(kind, found, convert=convert)
+        return config_from_mapping(kind, found, convert=convert)
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def name_in_config_errors(file: object) -> Iterator[None]:
         raise ConfigError(f"{file}: {error}") from None
 
 
-def config_from(
+def config_from_mapping(
     kind: type[Config], value: object, key: str = "", *, convert: Convert | None = None, beside: Iterable[str] = ()
 ) -> Config:
     """Return a configuration from nested mappings; missing keys keep their defaults.
@@ -80,7 +80,7 @@ def config_from(
     hints = get_type_hints(kind)
     given = {
         name: _field_value(hints[name], part, _join(key, name), convert)
-        for name, part in entries(value, key, names, beside)
+        for name, part in mapping_entries(value, key, names, beside)
     }
     for f in fields(kind):  # type: ignore[arg-type]
         if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
@@ -88,15 +88,17 @@ def config_from(
     return kind(**given)
 
 
-def mapping_from(value: object) -> Any:  # a mapping for a configuration, a list for a tuple
-    """Return plain values from which ``config_from`` makes the same configuration."""
+def config_to_mapping(value: object) -> Any:  # a mapping for a configuration, a list for a tuple
+    """Return plain values from which ``config_from_mapping`` makes the same configuration."""
     if is_dataclass(value):
         hints = get_type_hints(type(value))
         return {f.name: _plain(getattr(value, f.name), hints[f.name]) for f in fields(value)}
-    return [mapping_from(part) for part in value] if isinstance(value, tuple) else value
+    return [config_to_mapping(part) for part in value] if isinstance(value, tuple) else value
 
 
-def entries(value: object, key: str, known: Iterable[str], beside: Iterable[str] = ()) -> list[tuple[str, object]]:
+def mapping_entries(
+    value: object, key: str, known: Iterable[str], beside: Iterable[str] = ()
+) -> list[tuple[str, object]]:
     """Return the entries of a mapping; raise ConfigError if it is not a mapping or has an unknown key."""
     known = list(known)
     if not isinstance(value, Mapping):
@@ -123,7 +125,7 @@ def convert_value(value: Any, hint: Any, key: str) -> Any:
 def _field_value(hint: Any, value: object, key: str, convert: Convert | None) -> Any:
     """Return the value of a field."""
     if is_dataclass(hint):
-        return config_from(hint, value, key, convert=convert)  # type: ignore[arg-type]  # a dataclass, no object
+        return config_from_mapping(hint, value, key, convert=convert)  # type: ignore[arg-type]  # a dataclass, no object
     if convert is not None:
         return convert(value, hint, key)
     if kinds := _alternatives(hint):
@@ -148,17 +150,17 @@ def _alternatives(hint: Any) -> dict[str, type]:
 
 
 def _one_of(kinds: Mapping[str, type], value: object, key: str) -> object:
-    found = entries(value, key, kinds)
+    found = mapping_entries(value, key, kinds)
     if len(found) != 1:
         raise ConfigError(f"{key}: expected one of {', '.join(kinds)}; found {len(found)} of them")
     name, parts = found[0]
-    return config_from(kinds[name], parts, _join(key, name))
+    return config_from_mapping(kinds[name], parts, _join(key, name))
 
 
 def _plain(value: object, hint: Any) -> Any:
     """Return the value of a field as plain values; one of several dataclasses is named."""
     named = value is not None and _alternatives(hint)
-    return {type(value).__name__.lower(): mapping_from(value)} if named else mapping_from(value)
+    return {type(value).__name__.lower(): config_to_mapping(value)} if named else config_to_mapping(value)
 
 
 def _join(key: str, name: str) -> str:

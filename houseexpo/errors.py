@@ -14,7 +14,7 @@ NO_PLAN = 4
 """The exit code of a build that produced no plan because every input was rejected."""
 
 
-def installing(extra: str) -> str:
+def install_command(extra: str) -> str:
     """Return the command that installs an extra of this project, from the clone or from the package index."""
     root = Path(__file__).resolve().parents[1]
     if (root / "pyproject.toml").is_file() and (root / "pipeline").is_dir():

@@ -88,12 +88,12 @@ def decode_json(data: bytes, kind: type[T]) -> T:
         raise msgspec.DecodeError("values nested too deep") from None
 
 
-def as_json(values: Any) -> bytes:
+def encode_json(values: Any) -> bytes:
     """Return indented JSON that is easy to read and to compare; keys keep their order."""
     return msgspec.json.format(msgspec.json.encode(values), indent=2) + b"\n"
 
 
-def plain_yaml(data: bytes | str, deepest: int) -> Any:
+def decode_yaml(data: bytes | str, deepest: int) -> Any:
     """Return the content of a YAML document without aliases, nested no deeper than ``deepest``.
 
     The events are read before anything is built of them: aliases make a small file grow, and each level of brackets
@@ -129,7 +129,7 @@ def _yaml_faults(events: Iterable[Any], deepest: int) -> Iterator[str]:
             yield f"is nested more than {deepest} deep"
 
 
-def as_zip(files: Mapping[str, bytes]) -> bytes:
+def zip_bytes(files: Mapping[str, bytes]) -> bytes:
     """Return a ZIP archive of the files, sorted by name and without times, so that equal files give equal bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
@@ -138,7 +138,7 @@ def as_zip(files: Mapping[str, bytes]) -> bytes:
     return stream.getvalue()
 
 
-def write_whole(file: Path, data: bytes, *, durable: bool = False) -> None:
+def write_atomically(file: Path, data: bytes, *, durable: bool = False) -> None:
     """Write a file under a temporary name and rename it when it is complete.
 
     With ``durable``, the data is synchronised to the disk before the file is renamed.
@@ -180,7 +180,7 @@ def name_in_os_errors(file: Path) -> Iterator[None]:
 
 
 @contextmanager
-def whole_folder(target: Path) -> Iterator[Path]:
+def atomic_folder(target: Path) -> Iterator[Path]:
     """Yield a new folder beside the target; at the end it is renamed to the target, or removed after an error.
 
     If another process has created the target in the meantime, that folder is kept.

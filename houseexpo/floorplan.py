@@ -301,9 +301,9 @@ class FloorPlan(PlanData):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the plan to a JSON file; an existing file is replaced only when the new one is complete."""
-        from houseexpo.files import write_whole
+        from houseexpo.files import write_atomically
 
-        write_whole(Path(path), json_codec.encode(self) + b"\n")
+        write_atomically(Path(path), json_codec.encode(self) + b"\n")
 
     def _repr_svg_(self) -> str:
         """Show the plan in a notebook."""

@@ -24,7 +24,7 @@ from numba.core import caching as numba_caching
 caching: Any = numba_caching  # only some of it is typed
 
 
-def cache_safely(package: Path) -> None:
+def make_cache_robust(package: Path) -> None:
     """Apply R1 to R3 to kernels in files below ``package``; call this before the first kernel is defined."""
     if not issubclass(caching.IndexDataCacheFile, _Healing):
         caching.IndexDataCacheFile = _Healing
@@ -35,7 +35,7 @@ def cache_safely(package: Path) -> None:
 
 
 @cache
-def digest_of(package: Path) -> str:
+def hash_package(package: Path) -> str:
     """Return a hash of all Python files in a folder and its subfolders."""
     found = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
@@ -43,7 +43,7 @@ def digest_of(package: Path) -> str:
     return found.hexdigest()
 
 
-def is_missing(kernel: Any) -> bool:
+def is_uncached(kernel: Any) -> bool:
     """Return whether a kernel should be cached on disk for other processes but is not there yet."""
     kept = kernel._cache  # noqa: SLF001  # numba offers no other way to ask
     return not isinstance(kept._impl.locator, _OfThisProcess) and kept._cache_file.is_empty()  # noqa: SLF001
@@ -85,7 +85,7 @@ def _locator_for_folder(place: Any, folder: Path) -> Any:
         package = folder
 
         def get_source_stamp(self) -> str:
-            return digest_of(folder)
+            return hash_package(folder)
 
         @classmethod
         def from_function(cls, py_func: Any, py_file: str) -> Any:

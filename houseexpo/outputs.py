@@ -19,14 +19,14 @@ from typing import Final
 import msgspec
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import cache_folder, make_folder, real_path, write_whole
+from houseexpo.files import cache_folder, make_folder, real_path, write_atomically
 
 _OF_A_BUILD: Final = ".build"
 
 _Look = tuple[int, int]
 
 
-def check_apart(out: Path, sources: Iterable[str | Path | None]) -> None:
+def check_not_in_inputs(out: Path, sources: Iterable[str | Path | None]) -> None:
     """Raise ConfigError if ``out`` lies in one of the inputs (R1)."""
     for source in sources:
         if source is not None and "://" not in str(source) and lies_in(out, Path(source)):
@@ -70,7 +70,7 @@ class Output:
 
     def __enter__(self) -> Output:
         """Check the place; raise ConfigError if it lies in a source or is a file that must not be overwritten."""
-        check_apart(self.out, self._sources)
+        check_not_in_inputs(self.out, self._sources)
         if not self._is_folder:
             make_folder(self.out.parent)
             self.check(self.out)
@@ -91,7 +91,7 @@ class Output:
         if file.is_file() and not file.is_symlink() and file.stat().st_size == len(data) and file.read_bytes() == data:
             return
         self.check(file)
-        write_whole(file, data)
+        write_atomically(file, data)
         self._of(file).add(file)
 
     def check(self, file: Path) -> None:
@@ -137,7 +137,7 @@ class _Notes:
         """Save the list; if the cache is not writable, nothing is saved and the next run asks for --replace."""
         if self._changed and self._kept is not None:
             with suppress(HouseExpoError, OSError):
-                write_whole(self._kept, msgspec.json.encode(self._files))
+                write_atomically(self._kept, msgspec.json.encode(self._files))
 
 
 def _look(file: Path) -> _Look:

@@ -17,8 +17,8 @@ from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 from typing import Any, Final, TypeVar
 
+from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import WorkerError
-from houseexpo.workers import single_threaded
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -27,7 +27,7 @@ _AHEAD: Final = 4
 """Number of chunks per process that are requested in advance."""
 
 
-def in_processes(
+def map_in_processes(
     work: Callable[[Item], Answer], items: Iterable[Item], workers: int, chunk: int = 1
 ) -> Iterator[Answer]:
     """Yield the result of ``work`` for each item; ``chunk`` items are sent to a process at once.
@@ -40,7 +40,7 @@ def in_processes(
     WorkerError
         A process ended before it returned its result.
     """
-    chunks = in_chunks(items, chunk)
+    chunks = split_into_chunks(items, chunk)
     before = set(multiprocessing.active_children())
     spawning = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(workers, spawning, initializer=_leave_ctrl_c_to_the_caller)
@@ -48,7 +48,7 @@ def in_processes(
 
     def ask(number: int) -> None:
         for each in islice(chunks, number):
-            with single_threaded():  # the executor starts processes on demand
+            with limit_child_threads():  # the executor starts processes on demand
                 waiting.append(executor.submit(_answers, work, each))
 
     try:
@@ -68,7 +68,7 @@ def in_processes(
             process.terminate()  # R4: nobody waits for the remaining work
 
 
-def in_chunks(items: Iterable[Item], size: int) -> Iterator[list[Item]]:
+def split_into_chunks(items: Iterable[Item], size: int) -> Iterator[list[Item]]:
     """Yield the items in lists of ``size``; the last list may be shorter."""
     source = iter(items)
     return iter(lambda: list(islice(source, size)), [])

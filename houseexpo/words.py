@@ -24,12 +24,12 @@ def count_noun(number: int, noun: str) -> str:
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
+def suggest_name(word: str, known: Iterable[str]) -> str:
     """Return the part of a message that suggests the known name most similar to ``word``; "" if none is similar.
 
     Examples
     --------
-    >>> nearest("fronteir", ["frontier", "forward"]), nearest("x", ["frontier"])
+    >>> suggest_name("fronteir", ["frontier", "forward"]), suggest_name("x", ["frontier"])
     ("; did you mean 'frontier'?", '')
     """
     from difflib import get_close_matches
@@ -39,7 +39,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"; did you mean {names[found[0]]!r}?" if found else ""
 
 
-def unknown_name(word: str, known: Sequence[str]) -> str:
+def unknown_name_message(word: str, known: Sequence[str]) -> str:
     """Return the message that a name is unknown, with the most similar known name or, if there is none, what is known.
 
     A word is similar if it shares half of its letters with the unknown one, in the same order, or starts with it.

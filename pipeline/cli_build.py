@@ -59,12 +59,12 @@ class Work:
         """Return the executor."""
         from functools import partial
 
-        from houseexpo.workers import cores
+        from houseexpo.cpu_cores import count_cores
         from pipeline.executors import local, ray
 
         if self.executor == "ray":
             return partial(ray.run, address=self.address)
-        return partial(local.run, workers=self.workers or cores())
+        return partial(local.run, workers=self.workers or count_cores())
 
 
 def build_all(work: Work, others: str, check: Callable[[], None]) -> int:

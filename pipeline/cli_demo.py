@@ -49,12 +49,18 @@ def demo(
     )
     target = folder / "plans" / "demo"
     if plans and not target.exists():
+        from houseexpo.cpu_cores import count_cores
         from houseexpo.dataset import open_dataset
-        from houseexpo.workers import cores
 
         homes = [f"procedural:{plans}"]
         from_python(
-            homes, str(target), config=None, overrides=None, workers=workers or cores(), others="refuse", seed=_SEED
+            homes,
+            str(target),
+            config=None,
+            overrides=None,
+            workers=workers or count_cores(),
+            others="refuse",
+            seed=_SEED,
         )
         print_to.print(f"{target}: {len(open_dataset(target))} plans of made homes", highlight=False, soft_wrap=True)
     here = "" if folder == Path() else f"cd {folder} && "

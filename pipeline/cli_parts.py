@@ -108,14 +108,14 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
 
 def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
     """Say which corrections by hand belong to other houses than the inspected one."""
-    from houseexpo.words import unknown_name
+    from houseexpo.words import unknown_name_message
     from pipeline.overrides import concerns
 
     if found.shown is None or not corrected or any(concerns(name, found.shown.house) for name in corrected):
         return
     typer.secho(
-        f"no correction by hand is of this house: {unknown_name(found.shown.house, corrected)}; of a folder, inspect "
-        "takes the ids of its build: name the folder, and the house by --id",
+        f"no correction by hand is of this house: {unknown_name_message(found.shown.house, corrected)}; of a folder, "
+        "inspect takes the ids of its build: name the folder, and the house by --id",
         fg="yellow",
         err=True,
     )

@@ -22,7 +22,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from houseexpo.configuration import config_from, convert_value, name_in_config_errors, read_toml
+from houseexpo.configuration import config_from_mapping, convert_value, name_in_config_errors, read_toml
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
@@ -136,8 +136,8 @@ def load_config(path: Path) -> BuildConfig:
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     with name_in_config_errors(path):
-        stages = config_from(PipelineConfig, tables, convert=convert, beside=("build", "limits"))
-        config = config_from(BuildConfig, own, convert=convert)
+        stages = config_from_mapping(PipelineConfig, tables, convert=convert, beside=("build", "limits"))
+        config = config_from_mapping(BuildConfig, own, convert=convert)
         for name in ("min_quality", "furnished"):
             if (share := getattr(config.build, name)) > 1:
                 raise ConfigError(f"build.{name} = {share!r}: expected 0 to 1")

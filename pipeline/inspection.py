@@ -12,7 +12,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
 from houseexpo.plan import Quality
 from houseexpo.progress import show_progress
-from houseexpo.words import unknown_name
+from houseexpo.words import unknown_name_message
 from pipeline.algorithm import Snapshot, stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
@@ -148,7 +148,7 @@ def _find_input(inputs: Sequence[Input], name: str | None) -> int:
     ids = [item.id for item in inputs]
     found = [place for place, known in enumerate(ids) if concerns(name, known)]
     if not found:
-        raise ConfigError(f"--id: {unknown_name(name, ids)}")
+        raise ConfigError(f"--id: {unknown_name_message(name, ids)}")
     return max(found, key=lambda place: len(ids[place]))
 
 

@@ -41,7 +41,7 @@ import numpy as np
 import shapely
 from shapely import LineString
 
-from houseexpo.configuration import config_from, name_in_config_errors, read_toml
+from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
 from houseexpo.dataset.manifest import is_bundled
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
@@ -172,7 +172,7 @@ def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
         table = {key: as_list(value, key) if key in LISTS else value for key, value in table.items()}
     with name_in_config_errors(path):
-        override = config_from(Override, table, name, convert=convert)
+        override = config_from_mapping(Override, table, name, convert=convert)
     place = f"{path}: {name}"
     if override.keep and override.drop:
         raise ConfigError(f"{place}: expected keep or drop, found both; take one out")

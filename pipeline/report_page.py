@@ -21,7 +21,7 @@ from houseexpo.analysis.similarity import Duplicate
 from houseexpo.dataset.store.folders import refused_picture
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
-from houseexpo.files import write_whole
+from houseexpo.files import write_atomically
 from houseexpo.floorplan import FloorPlan, decode, load_plan
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
@@ -95,7 +95,7 @@ def _write(data_set: DataSet, progress: Progress) -> None:
         *_time(data_set),
     )
     html = page(data_set.root.name, parts)
-    write_whole(data_set.root / ".build" / "report.html", html.encode(), durable=True)
+    write_atomically(data_set.root / ".build" / "report.html", html.encode(), durable=True)
 
 
 def _draw_plan(plan: FloorPlan) -> Picture | None:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset
 from houseexpo.floorplan import FloorPlan
 from houseexpo.words import count_noun
-from houseexpo.workers import cores
 from stats.record import Record
 
 
@@ -88,7 +88,9 @@ def _reach(
     key = f"{radius_m:.2f}"
     if float(key) == radius_m and all(key in record.reach for record in measured):
         return [record.reach[key][:2] for record in measured]
-    found = data_set.measure_cached(f"pieces at {radius_m!r} m, 1", partial(_pieces, radius_m), workers or cores())
+    found = data_set.measure_cached(
+        f"pieces at {radius_m!r} m, 1", partial(_pieces, radius_m), workers or count_cores()
+    )
     return [(int(pieces), float(share)) for pieces, share in found]
 
 

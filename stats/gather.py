@@ -9,10 +9,10 @@ from pathlib import Path
 
 import msgspec
 
+from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.readable import Broken, open_readable
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.workers import cores
 from stats.record import VERSION, Record, record_with_audit, record_with_rooms
 from stats.summary import PlanSummary
 
@@ -103,7 +103,7 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
         Number of processes; by default one for each core.
     """
     name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record_with_audit)
-    found = data_set.measure_cached(name, measure, workers or cores())
+    found = data_set.measure_cached(name, measure, workers or count_cores())
     return [msgspec.convert(values, Record) for values in found]
 
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 from houseexpo.analysis.measures import Measure
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
 from stats import figures
 from stats.audit import CONNECTIONS, RULES, AuditSummary, Connection
@@ -166,12 +166,12 @@ def write_report(report: Report, data_set: Dataset, path: Path) -> None:
 def write_page(report: Report, data_set: Dataset, path: Path) -> None:
     """Write the HTML page; plans on which a list and the measurement disagree are read from ``data_set`` and drawn."""
     ids = [] if report.verdict is None else [name for group in report.verdict.sample() for name in group]
-    write_whole(path, page(report, {name: data_set[name] for name in ids}).encode())
+    write_atomically(path, page(report, {name: data_set[name] for name in ids}).encode())
 
 
 def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is
     """Write the numbers, including histograms."""
-    write_whole(path, as_json(report.values()))
+    write_atomically(path, encode_json(report.values()))
 
 
 _WRITERS: Final[dict[str, Callable[[Report, Dataset, Path], None]]] = {".html": write_page, ".json": write_json}

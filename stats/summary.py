@@ -96,7 +96,7 @@ class Rings:
 
 
 class PlanSummary:
-    """All measures of many plans; two summaries can be merged in any order (``houseexpo.summaries``)."""
+    """All measures of many plans; two summaries can be merged in any order (``houseexpo.summary_plugins``)."""
 
     def __init__(self) -> None:
         self.plans = 0

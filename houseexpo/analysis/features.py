@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, Literal, TypeAlias, get_args
 
-from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.plan.model import PlanData
 
 Layer: TypeAlias = Literal["plans", "rooms", "doors", "objects"]
@@ -91,7 +91,7 @@ def features(plans: Iterable[PlanData], layer: Layer) -> Any:
     try:
         import geopandas
     except ImportError:
-        raise MissingDependencyError(f"to_geopandas needs GeoPandas: {installing('frames')}") from None
+        raise MissingDependencyError(f"to_geopandas needs GeoPandas: {install_command('frames')}") from None
     rows, columns = _LAYERS[layer]
     found = [row for plan in plans for row in rows(plan)]
     return geopandas.GeoDataFrame(found, columns=list(columns), geometry="geometry", crs=None)

@@ -20,7 +20,7 @@ from typer.core import TyperGroup
 from houseexpo import __version__
 from houseexpo.commands.printing import drop_output, typed_command
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 GROUP = "houseexpo.commands"
 """The group of entry points: functions that typer can call, or a ``typer.Typer`` of several, by the commands' names."""
@@ -45,7 +45,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command; if it is unknown, suggest a similar one."""
         if args and not args[0].startswith("-") and args[0] not in _entries():
-            ctx.fail(f"No such command {args[0]!r}{nearest(args[0], _entries())}")
+            ctx.fail(f"No such command {args[0]!r}{suggest_name(args[0], _entries())}")
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:

@@ -79,17 +79,17 @@ def run(
     """
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_named
+    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import Settings
     from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
     from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, track_of
-    from houseexpo.workers import cores
 
     _check_out(out)
     wanted = track_of(track)
-    settings = Settings(split, plans, seed, workers or cores(), decision_limit, prediction or "")
+    settings = Settings(split, plans, seed, workers or count_cores(), decision_limit, prediction or "")
     with Output(out, [dataset, maps], replace=replace):  # check before hours of work
         houses: Dataset | list[MapHouse] | None = None
         if maps is not None:

@@ -93,7 +93,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     from houseexpo.errors import UnknownPlanError
     from houseexpo.floorplan import load_plan
     from houseexpo.progress import show_progress
-    from houseexpo.words import unknown_name
+    from houseexpo.words import unknown_name_message
 
     data: Dataset | dict[str, FloorPlan]
     if is_plan_file(path):
@@ -104,7 +104,7 @@ def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[Floo
     known = list(data) if isinstance(data, dict) else data.ids
     unknown = sorted(set(wanted or ()) - set(known))
     if unknown:
-        raise UnknownPlanError(f"{path}: {'; '.join(unknown_name(name, known) for name in unknown[:5])}")
+        raise UnknownPlanError(f"{path}: {'; '.join(unknown_name_message(name, known) for name in unknown[:5])}")
     chosen = known if wanted is None else wanted
     return len(chosen), show_progress((data[name] for name in chosen), "exporting", len(chosen))
 

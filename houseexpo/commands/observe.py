@@ -38,19 +38,19 @@ def observe(
 
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_refused
-    from houseexpo.outputs import check_apart
+    from houseexpo.cpu_cores import count_cores
+    from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.observe import observe as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
     from houseexpo.words import count_noun
-    from houseexpo.workers import cores
 
-    check_apart(out, [dataset])
+    check_not_in_inputs(out, [dataset])
     simulator = SimulatorConfig.from_yaml(config) if config else SimulatorConfig()
     if noise:
         simulator = replace(simulator, noise=USUAL_NOISE)
     given = PairConfig(each, every, size, pixels, rooms, simulator)
-    done = run_observe(data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or cores())
+    done = run_observe(data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or count_cores())
     print_to = console()
     print_to.print(
         f"{count_noun(done.pairs, 'pair')} in {out}: {count_noun(done.made, 'shard')} made, {done.known} known, "

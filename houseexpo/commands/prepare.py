@@ -29,17 +29,17 @@ def prepare(
     """
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console, print_refused
+    from houseexpo.cpu_cores import count_cores
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
     from houseexpo.words import count_noun
-    from houseexpo.workers import cores
 
     given = (
         SimulatorConfig.from_yaml(config)
         if config
         else SimulatorConfig(resolution, RobotConfig(radius_m=robot_radius), LaserConfig(range_m=laser_range))
     )
-    done = run_prepare(data_set(dataset), given, workers or cores())
+    done = run_prepare(data_set(dataset), given, workers or count_cores())
     out = console()
     out.print(
         f"{count_noun(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",

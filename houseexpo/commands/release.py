@@ -29,13 +29,13 @@ def release(
     set in a folder of the same name gives the same bytes.
     """
     from houseexpo.commands.printing import console, new_table
+    from houseexpo.cpu_cores import count_cores
     from houseexpo.release import About
     from houseexpo.release import release as run_release
     from houseexpo.release.metadata import CREATORS
-    from houseexpo.workers import cores
 
     about = About(title, tuple(creator or CREATORS), release_version, date, url, doi)
-    done = run_release(dataset, out, about, workers=workers or cores())
+    done = run_release(dataset, out, about, workers=workers or count_cores())
     table = new_table()
     table.add_column("table")
     parts = next(iter(done.rows.values()))

@@ -49,9 +49,9 @@ def serve(
         import starlette  # noqa: F401
         import uvicorn  # noqa: F401
     except ImportError as error:
-        from houseexpo.errors import MissingDependencyError, installing
+        from houseexpo.errors import MissingDependencyError, install_command
 
-        raise MissingDependencyError(f"serve needs {error.name}: {installing('serve')}") from None
+        raise MissingDependencyError(f"serve needs {error.name}: {install_command('serve')}") from None
     from houseexpo.service.collection import open_collections
     from houseexpo.service.service import Service, Settings, is_any, is_loopback
 

@@ -39,7 +39,7 @@ def show(
     from houseexpo.commands.printing import console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.exports.encoding import image
-    from houseexpo.files import write_whole
+    from houseexpo.files import write_atomically
     from houseexpo.outputs import Output
     from houseexpo.progress import show_progress
 
@@ -56,7 +56,7 @@ def show(
         else:
             images = [draw_plan(plan, size=size) for plan in shown]
             content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
-        write_whole(out, content)
+        write_atomically(out, content)
     console().print(f"{count_noun(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
 
 

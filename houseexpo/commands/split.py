@@ -26,23 +26,23 @@ def split(
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
     from houseexpo.commands.printing import console, new_table
+    from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split as run_split
     from houseexpo.dataset.store import files_at
-    from houseexpo.outputs import check_apart
+    from houseexpo.outputs import check_not_in_inputs
     from houseexpo.words import count_noun
-    from houseexpo.workers import cores
 
     if out is None and not files_at(dataset, "split without --out").is_dir():
         raise ConfigError(f"{dataset}: splits cannot be written into an archive; name a folder with --out")
     if paper and any(share is not None for share in (train, val, test)):
         raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")
     if out is not None and not (out.exists() and dataset.exists() and out.samefile(dataset)):
-        check_apart(out, [dataset])
+        check_not_in_inputs(out, [dataset])
     plans = open_dataset(dataset)
     shares = PAPER if paper else _shares({"train": train, "test": test, "val": val})
-    found = run_split(plans, shares, seed, workers or cores())
+    found = run_split(plans, shares, seed, workers or count_cores())
     files = write_split(found, dataset if out is None else out, replace=replace)
     record = found.record()
     table = new_table()

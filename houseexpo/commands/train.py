@@ -87,7 +87,7 @@ def _policy(
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
-    from houseexpo.outputs import check_apart
+    from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.learning import need_learn
     from houseexpo.pseudoslam.learning.config import TrainConfig
     from houseexpo.pseudoslam.learning.environments import check_options, choose_plans
@@ -104,7 +104,7 @@ def _policy(
     except ConfigError as error:
         raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
-    check_apart(out, [where])
+    check_not_in_inputs(out, [where])
     opened = None if where is None and task == "avoidance" else data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))
 
@@ -126,14 +126,14 @@ def _chooser(
     from houseexpo.commands.arguments import data_set
     from houseexpo.commands.printing import console
     from houseexpo.configuration import read_config
-    from houseexpo.outputs import check_apart
+    from houseexpo.cpu_cores import count_cores
+    from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
-    from houseexpo.workers import cores
 
     given = read_config(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
-    check_apart(out, [dataset])
+    check_not_in_inputs(out, [dataset])
     opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
-    threads = threads or cores()
+    threads = threads or count_cores()
     train_chooser(opened, opened.split("train").ids, given, out, resume=resume, threads=threads, say=say)
     say(f"{out / WEIGHTS}")

@@ -22,12 +22,12 @@ def validate(
     The exit code is 0 if nothing is found, 1 if something is, and 2 if the data set cannot be read.
     """
     from houseexpo.commands.printing import console, new_table, print_json
+    from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate as run_validate
     from houseexpo.words import count_noun
-    from houseexpo.workers import cores
 
-    report = run_validate(dataset, workers or cores())
+    report = run_validate(dataset, workers or count_cores())
     if json:
         rules = {rule: {"findings": found, "plans": plans} for rule, (found, plans) in report.by_rule().items()}
         print_json({"plans": report.plans, "rules": rules, "findings": list(map(asdict, report.findings))})

@@ -20,7 +20,7 @@ from typing import Final
 import msgspec
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.files import as_json, cache_folder, read_json, write_whole
+from houseexpo.files import cache_folder, encode_json, read_json, write_atomically
 
 FILE = ".build/command.json"
 """The path of the record in a data set."""
@@ -88,7 +88,7 @@ def _with_add(build: Build) -> Build:
 def record_build(root: Path, record: BuildRecord) -> None:
     """Save the record in a data set folder and note that this user built it; an equal file is not written again."""
     if read_build_record(root) != record:
-        write_whole(root / FILE, encode_record(record), durable=True)
+        write_atomically(root / FILE, encode_record(record), durable=True)
     note_built_here(root, record)
 
 
@@ -97,7 +97,7 @@ def note_built_here(root: Path, record: BuildRecord) -> None:
     with suppress(HouseExpoError, OSError):
         file = _copy_in_cache(root)
         if not file.exists() or file.read_bytes() != encode_record(record):
-            write_whole(file, encode_record(record))
+            write_atomically(file, encode_record(record))
 
 
 def was_built_here(root: Path, record: BuildRecord) -> bool:
@@ -110,7 +110,7 @@ def was_built_here(root: Path, record: BuildRecord) -> bool:
 
 def encode_record(record: BuildRecord) -> bytes:
     """Return the bytes of the record in a data set."""
-    return as_json(msgspec.to_builtins(record))
+    return encode_json(msgspec.to_builtins(record))
 
 
 def read_build_record(root: Path) -> BuildRecord | None:

@@ -14,7 +14,7 @@ from typing import Any, Final, Literal, get_args
 from houseexpo.dataset.manifest import Manifest, Source, load_manifest
 from houseexpo.dataset.store.records import damage_as_error
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import cache_folder, whole_folder
+from houseexpo.files import atomic_folder, cache_folder
 
 Subset = Literal["10", "100", "1000", "all"]
 Progress = Callable[[str, int, int], None]
@@ -192,7 +192,7 @@ def unpack(
     if target.exists():
         raise DatasetError(f"{target}: the folder already exists; delete it or choose another")
     count = 0
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         with damage_as_error(archive):
             for name, data in _members(archive, max_files, max_bytes):
                 if wanted(name):

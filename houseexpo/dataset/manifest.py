@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from houseexpo.configuration import config_from, convert_value, read_config
+from houseexpo.configuration import config_from_mapping, convert_value, read_config
 from houseexpo.errors import ConfigError
 
 _HOMES: Final = tuple(Path(__file__).parents[up] / "data_manifests" for up in (1, 2))
@@ -59,7 +59,9 @@ def load_manifest(path: Path | None = None) -> Manifest:
 def _convert(value: Any, hint: Any, key: str) -> Any:
     """Return a value of a manifest: files to download in a list, or another value as its type."""
     if hint == tuple[Source, ...] and isinstance(value, list):
-        return tuple(config_from(Source, each, f"{key}[{i}]", convert=convert_value) for i, each in enumerate(value))
+        return tuple(
+            config_from_mapping(Source, each, f"{key}[{i}]", convert=convert_value) for i, each in enumerate(value)
+        )
     return convert_value(value, hint, key)
 
 

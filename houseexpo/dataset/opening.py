@@ -16,10 +16,10 @@ from houseexpo.errors import (
     MissingDependencyError,
     PlanError,
     UnknownPlanError,
-    installing,
+    install_command,
 )
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.words import count_noun, unknown_name
+from houseexpo.words import count_noun, unknown_name_message
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -170,7 +170,7 @@ class Dataset(Sequence[FloorPlan]):
         try:
             import pandas  # noqa: F401 - pyarrow looks for it
         except ImportError:
-            raise MissingDependencyError(f"to_pandas needs pandas: {installing('frames')}") from None
+            raise MissingDependencyError(f"to_pandas needs pandas: {install_command('frames')}") from None
         return self.to_arrow().to_pandas().set_index("id")
 
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
@@ -353,7 +353,7 @@ class Dataset(Sequence[FloorPlan]):
         row = self._catalogue.row_of.get(plan_id, -1)
         if row < 0 or (len(self) < len(self._catalogue.ids) and row not in self._rows):
             known = self._catalogue.ids if row < 0 else self.ids
-            raise UnknownPlanError(f"{self._catalogue.display_name}: {unknown_name(plan_id, known)}")
+            raise UnknownPlanError(f"{self._catalogue.display_name}: {unknown_name_message(plan_id, known)}")
         return row
 
     def _plan(self, row: int) -> FloorPlan:

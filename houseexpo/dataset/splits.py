@@ -23,7 +23,7 @@ import numpy as np
 from houseexpo.analysis.similarity import THRESHOLD, find_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.files import as_json, make_folder, read_json, sha256_of, write_whole
+from houseexpo.files import encode_json, make_folder, read_json, sha256_of, write_atomically
 from houseexpo.floorplan import FloorPlan
 
 PAPER: Final = {"train": 0.7, "test": 0.3}
@@ -140,9 +140,9 @@ def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Pa
     for old in former - lists.keys():
         old.unlink()
     for file, data in lists.items():
-        write_whole(file, data)
+        write_atomically(file, data)
     written = [*lists, home / "splits.json"]
-    write_whole(written[-1], as_json(found.record()))
+    write_atomically(written[-1], encode_json(found.record()))
     if (folder / "index.parquet").exists():
         _into_index(found, folder / "index.parquet")
     if (folder / "manifest.json").exists():
@@ -213,7 +213,7 @@ def _into_index(found: Split, file: Path) -> None:
 
     part_of = {name: part for part, ids in found.parts.items() for name in ids}
     rows = pq.read_table(file).to_pylist()
-    write_whole(file, index_table([{**row, "split": part_of.get(row["id"])} for row in rows]))
+    write_atomically(file, index_table([{**row, "split": part_of.get(row["id"])} for row in rows]))
 
 
 def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
@@ -224,4 +224,4 @@ def _into_manifest(folder: Path, files: Sequence[Path]) -> None:
     except (OSError, msgspec.DecodeError, KeyError, AttributeError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
     known |= {path.relative_to(folder).as_posix(): sha256_of(path) for path in files if path.exists()}
-    write_whole(file, as_json({**said, "files": dict(sorted(known.items()))}))
+    write_atomically(file, encode_json({**said, "files": dict(sorted(known.items()))}))

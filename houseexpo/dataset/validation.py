@@ -25,7 +25,7 @@ from houseexpo.files import read_json, sha256_of
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.categories import LABELS
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
-from houseexpo.processes import in_chunks, in_processes
+from houseexpo.processes import map_in_processes, split_into_chunks
 from houseexpo.progress import show_progress
 from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M, TILE_M2
 
@@ -314,11 +314,11 @@ def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Find
 def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
     waiting = records(path)
     first = list(islice(waiting, _FEW))
-    chunks = in_chunks(chain(first, waiting), _CHUNK)
+    chunks = split_into_chunks(chain(first, waiting), _CHUNK)
     if workers <= 1 or len(first) < _FEW:
         yield from map(check_records, chunks)
         return
-    yield from in_processes(check_records, chunks, workers)
+    yield from map_in_processes(check_records, chunks, workers)
 
 
 def _read(record: Record) -> tuple[FloorPlan | None, list[Finding]]:

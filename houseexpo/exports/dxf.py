@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import shapely
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
@@ -41,7 +41,7 @@ def dxf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         from ezdxf._options import options
         from ezdxf.filemanagement import new
     except ImportError:
-        raise MissingDependencyError(f"DXF needs ezdxf, which is not installed: {installing('cad')}") from None
+        raise MissingDependencyError(f"DXF needs ezdxf, which is not installed: {install_command('cad')}") from None
     before = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True  # not the time at which it is written
     try:

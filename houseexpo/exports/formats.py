@@ -27,7 +27,7 @@ from houseexpo.exports.usd import usd
 from houseexpo.exports.worlds_2d import irsim, stage
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import Output
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def export(
     if chosen is None:
         raise ConfigError(
             f"export: expected one of {', '.join([*FORMATS, *ALIASES])} to export to, found {to!r}"
-            + nearest(to, [*FORMATS, *ALIASES])
+            + suggest_name(to, [*FORMATS, *ALIASES])
         )
     unknown = sorted(set(options) - set(chosen.options))
     if unknown:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import shapely
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files, plain
 from houseexpo.exports.mesh import FLOOR_M
 from houseexpo.exports.openings import WallOpening, wall_openings
@@ -51,7 +51,9 @@ def ifc(
     try:
         import ifcopenshell
     except ImportError:
-        raise MissingDependencyError(f"IFC needs ifcopenshell, which is not installed: {installing('ifc')}") from None
+        raise MissingDependencyError(
+            f"IFC needs ifcopenshell, which is not installed: {install_command('ifc')}"
+        ) from None
     built = solid(
         plan,
         wall_thickness=wall_thickness,

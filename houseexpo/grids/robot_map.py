@@ -40,8 +40,8 @@ from typing import Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
-from houseexpo.files import is_device, plain_yaml, real_path
+from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
+from houseexpo.files import decode_yaml, is_device, real_path
 from houseexpo.grids.stage_world import FREE_FROM, WorldError, floor_of_world, is_stage_world
 
 UNKNOWN: Final = -1
@@ -356,7 +356,7 @@ def _document(file: Path) -> Mapping[str, Any]:
     if file.stat().st_size > YAML_BYTES:
         raise MapError(f"{file.name} has {file.stat().st_size:,} bytes, which no map.yaml has", fault="too_large")
     try:
-        document = plain_yaml(file.read_bytes(), _DEEPEST)
+        document = decode_yaml(file.read_bytes(), _DEEPEST)
     except ValueError as error:
         raise MapError(f"{file.name} {error}", "save the map again") from None
     if not isinstance(document, Mapping):
@@ -510,7 +510,7 @@ def bag_reader(path: Path) -> Iterator[Any]:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
-        said = f"{path.name} is a bag; reading it needs rosbags, which is not installed: {installing('bag')}"
+        said = f"{path.name} is a bag; reading it needs rosbags, which is not installed: {install_command('bag')}"
         raise MissingDependencyError(said) from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:

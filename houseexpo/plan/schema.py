@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import msgspec
 
-from houseexpo.files import as_json
+from houseexpo.files import encode_json
 from houseexpo.plan.json_codec import FORMAT, RECORDS
 
 SHIPPED: Final = Path(__file__).with_name("houseexpo-2.schema.json")
@@ -40,7 +40,7 @@ def schema() -> dict[str, Any]:
 
 def schema_text() -> bytes:
     """Return the bytes of the copy in the package."""
-    return as_json(schema())
+    return encode_json(schema())
 
 
 if __name__ == "__main__":

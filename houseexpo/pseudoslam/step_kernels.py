@@ -22,7 +22,8 @@ from typing import Any, Final
 import numpy as np
 
 import houseexpo
-from houseexpo.kernel_cache import is_missing
+from houseexpo.cpu_cores import count_cores
+from houseexpo.kernel_cache import is_uncached
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.collision import no_tracks
@@ -47,7 +48,6 @@ from houseexpo.pseudoslam.kernels.types import (
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
-from houseexpo.workers import cores
 
 
 def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:
@@ -234,7 +234,7 @@ def compile_ahead(kernel: Any) -> None:
     """
     if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # no numba, or compiled
         return
-    if cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_missing(kernel):
+    if count_cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_uncached(kernel):
         paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
         command = [sys.executable, "-P", "-c", _COMPILE, kernel.__name__]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}

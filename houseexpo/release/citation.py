@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from houseexpo.files import as_json
+from houseexpo.files import encode_json
 from houseexpo.release.descriptions import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, Facts
 
 
@@ -13,10 +13,10 @@ def citation_files(facts: Facts) -> dict[str, bytes]:
     """Return the files by name; ``datacite.json`` is made only if a date is given, since DataCite needs a year."""
     found = {
         "CITATION.cff": _citation(facts),
-        ".zenodo.json": as_json(_zenodo(facts)),
+        ".zenodo.json": encode_json(_zenodo(facts)),
         "LICENSE": _licence(facts).encode(),
     }
-    return found | ({"datacite.json": as_json(_datacite(facts))} if facts.about.year else {})
+    return found | ({"datacite.json": encode_json(_datacite(facts))} if facts.about.year else {})
 
 
 def _citation(facts: Facts) -> bytes:

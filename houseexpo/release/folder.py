@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, sha256_of, write_whole
+from houseexpo.files import PARTIAL, sha256_of, write_atomically
 
 SUMS: Final = "SHA256SUMS"
 CROISSANT: Final = "croissant.json"
@@ -70,7 +70,7 @@ def replace_when_done(target: Path) -> Iterator[Path]:
 def write_sums(folder: Path) -> None:
     """Write ``SHA256SUMS`` (R3)."""
     lines = [f"{sha256_of(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
-    write_whole(folder / SUMS, "".join(lines).encode())
+    write_atomically(folder / SUMS, "".join(lines).encode())
 
 
 def _files(folder: Path) -> list[str]:

@@ -20,10 +20,10 @@ from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
 from houseexpo.exports.encoding import image
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import decode
-from houseexpo.outputs import check_apart
-from houseexpo.processes import in_processes
+from houseexpo.outputs import check_not_in_inputs
+from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.release import citation
 from houseexpo.release.card import MEASURES, SHEET, card, measures_png, sheet_png
@@ -74,7 +74,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     """
     target = Path(out)
     check_target(target)
-    check_apart(target, [Path(dataset)])
+    check_not_in_inputs(target, [Path(dataset)])
     with check_releasable(files_at(dataset, "release")) as found, replace_when_done(target) as folder:
         parts = release_splits(found.plans, workers)
         tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)
@@ -94,7 +94,7 @@ def _write_tables(
         (folder / table.name).mkdir()
     chunks = list(_chunks(parts))
     plans = ((part, [(found.plans.raw(name), parts.group_of[name]) for name in ids]) for part, ids in chunks)
-    made = map(_rows_of, plans) if workers <= 1 else in_processes(_rows_of, plans, workers)
+    made = map(_rows_of, plans) if workers <= 1 else map_in_processes(_rows_of, plans, workers)
     for part, answers in groupby(show_progress(made, "writing tables", len(chunks)), key=itemgetter(0)):
         with ExitStack() as files:
             writers = {
@@ -135,20 +135,20 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
     for home in ("splits", "pictures"):
         (folder / home).mkdir()
     for part, ids in facts.parts.lists.items():
-        write_whole(folder / "splits" / f"{part}.txt", list_bytes(ids))
+        write_atomically(folder / "splits" / f"{part}.txt", list_bytes(ids))
     provenance = msgspec.to_builtins(manifest)
     del provenance["files"]
     written = {
         SHEET: sheet_png(plans),
         MEASURES: measures_png(facts.stats),
         "README.md": card(facts, tables),
-        "stats.json": as_json(facts.material.stats),
-        "provenance.json": as_json(provenance),
+        "stats.json": encode_json(facts.material.stats),
+        "provenance.json": encode_json(provenance),
         **citation.citation_files(facts),
     }
     for name, data in written.items():
-        write_whole(folder / name, data)
-    write_whole(folder / CROISSANT, as_json(croissant(facts, tables, folder)))
+        write_atomically(folder / name, data)
+    write_atomically(folder / CROISSANT, encode_json(croissant(facts, tables, folder)))
     write_sums(folder)
 
 

@@ -34,7 +34,7 @@ from houseexpo.plan import RADII_M
 from houseexpo.plan.categories import LABELS
 from houseexpo.service.recent import Recent
 from houseexpo.tolerances import ROBOT_M
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 Numbers = npt.NDArray[np.float64]
 Bits = npt.NDArray[np.bool_]
@@ -138,7 +138,7 @@ def parse_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
     unknown = sorted(set(found) - {*NAMES, *GROUPS, *_WORDS})
     if unknown:
         known = ", ".join([*NAMES, *GROUPS, *_WORDS, *others])
-        near = nearest(unknown[0][:40], [*NAMES, *GROUPS, *_WORDS, *others])
+        near = suggest_name(unknown[0][:40], [*NAMES, *GROUPS, *_WORDS, *others])
         raise ConfigError(f"query: expected {known}; found {unknown[0][:40]!r}{near}")
     sort, radius = found.get("sort", "id"), found.get("radius", USUAL_RADIUS)
     if sort.removeprefix("-") not in SORTS:

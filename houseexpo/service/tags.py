@@ -20,7 +20,7 @@ from typing import Final
 
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import write_atomically
 
 MOST: Final = 500
 """The largest number of tags of a data set, and of views."""
@@ -100,7 +100,7 @@ class Tags:
             made = change(self.now())
             if max(len(made.tags), len(made.views)) > MOST:
                 raise ConfigError(f"tags: expected at most {MOST} tags and views; remove some first")
-            write_whole(self.file, _text(made).encode(), durable=True)
+            write_atomically(self.file, _text(made).encode(), durable=True)
             self._read = (self._stamp(), made)
         return made
 

@@ -20,12 +20,12 @@ import msgspec
 import numpy as np
 
 from houseexpo.analysis.similarity import SYMMETRIES, Comparison, Duplicate, Pair, drop_duplicates, find_pairs
+from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_table, row
-from houseexpo.files import as_json, sha256_of, sync_folder, write_whole
+from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
-from houseexpo.summaries import Summary, new_summaries
-from houseexpo.workers import cores
+from houseexpo.summary_plugins import Summary, new_summaries
 from pipeline.batch import disk
 from pipeline.batch.entry import Entry, Kept, Refused
 from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder, Written
@@ -122,12 +122,12 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
         "index.parquet": index_table(published.rows),
         "rejected.jsonl": _lines(r.line() for r in refused),
         "duplicates.jsonl": _lines(d._asdict() for d in dropped),
-        "stats.json": as_json(stats),
+        "stats.json": encode_json(stats),
     }
     for name, data in beside.items():
-        write_whole(folder.root / name, data, durable=True)
+        write_atomically(folder.root / name, data, durable=True)
     os.sync()  # the plans, whose names the manifest is about to vouch for
-    write_whole(folder.root / MANIFEST, as_json(_manifest(parts, files, stats)), durable=True)
+    write_atomically(folder.root / MANIFEST, encode_json(_manifest(parts, files, stats)), durable=True)
     sync_folder(folder.root)
     others = {name: folder.describe(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
     folder.finish(Finished(parts.state(), {**published.written, **others}))
@@ -299,9 +299,11 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
         msgspec.json.encode((asdict(config), digest_of("houseexpo.analysis.similarity")))
     ).hexdigest()
     known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
-    found = find_pairs(lambda i: decode(plans.get(kept[i])), len(kept), **asdict(config), known=known, threads=cores())
+    found = find_pairs(
+        lambda i: decode(plans.get(kept[i])), len(kept), **asdict(config), known=known, threads=count_cores()
+    )
     if len(found.fingerprints) != len(known.fingerprints):
-        write_whole(file, _bytes(recipe, kept, found), durable=True)
+        write_atomically(file, _bytes(recipe, kept, found), durable=True)
     return found.pairs
 
 
@@ -419,7 +421,7 @@ def _write_file(folder: Folder, file: str, sha256: str, read: Callable[[], bytes
     was = before.files.get(file) if before is not None else None
     if was is not None and was.sha256 == sha256 and folder.stands(file, was):
         return was
-    write_whole(folder.root / file, read())
+    write_atomically(folder.root / file, read())
     return folder.describe(file, sha256)
 
 
@@ -495,7 +497,7 @@ def rights_by_source(folder: Folder, own: Mapping[str, Rights], beside: Iterable
     unknown = Rights(manifest.licence, manifest.credit) if manifest else Rights()
     found = {**own, **{source: before.get(source, unknown) for source in beside}}
     if found != before:
-        write_whole(file, as_json(msgspec.to_builtins(dict(sorted(found.items())))), durable=True)
+        write_atomically(file, encode_json(msgspec.to_builtins(dict(sorted(found.items())))), durable=True)
     return found
 
 

@@ -23,7 +23,7 @@ from typing import TypeVar
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, read_json, write_whole
+from houseexpo.files import PARTIAL, read_json, write_atomically
 from pipeline.batch import disk
 
 MANIFEST = "manifest.json"
@@ -126,7 +126,7 @@ class Folder:
             folder.mkdir(parents=True, exist_ok=True)
         for folder in (self.json, self.stages, self.build, self.root):
             disk.sweep(folder)
-        write_whole(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
+        write_atomically(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
 
     def last_finished(self) -> Finished | None:
         """Return the record of the data set as it was last finished."""
@@ -140,11 +140,11 @@ class Folder:
         """Record the names of the plans and pictures that will be written, so that a later run knows them."""
         ours = {*(self._ours() or ()), *map(_short, names)}
         (self.root / MANIFEST).unlink(missing_ok=True)
-        write_whole(self.build / "announced.json", msgspec.json.encode(sorted(ours)), durable=True)
+        write_atomically(self.build / "announced.json", msgspec.json.encode(sorted(ours)), durable=True)
 
     def finish(self, finished: Finished) -> None:
         """Record the state of the finished data set."""
-        write_whole(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
+        write_atomically(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
         (self.build / "announced.json").unlink(missing_ok=True)
 
     def describe(self, name: str, sha256: str) -> Written:

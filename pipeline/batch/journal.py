@@ -15,7 +15,7 @@ from typing import BinaryIO, NamedTuple
 
 import msgspec
 
-from houseexpo.files import write_whole
+from houseexpo.files import write_atomically
 from pipeline.batch.entry import Entry
 
 _SYNC_S = 1.0
@@ -43,7 +43,7 @@ class Journal:
         self._places: dict[bytes, _Place] = {}
         self._sources: list[str] = []
         if file.exists() and file.stat().st_nlink > 1:  # a copy made of hard links: what is added is not the other's
-            write_whole(file, file.read_bytes(), durable=True)
+            write_atomically(file, file.read_bytes(), durable=True)
         self._stream: BinaryIO = file.open("a+b")
         self._index()
         self._synced = time.monotonic()

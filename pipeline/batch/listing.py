@@ -11,7 +11,7 @@ from pathlib import Path
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import real_path
-from houseexpo.outputs import check_apart, lies_in
+from houseexpo.outputs import check_not_in_inputs, lies_in
 from pipeline.batch.disk import printable
 from pipeline.batch.entry import identity
 from pipeline.batch.folder import PARTS
@@ -77,7 +77,7 @@ class Listing:
     def check_apart(self, out: Path) -> None:
         """Raise ConfigError if a data set in ``out`` would lie in a source, or a source in its folders of plans."""
         places = [Path(self._place(source)) for source in self.config.build.sources if is_path(source)]
-        check_apart(out, places)
+        check_not_in_inputs(out, places)
         for place, part in product(places, PARTS):
             if lies_in(place, out / part):
                 raise ConfigError(

@@ -22,7 +22,7 @@ from itertools import groupby
 from pathlib import Path
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import make_folder, write_whole
+from houseexpo.files import make_folder, write_atomically
 
 ARRAY_LIMIT = 1000
 """Tasks of an array where the cluster cannot be asked; its own default is 1001."""
@@ -99,7 +99,7 @@ class Scripts:
             "submit.sh": "\n".join(self._submission(wanted, limit, queue)) + "\n",
         }
         for name, text in scripts.items():
-            write_whole(self.folder / name, text.encode(), durable=True)
+            write_atomically(self.folder / name, text.encode(), durable=True)
         return len(wanted)
 
     def _check(self) -> None:

@@ -27,8 +27,8 @@ from typing import Any, Final, Protocol, TypeVar
 
 import msgspec
 
-from houseexpo.errors import ConfigError, MissingDependencyError, installing
-from houseexpo.files import PARTIAL, write_whole
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
+from houseexpo.files import PARTIAL, write_atomically
 from pipeline.batch import disk
 from pipeline.batch.disk import lock_folder
 from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest, Others
@@ -58,11 +58,11 @@ def file_system_of(url: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError:
-        raise MissingDependencyError(f"{url}: object stores need more: {installing('cloud')}") from None
+        raise MissingDependencyError(f"{url}: object stores need more: {install_command('cloud')}") from None
     try:
         system, path = url_to_fs(url, use_listings_cache=False)
     except ImportError as error:
-        raise MissingDependencyError(f"{url}: {error}: {installing('cloud')}") from None
+        raise MissingDependencyError(f"{url}: {error}: {install_command('cloud')}") from None
     except ValueError as error:
         raise ConfigError(f"{url}: expected s3://..., gs://... or another URL that fsspec knows ({error})") from None
     return system, str(path).rstrip("/")
@@ -161,7 +161,7 @@ class FolderStore:
         """Write a file; it is on the disk when this returns."""
         file = self.root / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(file, data, durable=True)
+        write_atomically(file, data, durable=True)
 
     def add(self, name: str, data: bytes) -> None:
         """Write a file unless one of its size is there."""

@@ -35,8 +35,8 @@ from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any, Generic, Literal, Protocol, TypeVar
 
+from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import HouseExpoError
-from houseexpo.workers import single_threaded
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -283,7 +283,7 @@ def run(
     HouseExpoError
         Where no worker can be started.
     """
-    with single_threaded():
+    with limit_child_threads():
         pool = _Pool(function, iter(items), workers, limits, preload)
         try:
             while pool.hand_over():

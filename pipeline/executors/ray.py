@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any
 
-from houseexpo.errors import HouseExpoError, MissingDependencyError, installing
+from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
 from pipeline.executors import local
 from pipeline.executors.local import Failure, Item, Limits, Result
 
@@ -100,7 +100,7 @@ def _connect(address: str | None) -> Any:
     try:
         import ray
     except ImportError:
-        raise MissingDependencyError(f"--executor ray needs Ray: {installing('ray')}") from None
+        raise MissingDependencyError(f"--executor ray needs Ray: {install_command('ray')}") from None
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nothing is told to anybody
     try:
         _check_listening(address or os.environ.get("RAY_ADDRESS", ""))

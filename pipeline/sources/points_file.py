@@ -25,7 +25,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import HEAD_BYTES, check_file
 
@@ -222,5 +222,5 @@ def _require_library(path: Path, library: str) -> None:
     try:
         import_module(library)
     except ImportError:
-        said = f"{path.name} needs {library}, which is not installed: {installing('scans')}"
+        said = f"{path.name} needs {library}, which is not installed: {install_command('scans')}"
         raise MissingDependencyError(said) from None

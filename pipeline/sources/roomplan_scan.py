@@ -23,7 +23,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import clean
@@ -249,7 +249,7 @@ def _stage(path: Path) -> Iterator[tuple[Any, Any]]:
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:
-        said = f"{path.name} needs usd-core, which is not installed: {installing('scans')}"
+        said = f"{path.name} needs usd-core, which is not installed: {install_command('scans')}"
         raise MissingDependencyError(said) from None
     _check_whole(path)
     try:

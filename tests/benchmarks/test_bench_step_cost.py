@@ -23,6 +23,7 @@ from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan, open_dataset
+from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.io.observe import observe
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
@@ -31,7 +32,6 @@ from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.step_kernels import step_params_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
-from houseexpo.workers import cores
 from tests.benchmarks.vector_runs import (
     GMAPPING_MS,
     PICTURE,
@@ -183,7 +183,7 @@ def test_cold_start(tmp_path: Path) -> None:
     code = (
         "import sys, time; start = time.perf_counter()\n"
         "import gymnasium, houseexpo.pseudoslam\n"
-        "if len(sys.argv) > 1: houseexpo.pseudoslam.step_kernels.cores = lambda: 1\n"
+        "if len(sys.argv) > 1: houseexpo.pseudoslam.step_kernels.count_cores = lambda: 1\n"
         "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
         "print(time.perf_counter() - start)"
     )
@@ -261,10 +261,12 @@ def test_pairs_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     plans = open_dataset(PUBLISHED)
     observe(plans, tmp_path / "warm", PairConfig(each=2), limit=4)  # compiled, and the data set packed
-    table = Table("", "pairs/s", "a million, minutes", "bytes a pair", title=f"Pairs of maps, {cores()} processes")
+    table = Table(
+        "", "pairs/s", "a million, minutes", "bytes a pair", title=f"Pairs of maps, {count_cores()} processes"
+    )
     for name, config in PAIRS_OF.items():
         start = time.perf_counter()
-        done = observe(plans, tmp_path / name, config, limit=PAIRS, seed=1, workers=cores())
+        done = observe(plans, tmp_path / name, config, limit=PAIRS, seed=1, workers=count_cores())
         rate = done.pairs / (time.perf_counter() - start)
         table.add_row(name, f"{rate:,.0f}", f"{1e6 / rate / 60:.0f}", f"{done.size / done.pairs:,.0f}")
         with np.load(next((tmp_path / name).glob("pairs-*.npz"))) as arrays:

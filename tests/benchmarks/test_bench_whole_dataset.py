@@ -24,12 +24,12 @@ from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import Dataset, open_dataset
+from houseexpo.cpu_cores import count_cores
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import static_world
 from houseexpo.pseudoslam.worlds.prepare import prepare
 from houseexpo.pseudoslam.worlds.store import WorldStore
-from houseexpo.workers import cores
 from tests.builders.shared import DATA, needs_shared
 
 PLANS = DATA / "houseexpo" / "plans_33717.jsonl.gz"
@@ -91,7 +91,7 @@ def test_preparing_and_steps_a_second(plans: Dataset) -> None:
     table = Table(title=f"{len(plans):,} plans, {ENVS} environments, every reset a new house")
     for heading in ("configuration", "worlds", "1 thread", "2 threads", "asked"):
         table.add_column(heading, justify="left" if heading in {"configuration", "worlds"} else "right")
-    workers = cores()
+    workers = count_cores()
     for name, config in CONFIGS.items():
         start = time.perf_counter()
         done = prepare(plans, config, workers)

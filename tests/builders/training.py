@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from houseexpo.configuration import config_from
+from houseexpo.configuration import config_from_mapping
 from houseexpo.dataset import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.learning.config import TrainConfig
@@ -28,7 +28,7 @@ TINY: dict[str, Any] = {
 
 def tiny(**changes: Any) -> TrainConfig:
     """Return a configuration that learns 384 steps: six updates, three checkpoints, three tests."""
-    return replace(config_from(TrainConfig, TINY), **changes)
+    return replace(config_from_mapping(TrainConfig, TINY), **changes)
 
 
 def write_split_huts(folder: Path, test: tuple[str, ...] = TEST) -> Path:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from houseexpo.configuration import config_from, convert_value, mapping_from, read_config, read_toml
+from houseexpo.configuration import config_from_mapping, config_to_mapping, convert_value, read_config, read_toml
 from houseexpo.errors import ConfigError
 
 
@@ -34,9 +34,9 @@ class Scene:
 
 def test_what_is_written_is_read_again():
     scene = Scene((Thing(Circle(0.3), (1.0, 2.0)), Thing(name="post")), Thing(is_fixed=True))
-    assert config_from(Scene, mapping_from(scene)) == scene
-    assert mapping_from(scene)["things"][0]["shape"] == {"circle": {"radius_m": 0.3}}
-    assert config_from(Scene, {}) == Scene()
+    assert config_from_mapping(Scene, config_to_mapping(scene)) == scene
+    assert config_to_mapping(scene)["things"][0]["shape"] == {"circle": {"radius_m": 0.3}}
+    assert config_from_mapping(Scene, {}) == Scene()
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_what_is_written_is_read_again():
 )
 def test_an_error_names_the_key(given, said):
     with pytest.raises(ConfigError) as caught:
-        config_from(Scene, given)
+        config_from_mapping(Scene, given)
     assert str(caught.value).startswith(said)
 
 

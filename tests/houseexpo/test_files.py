@@ -13,7 +13,7 @@ import pytest
 
 import houseexpo
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.files import as_zip, make_folder, real_path, sha256_of, whole_folder, write_whole
+from houseexpo.files import atomic_folder, make_folder, real_path, sha256_of, write_atomically, zip_bytes
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -21,9 +21,9 @@ def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     for name, what in {"pipe": "a device or a pipe", "folder": "a folder"}.items():
         with pytest.raises(ConfigError, match=f"{name}: expected a regular file or a new one, found {what}"):
-            write_whole(tmp_path / name, b"x")
+            write_atomically(tmp_path / name, b"x")
     with pytest.raises(ConfigError, match="/dev/null"):
-        write_whole(Path("/dev/null"), b"x")
+        write_atomically(Path("/dev/null"), b"x")
     assert (tmp_path / "pipe").is_fifo()
 
 
@@ -43,7 +43,7 @@ def test_reading_a_pipe_or_a_device_never_hangs(tmp_path: Path) -> None:
 
 def test_a_file_is_replaced_by_a_whole_one(tmp_path: Path) -> None:
     for data in (b"first", b"second"):
-        write_whole(tmp_path / "a.json", data)
+        write_atomically(tmp_path / "a.json", data)
         assert (tmp_path / "a.json").read_bytes() == data
     assert list(tmp_path.iterdir()) == [tmp_path / "a.json"]
 
@@ -59,11 +59,11 @@ def test_a_folder_is_made_where_no_file_lies(tmp_path: Path) -> None:
 
 def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
     target = tmp_path / "above" / "made"
-    with suppress(KeyboardInterrupt), whole_folder(target) as folder:
+    with suppress(KeyboardInterrupt), atomic_folder(target) as folder:
         (folder / "a").write_text("x")
         raise KeyboardInterrupt
     assert list((tmp_path / "above").iterdir()) == []
-    with whole_folder(target) as folder:
+    with atomic_folder(target) as folder:
         (folder / "a").write_text("x")
         assert not target.exists()
     assert [file.name for file in target.iterdir()] == ["a"]
@@ -71,7 +71,7 @@ def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:
 
 
 def test_the_folder_of_a_quicker_process_stays(tmp_path: Path) -> None:
-    with whole_folder(tmp_path / "made") as folder:
+    with atomic_folder(tmp_path / "made") as folder:
         (folder / "mine").write_text("x")
         (tmp_path / "made").mkdir()
         (tmp_path / "made" / "theirs").write_text("x")
@@ -86,9 +86,9 @@ def test_a_hash_is_that_of_the_bytes(tmp_path: Path) -> None:
 
 def test_a_zip_archive_is_the_same_whenever_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     files = {"b.txt": b"b" * 1000, "a/c.txt": b"c"}
-    first = as_zip(files)
+    first = zip_bytes(files)
     monkeypatch.setattr("time.localtime", lambda *_: (2030, 1, 1, 0, 0, 0, 0, 0, 0))
-    assert as_zip(dict(reversed(files.items()))) == first
+    assert zip_bytes(dict(reversed(files.items()))) == first
     assert len(first) < 500
     with zipfile.ZipFile(io.BytesIO(first)) as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == files
@@ -100,7 +100,7 @@ def test_an_error_of_the_system_names_the_file(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr("os.fchmod", full)
     with pytest.raises(OSError, match=r"No space left on device: '.*whole\.json'"):
-        write_whole(tmp_path / "whole.json", b"{}")
+        write_atomically(tmp_path / "whole.json", b"{}")
     assert not list(tmp_path.iterdir())
 
 

@@ -22,8 +22,8 @@ def two():
 """
 RUN = """
 from pathlib import Path
-from houseexpo.kernel_cache import cache_safely
-cache_safely(Path.cwd())
+from houseexpo.kernel_cache import make_cache_robust
+make_cache_robust(Path.cwd())
 from kernels import one, two
 print(one(), two(), sum(one.stats.cache_hits.values()))
 """

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.kernel_cache import digest_of
+from houseexpo.kernel_cache import hash_package
 
 INNER = "from numba import njit\n@njit(cache=True)\ndef inner():\n    return {}\n"
 OUTER = "from numba import njit\nfrom inner import inner\n@njit(cache=True)\ndef outer():\n    return inner()\n"
 RUN = """
 import sys
 from pathlib import Path
-from houseexpo.kernel_cache import cache_safely
+from houseexpo.kernel_cache import make_cache_robust
 if sys.argv[1] == "stamp":
-    cache_safely(Path.cwd())
+    make_cache_robust(Path.cwd())
 from outer import outer
 print(outer(), sum(outer.stats.cache_hits.values()))
 """
@@ -57,5 +57,5 @@ def test_a_file_in_a_folder_below_counts_and_one_of_another_kind_does_not(tmp_pa
         (folder / "below" / "inner.py").write_text("1")
     (folders[1] / "below" / "inner.py").write_text("2")
     (folders[2] / "note.txt").write_text("2")
-    one, two, three = map(digest_of, folders)
+    one, two, three = map(hash_package, folders)
     assert one == three != two

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import WorkerError
-from houseexpo.processes import in_processes
+from houseexpo.processes import map_in_processes
 
 
 def squared(number: int) -> int:
@@ -29,8 +29,8 @@ def killed_at_seven(number: int) -> int:
 
 
 def test_answers_come_in_the_order_of_the_items() -> None:
-    assert list(in_processes(squared, range(50), workers=2, chunk=3)) == [number * number for number in range(50)]
-    assert list(in_processes(squared, [], workers=2)) == []
+    assert list(map_in_processes(squared, range(50), workers=2, chunk=3)) == [number * number for number in range(50)]
+    assert list(map_in_processes(squared, [], workers=2)) == []
 
 
 def test_items_are_asked_for_as_they_are_needed() -> None:
@@ -42,7 +42,7 @@ def test_items_are_asked_for_as_they_are_needed() -> None:
             taken.append(len(taken))
             yield taken[-1]
 
-    found = in_processes(squared, endless(), workers=1, chunk=2)
+    found = map_in_processes(squared, endless(), workers=1, chunk=2)
     assert list(islice(found, 5)) == [0, 1, 4, 9, 16]
     assert len(taken) < 20
     (started,) = set(multiprocessing.active_children()) - before
@@ -55,12 +55,14 @@ def test_items_are_asked_for_as_they_are_needed() -> None:
 
 def test_a_killed_process_ends_the_work_with_an_error() -> None:
     with pytest.raises(WorkerError, match="one of 2 worker processes ended before it answered"):
-        list(in_processes(killed_at_seven, range(40), workers=2))
+        list(map_in_processes(killed_at_seven, range(40), workers=2))
 
 
 def test_a_script_without_its_guard_ends_with_an_error(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text("from houseexpo.processes import in_processes\nprint(list(in_processes(abs, [1, 2], 1)))\n")
+    script.write_text(
+        "from houseexpo.processes import map_in_processes\nprint(list(map_in_processes(abs, [1, 2], 1)))\n"
+    )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
     assert 'under `if __name__ == "__main__":`' in done.stderr

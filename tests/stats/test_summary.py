@@ -5,7 +5,7 @@ import pytest
 from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Navigability, Room
-from houseexpo.summaries import new_summaries
+from houseexpo.summary_plugins import new_summaries
 from stats.summary import PlanSummary
 
 

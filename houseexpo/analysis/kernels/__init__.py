@@ -5,6 +5,6 @@ numba loads slowly, so import them late.
 
 from pathlib import Path
 
-from houseexpo.kernel_cache import cache_safely
+from houseexpo.kernel_cache import make_cache_robust
 
-cache_safely(Path(__file__).parent)
+make_cache_robust(Path(__file__).parent)

@@ -19,7 +19,7 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.folders import file_stamp, plan_files, plan_folder, plan_stamp
 from houseexpo.dataset.store.records import damage_as_error
-from houseexpo.files import PARTIAL, cache_folder, real_path, whole_folder, write_whole
+from houseexpo.files import PARTIAL, atomic_folder, cache_folder, real_path, write_atomically
 
 VERSION: Final = "2"
 """Part of every key, so that files in another layout are not read."""
@@ -53,9 +53,9 @@ def cached_copy(path: Path, write: Callable[[Path, Path], None]) -> Path:
         _sweep(stores)
         _sweep(key.parent)
         shutil.rmtree(store, ignore_errors=True)
-        with whole_folder(store) as partial:  # R3
+        with atomic_folder(store) as partial:  # R3
             write(path, partial)
-    write_whole(key, store.name.encode())
+    write_atomically(key, store.name.encode())
     return store
 
 

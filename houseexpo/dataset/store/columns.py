@@ -19,7 +19,7 @@ from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.dataset.store.derived import cached_values, measure_cached
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.words import unknown_name
+from houseexpo.words import unknown_name_message
 
 Rows = npt.NDArray[np.int64]
 
@@ -33,7 +33,7 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
     With ``compute=False``, they are None instead.
     """
     if name not in catalogue.table.column_names:
-        raise ConfigError(f"column: {unknown_name(name, catalogue.table.column_names)}")
+        raise ConfigError(f"column: {unknown_name_message(name, catalogue.table.column_names)}")
     values: list[Any] = catalogue.table.column(name).take(rows).to_pylist()
     if name in _MEASURES and compute:
         _fill(catalogue, rows, values, *_MEASURES[name])
@@ -61,7 +61,7 @@ def known_label(word: str) -> str:
 
     found = canonical(word)
     if found is None:
-        raise ConfigError(f"select: labels: {unknown_name(word, LABELS)}")
+        raise ConfigError(f"select: labels: {unknown_name_message(word, LABELS)}")
     return found
 
 

@@ -24,7 +24,7 @@ from houseexpo.dataset.store.cache import VERSION
 from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.files import cache_folder
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.processes import in_processes
+from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 
 Measure = Callable[[FloorPlan], Any]
@@ -76,7 +76,7 @@ def _compute(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int)
     if workers <= 1:
         yield from map(work, plans)
         return
-    yield from in_processes(work, plans, workers, _CHUNK)
+    yield from map_in_processes(work, plans, workers, _CHUNK)
 
 
 def _measure_encoded(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:

@@ -30,7 +30,7 @@ from houseexpo.dataset.index import SCHEMA
 from houseexpo.dataset.store.catalogue import Catalogue, read_ids
 from houseexpo.dataset.store.records import MAX_PLAN_BYTES
 from houseexpo.errors import DatasetError
-from houseexpo.files import cache_folder, write_whole
+from houseexpo.files import cache_folder, write_atomically
 from houseexpo.plan import checks
 
 _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
@@ -65,8 +65,8 @@ def open_remote(address: str) -> RemoteCatalogue:
     known = tag.read_text(errors="replace") if index.exists() and tag.exists() else ""
     found = server.get("/index.parquet", _INDEX_BYTES, known)
     if found.status != 304:  # R1
-        write_whole(index, found.data)
-        write_whole(tag, found.tag.encode())
+        write_atomically(index, found.data)
+        write_atomically(tag, found.tag.encode())
     try:
         table = pq.read_table(index).select(_COLUMNS.names).cast(_COLUMNS)
         for name, digest in zip(table.column("id").to_pylist(), table.column("digest").to_pylist(), strict=True):
@@ -111,7 +111,7 @@ class RemoteCatalogue(Catalogue):
         data = self._server.get(f"/plans/{quote(name, safe='')}", MAX_PLAN_BYTES).data
         if _sha1(data) != digest:  # R2
             raise DatasetError(f"{self._server.plain}: {name}: was changed on the server; open the data set again")
-        write_whole(kept, data)
+        write_atomically(kept, data)
         return data
 
     def stages(self, row: int) -> bytes | None:

@@ -18,7 +18,7 @@ from houseexpo.dataset.store.cache import INDEX, PLANS, BlockWriter
 from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.processes import in_chunks
+from houseexpo.processes import split_into_chunks
 from houseexpo.progress import show_progress
 
 CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string())])
@@ -57,7 +57,7 @@ def _measure_chunks(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan
     """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
     waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
-        for chunk in in_chunks(show_progress(records(source), f"reading {source.name}"), _CHUNK):
+        for chunk in split_into_chunks(show_progress(records(source), f"reading {source.name}"), _CHUNK):
             plans = [_decode(source, record) for record in chunk]
             before, waiting = waiting, (chunk, plans, thread.submit(_areas, plans))
             if before is not None:

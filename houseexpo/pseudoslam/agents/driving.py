@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.exports.encoding import image as as_file
 from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_files
-from houseexpo.files import make_folder, write_whole
+from houseexpo.files import make_folder, write_atomically
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels import mapping
 from houseexpo.pseudoslam.render.canvas import Image
@@ -144,7 +144,7 @@ class Drive:
         files["trajectory.csv"] = stream.getvalue().encode()
         return files
 
-    def save(self, folder: Path, write: Callable[[Path, bytes], object] = write_whole) -> list[Path]:
+    def save(self, folder: Path, write: Callable[[Path, bytes], object] = write_atomically) -> list[Path]:
         """Write ``files`` into a folder and return their paths."""
         files = self.files()
         make_folder(folder)

@@ -15,7 +15,7 @@ from typing import Final
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, Training, interface_of, training_of
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 _HERE: Final = "houseexpo.pseudoslam.agents"
 NAMES: Final = {
@@ -91,7 +91,7 @@ def load_policy(name: str) -> NamedPolicy:
         return _import_policy(name, name)
     raise ConfigError(
         f"policy: no {name!r}; known: {', '.join(NAMES)}, a file ({', '.join(LOADERS)}), or module:function"
-        + nearest(name, NAMES)
+        + suggest_name(name, NAMES)
     )
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from houseexpo.drawing.plots import SERIES, axes_of, svg_alone, svg_of
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_whole
+from houseexpo.files import write_atomically
 from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
 from houseexpo.pseudoslam.benchmark.comparison import Compared
 from houseexpo.pseudoslam.benchmark.map_curves import map_panels
@@ -44,7 +44,7 @@ def write_comparison(
     found: Sequence[Compared],
     file: Path,
     heading: str = HEADING,
-    write: Callable[[Path, bytes], object] = write_whole,
+    write: Callable[[Path, bytes], object] = write_atomically,
     *,
     each_map: bool = False,
 ) -> None:

@@ -29,7 +29,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric, Values
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 Grid = npt.NDArray[np.uint8]
 Bools = npt.NDArray[np.bool_]
@@ -125,7 +125,7 @@ def check_prediction(name: str) -> None:
     known = (OF_POLICY, *PREDICTORS)
     if name not in known:
         raise ConfigError(
-            f"--prediction: expected one of {', '.join(known)}; found {name!r}" + nearest(name, list(known))
+            f"--prediction: expected one of {', '.join(known)}; found {name!r}" + suggest_name(name, list(known))
         )
 
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import read_json, write_whole
+from houseexpo.files import read_json, write_atomically
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
 from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, means
@@ -147,7 +147,7 @@ def encode(result: Result) -> bytes:
 
 def write_result(result: Result, file: Path) -> None:
     """Write a result atomically."""
-    write_whole(file, encode(result))
+    write_atomically(file, encode(result))
 
 
 def read_result(file: Path) -> Result:

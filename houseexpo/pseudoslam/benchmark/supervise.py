@@ -19,12 +19,12 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeAlias
 
+from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import HouseExpoError, PolicyError
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
 from houseexpo.pseudoslam.kernels.compiling import on_compiling
-from houseexpo.workers import single_threaded
 
 _LOOK_S = 0.5
 NewRunner: TypeAlias = Callable[[], Runner]
@@ -63,7 +63,7 @@ def run_cases(
     waiting = iter(range(len(cases)))
     running: list[_Worker] = []
     try:
-        with single_threaded():
+        with limit_child_threads():
             running += [_start(new_runner) for _ in range(min(workers, len(cases)))]
         for worker in running:
             _hand_over(worker, cases, waiting)

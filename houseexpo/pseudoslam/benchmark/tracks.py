@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, Obst
 from houseexpo.pseudoslam.envs.slam_env import SlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
 from houseexpo.pseudoslam.worlds.maps import MapHouse
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 Metric = measures.Metric
 Houses = Dataset | list[FloorPlan] | list[MapHouse]
@@ -206,5 +206,5 @@ def track_of(name: str) -> Track:
             return track
     known = ", ".join(track.name for track in (*TRACKS, *MAP_TRACKS))
     raise ConfigError(
-        f"--track: expected one of {known}, or the id of one; found {name!r}" + nearest(name, known.split(", "))
+        f"--track: expected one of {known}, or the id of one; found {name!r}" + suggest_name(name, known.split(", "))
     )

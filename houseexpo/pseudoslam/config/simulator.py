@@ -108,15 +108,15 @@ class SimulatorConfig:
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, object]) -> SimulatorConfig:
         """Return the configuration from nested mappings; raise ConfigError for unknown keys and invalid values."""
-        from houseexpo.configuration import config_from
+        from houseexpo.configuration import config_from_mapping
 
-        return config_from(cls, mapping)
+        return config_from_mapping(cls, mapping)
 
     def to_mapping(self) -> dict[str, Any]:
         """Return the configuration as nested mappings of plain values, for ``from_mapping``."""
-        from houseexpo.configuration import mapping_from
+        from houseexpo.configuration import config_to_mapping
 
-        return dict(mapping_from(self))
+        return dict(config_to_mapping(self))
 
     @property
     def full_step_m(self) -> float:

@@ -8,9 +8,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from houseexpo.configuration import Config, config_from, entries
+from houseexpo.configuration import Config, config_from_mapping, mapping_entries
 from houseexpo.errors import ConfigError
-from houseexpo.files import plain_yaml, read_file
+from houseexpo.files import decode_yaml, read_file
 from houseexpo.pseudoslam.config.checks import number
 
 _DEEPEST = 20
@@ -78,14 +78,14 @@ def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list
         The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and key.
     """
     try:
-        loaded = plain_yaml(read_file(Path(path)), _DEEPEST)
+        loaded = decode_yaml(read_file(Path(path)), _DEEPEST)
     except OSError as error:
         raise ConfigError(f"{path}: expected a readable file, found: {error.strerror}") from error
     except ValueError as error:
         raise ConfigError(f"{path}: expected YAML, found: {str(error).removeprefix('is no YAML: ')}") from error
     try:
         if not _is_published(kind, loaded):
-            return config_from(kind, {} if loaded is None else loaded), []
+            return config_from_mapping(kind, {} if loaded is None else loaded), []
         return _convert(kind, loaded)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from error
@@ -129,7 +129,7 @@ def _convert(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, 
     if any(name.startswith("startPose") for name in given):
         own.setdefault("start.random", False)
     try:
-        return config_from(kind, _nest(own)), notes
+        return config_from_mapping(kind, _nest(own)), notes
     except ConfigError as error:
         published = [name for name, key in _PUBLISHED.items() if key and str(error).startswith(key.own.split("[")[0])]
         raise ConfigError(f"{' and '.join(published)}: {error}" if published else str(error)) from error
@@ -137,7 +137,7 @@ def _convert(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, 
 
 def _leaves(value: object, section: str) -> Iterator[tuple[str, object]]:
     """Yield published keys in dotted form with their values; raise ConfigError if a key is unknown."""
-    for name, part in entries(value, section, [key.rpartition(".")[2] for key in _sections(section)]):
+    for name, part in mapping_entries(value, section, [key.rpartition(".")[2] for key in _sections(section)]):
         key = f"{section}.{name}" if section else name
         if key in _PUBLISHED:
             yield key, part

@@ -12,12 +12,12 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError
 from numba.core import config as config_of_numba
 
+from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import MAP, RASTERS, SHOWN, Array, State, flatten, one_of, unflatten
 from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for, scratch_of, with_room
-from houseexpo.workers import cores
 
 _SPARE = 1.25  # spare room for larger houses
 _BLOCKS = 4  # per thread, so that threads finish at about the same time
@@ -42,7 +42,7 @@ class Batch:
         moves: bool | None = None,
     ) -> None:
         off = config_of_numba.DISABLE_JIT  # type: ignore[attr-defined]  # what is not compiled is for one thread
-        self.threads = 1 if off else min(threads or cores(), number)
+        self.threads = 1 if off else min(threads or count_cores(), number)
         self.sizes = np.zeros((number, 2), np.int64)
         self.arrays: Episode
         """The pool; ``shown`` is the array that the views were drawn into last."""

@@ -26,7 +26,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.io.poses import Pose, relative
 from houseexpo.pseudoslam.io.robot_topics import BASE, RANGE_MIN_M, SCAN, START_NS, TOPICS, Quality, beams, fixed_frames
@@ -72,7 +72,7 @@ class BagWriter:
             from rosbags import rosbag2
             from rosbags.typesys import Stores, get_typestore
         except ImportError as error:
-            said = f"bags need rosbags, which is not installed: {installing('bag')}"
+            said = f"bags need rosbags, which is not installed: {install_command('bag')}"
             raise MissingDependencyError(said) from error
         self._rosbag2, self._types = rosbag2, get_typestore(Stores.ROS2_JAZZY)
         self._start: Pose | None = None

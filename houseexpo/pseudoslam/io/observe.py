@@ -25,10 +25,10 @@ import numpy.typing as npt
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.outputs import check_run_folder
-from houseexpo.processes import in_processes
+from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stack_pairs
@@ -102,7 +102,9 @@ def observe(
     work = partial(_write_shard, out, config, seed)
     found |= dict(show_progress(_run(work, jobs, shards - known, workers), "observing", shards - known))
     entries = [found[shard] for shard in range(shards)]
-    write_whole(out / MANIFEST, as_json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries}))
+    write_atomically(
+        out / MANIFEST, encode_json({**recipe, "pairs": sum(each["pairs"] for each in entries), "shards": entries})
+    )
     refused = tuple(line for entry in entries for line in entry["refused"])
     size = sum((out / entry["file"]).stat().st_size for entry in entries)
     return Observed(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
@@ -130,13 +132,13 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
     file = out / RECIPE
     if not file.exists():
         check_run_folder(out, [RECIPE])
-        write_whole(file, as_json(recipe))
+        write_atomically(file, encode_json(recipe))
         return
     try:
         there = json.loads(file.read_bytes())
     except ValueError as error:
         raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
-    other = _first_difference(there if isinstance(there, dict) else {}, json.loads(as_json(recipe)))
+    other = _first_difference(there if isinstance(there, dict) else {}, json.loads(encode_json(recipe)))
     if other is not None:
         key, found, asked = other
         raise ConfigError(
@@ -183,7 +185,7 @@ def _run(
         yield from map(work, jobs)
         return
     yield work(next(jobs))  # what has to be compiled is compiled once
-    yield from in_processes(work, jobs, workers)
+    yield from map_in_processes(work, jobs, workers)
 
 
 def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[int, dict[str, Any]]:
@@ -200,7 +202,7 @@ def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[in
         pairs += found
         plan_ids += [plan.id] * len(found)
     data = _npz({**stack_pairs(pairs, config), "plan_id": np.array(plan_ids, np.str_)}, {"refused": refused})
-    write_whole(_file(out, shard), data)
+    write_atomically(_file(out, shard), data)
     return shard, _entry(shard, data, len(pairs), refused)
 
 

@@ -6,8 +6,8 @@ radians, counter-clockwise as seen with row 0 at the top. Grids are flat (rows *
 
 from pathlib import Path
 
-from houseexpo.kernel_cache import cache_safely
+from houseexpo.kernel_cache import make_cache_robust
 from houseexpo.pseudoslam.kernels.compiling import watch_compiling
 
 watch_compiling(__name__)
-cache_safely(Path(__file__).parent)  # before any kernel is loaded from disk
+make_cache_robust(Path(__file__).parent)  # before any kernel is loaded from disk

@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import Final
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 
 LIBRARIES: Final = {
     "torch": "PyTorch",
@@ -23,4 +23,6 @@ def need_learn(what: str) -> None:
     """Raise MissingDependencyError, which says what to install, if a library of the extra is missing."""
     missing = [title for module, title in LIBRARIES.items() if find_spec(module) is None]
     if missing:
-        raise MissingDependencyError(f"{what} needs {', '.join(missing)}, not installed here: {installing('learn')}")
+        raise MissingDependencyError(
+            f"{what} needs {', '.join(missing)}, not installed here: {install_command('learn')}"
+        )

@@ -24,7 +24,7 @@ import numpy as np
 import torch
 
 from houseexpo.errors import TrainingError
-from houseexpo.files import as_json, write_whole
+from houseexpo.files import encode_json, write_atomically
 from houseexpo.pseudoslam.learning.model import Learner
 
 DAMAGED: Final = (
@@ -62,11 +62,11 @@ def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> P
     torch.save(_state_of(learner, updates), state)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
-        archive.writestr(_ABOUT, as_json({"format": FORMAT, "steps": learner.num_timesteps, "run": run}))
+        archive.writestr(_ABOUT, encode_json({"format": FORMAT, "steps": learner.num_timesteps, "run": run}))
         archive.writestr(_STATE, state.getvalue())
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{learner.num_timesteps:012d}.zip"
-    write_whole(file, packed.getvalue(), durable=True)  # R1
+    write_atomically(file, packed.getvalue(), durable=True)  # R1
     for old in files(folder)[:-KEPT]:  # R4
         old.unlink()
     return file

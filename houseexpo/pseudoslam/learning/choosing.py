@@ -33,8 +33,8 @@ import numpy as np
 import houseexpo
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
-from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, installing
-from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, install_command
+from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -83,7 +83,7 @@ class Search:
 
     def __init__(self, start: Floats, candidates: int, seed: int) -> None:
         if find_spec("cma") is None:
-            raise MissingDependencyError(f"train chooser needs cma, not installed here: {installing('learn')}")
+            raise MissingDependencyError(f"train chooser needs cma, not installed here: {install_command('learn')}")
         from cma import CMAEvolutionStrategy
 
         rng = np.random.default_rng([seed, _SEARCH])
@@ -285,7 +285,7 @@ def _search_weights(search: Search, houses: _Houses, config: ChoosingConfig, fil
         if generation == len(known):
             ways = houses.explore_training(generation, [*candidates, search.mean, NEAREST])
             known.append(_costs(ways, config.step_m).tolist())
-            write_whole(file, as_json(known), durable=True)
+            write_atomically(file, encode_json(known), durable=True)
             (metres, steps), (nearest_m, nearest_steps) = ways[:, -2:].mean(axis=0).tolist()
             say(
                 f"generation {generation + 1} of {config.generations}: {metres:.2f} m and {steps:.0f} steps to 90%, "
@@ -358,11 +358,11 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
     record = folder / "run.json"
     if record.exists() and not resume:
         raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
-    if record.exists() and record.read_bytes() != as_json(run):
+    if record.exists() and record.read_bytes() != encode_json(run):
         raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
     check_run_folder(folder, [record.name])
     make_folder(folder)
-    write_whole(record, as_json(run))
+    write_atomically(record, encode_json(run))
 
 
 def _read(file: Path, config: ChoosingConfig) -> list[list[float]]:

@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-from houseexpo.configuration import mapping_from
+from houseexpo.configuration import config_to_mapping
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
 from houseexpo.pseudoslam.config.drive import Motion
@@ -232,12 +232,12 @@ class TrainConfig:
         return -(-steps // self.steps_per_update)
 
     def record(self) -> dict[str, Any]:
-        """Return plain values from which ``config_from`` makes the same configuration.
+        """Return plain values from which ``config_from_mapping`` makes the same configuration.
 
         Keys that came after the first policies (``_LATER``) are in it only where they differ from their defaults. So
         the records of two trainings are equal if the trainings are, whichever version made them.
         """
-        record: dict[str, Any] = mapping_from(self)
+        record: dict[str, Any] = config_to_mapping(self)
         for part, name in _LATER:
             if record[part][name] == getattr(type(getattr(self, part)), name):
                 del record[part][name]

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from houseexpo.configuration import config_from, mapping_from
+from houseexpo.configuration import config_from_mapping, config_to_mapping
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import list_bytes
 from houseexpo.errors import ConfigError
@@ -79,13 +79,15 @@ def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
     """Return the simulator's configuration: that of the preset or else of the task, with the run's changes."""
     kind, _ = TASKS[task]
     plain = with_preset(config.preset, kind.default) if config.preset else kind.default
-    return config_from(SimulatorConfig, _merge(mapping_from(plain), config.simulator), "environment.simulator")
+    return config_from_mapping(
+        SimulatorConfig, _merge(config_to_mapping(plain), config.simulator), "environment.simulator"
+    )
 
 
 def check_options(task: str, config: EnvironmentConfig) -> None:
     """Raise ConfigError if an option of the task or of its simulator is unknown or invalid."""
     kind, _ = TASKS[task]
-    config_from(kind, config.task, "environment.task")
+    config_from_mapping(kind, config.task, "environment.task")
     simulator_of(task, config)
 
 

@@ -16,9 +16,9 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.distributions import Distribution
 
-from houseexpo.configuration import config_from
+from houseexpo.configuration import config_from_mapping
 from houseexpo.errors import ConfigError, TrainingError
-from houseexpo.files import as_json, read_file, write_whole
+from houseexpo.files import encode_json, read_file, write_atomically
 from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.environments import environments
@@ -97,9 +97,9 @@ def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
     """Write a policy, and its description to a ``.json`` file beside it."""
     weights = {name: value.detach().cpu() for name, value in policy.state_dict().items()}
     packed = io.BytesIO()
-    torch.save({"format": FORMAT, "about": as_json(about).decode(), "weights": weights}, packed)
-    write_whole(file, packed.getvalue(), durable=True)
-    write_whole(file.with_suffix(".json"), as_json(about), durable=True)
+    torch.save({"format": FORMAT, "about": encode_json(about).decode(), "weights": weights}, packed)
+    write_atomically(file, packed.getvalue(), durable=True)
+    write_atomically(file.with_suffix(".json"), encode_json(about), durable=True)
 
 
 def read_policy(file: Path, task: str | None = None) -> Trained:
@@ -112,7 +112,7 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
         if found["format"] != FORMAT:
             raise TrainingError(f"{file}: expected a policy of format {FORMAT}, found {found['format']!r}")
         about = msgspec.json.decode(found["about"], type=dict[str, Any])
-        config, its_task = config_from(TrainConfig, about["config"]), about["task"]
+        config, its_task = config_from_mapping(TrainConfig, about["config"]), about["task"]
         if task is not None and its_task != task:
             raise TrainingError(f"{file}: expected a policy for {task}, found one for {its_task}")
         envs = environments(its_task, config.environment, ROOM, number=1, threads=1)  # for its spaces

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import houseexpo
-from houseexpo.files import write_whole
+from houseexpo.files import write_atomically
 
 
 @cache
@@ -44,7 +44,7 @@ class Curve:
         header, *rows = [*_rows(file), []][:-1] or [[]]
         self._names = header
         kept = [row for row in rows if len(row) == len(header) and row[0].isdigit() and int(row[0]) <= until]
-        write_whole(file, _as_csv([header, *kept]) if header and kept else b"")
+        write_atomically(file, _as_csv([header, *kept]) if header and kept else b"")
         if not kept:
             self._names = []
 

@@ -23,8 +23,9 @@ from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecNormalize
 
 import houseexpo
+from houseexpo.cpu_cores import count_cores
 from houseexpo.errors import TrainingError
-from houseexpo.files import as_json, make_folder, write_whole
+from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.outputs import check_run_folder
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.learning import checkpoints
@@ -35,7 +36,6 @@ from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
 from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.policy_file import write_policy
 from houseexpo.pseudoslam.learning.records import Curve, commit
-from houseexpo.workers import cores
 
 POLICY: Final = "policy.pt"
 CHECKPOINTS: Final = "checkpoints"
@@ -76,7 +76,7 @@ def train(
         The folder holds another run, or a run and ``resume`` is False; all of its checkpoints are damaged; or training
         has diverged.
     """
-    torch.set_num_threads(threads or cores())
+    torch.set_num_threads(threads or count_cores())
     begun = _checkpoint_to_resume(run, resume=resume)
     config, plans = run.config, run.plans
     shared = run.task, config.environment, plans.source
@@ -195,5 +195,5 @@ def _checkpoint_to_resume(run: Run, *, resume: bool) -> checkpoints.Checkpoint |
     if found:
         checkpoints.check_run(found.about["run"], run.record(), found.file)
     make_folder(folder)
-    write_whole(record, as_json(run.record()))
+    write_atomically(record, encode_json(run.record()))
     return found

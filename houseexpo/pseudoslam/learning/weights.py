@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import as_json, read_json, write_whole
+from houseexpo.files import encode_json, read_json, write_atomically
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
 from houseexpo.pseudoslam.kernels.types import Floats
 
@@ -46,7 +46,7 @@ def round_weights(weights: Floats) -> Floats:
 def write_weights(file: Path, weights: Floats, about: dict[str, Any]) -> None:
     """Write weights, to six digits."""
     named = {name: value for name, value in zip(FEATURES, round_weights(weights).tolist(), strict=True) if value}
-    write_whole(file, as_json(Weights(FORMAT, about, named)), durable=True)
+    write_atomically(file, encode_json(Weights(FORMAT, about, named)), durable=True)
 
 
 def read_weights(file: Path) -> tuple[Floats, dict[str, Any]]:

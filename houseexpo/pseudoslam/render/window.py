@@ -8,7 +8,7 @@ from types import TracebackType
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 
 
 class Window:
@@ -28,7 +28,7 @@ class Window:
         try:
             import pygame
         except ImportError as error:
-            raise MissingDependencyError(f"a window needs pygame: {installing('play')}") from error
+            raise MissingDependencyError(f"a window needs pygame: {install_command('play')}") from error
         self._pygame, self._title = pygame, title
         self._clock = pygame.time.Clock()
         self._screen: pygame.Surface | None = None

@@ -25,7 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.pseudoslam.io.robot_topics import Quality
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty
 from houseexpo.pseudoslam.ros.dds import Subscription
@@ -69,7 +69,7 @@ class Bridge:
         try:
             import websockets.sync.client
         except ImportError as error:
-            said = f"a rosbridge needs websockets, which is not installed: {installing('bridge')}"
+            said = f"a rosbridge needs websockets, which is not installed: {install_command('bridge')}"
             raise MissingDependencyError(said) from error
         self.url, self._warn, self._warned = url, warn, set[str]()
         self._kinds: dict[str, str] = {}

@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Final
 
-from houseexpo.errors import ConfigError, MissingDependencyError, installing
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.pseudoslam.io.robot_topics import Quality
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros.idl import fields_of, struct_of, type_of
@@ -75,7 +75,7 @@ class Network:
             from cyclonedds.core import DDSException
             from cyclonedds.domain import DomainParticipant
         except ImportError as error:
-            said = f"ROS 2 topics need cyclonedds, which is not installed: {installing('ros')}"
+            said = f"ROS 2 topics need cyclonedds, which is not installed: {install_command('ros')}"
             raise MissingDependencyError(said) from error
         number = _domain() if domain is None else domain
         if not 0 <= number <= _DOMAIN_MOST:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.maps import Plans
 
@@ -57,7 +57,7 @@ def parallel_env(
 
     chosen_task, rest = make_task(task, options)
     if find_spec("pettingzoo") is None:
-        raise MissingDependencyError(f"A team needs pettingzoo, which is not installed: {installing('teams')}")
+        raise MissingDependencyError(f"A team needs pettingzoo, which is not installed: {install_command('teams')}")
     from houseexpo.pseudoslam.teams.env import TeamEnv
 
     chosen = Radio(radio) if isinstance(radio, str) else radio  # type: ignore[arg-type]  # Radio checks it

@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
 from houseexpo.pseudoslam.kernels.planning.ways import find_ways
 from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M
 from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 Grid = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
@@ -149,7 +149,7 @@ def policy_named(name: str) -> type[TeamExplorer]:
     """Return a policy by its name; raise ConfigError if there is none."""
     if name not in POLICIES:
         known = list(POLICIES)
-        raise ConfigError(f"--policy: expected one of {', '.join(known)}; found {name!r}" + nearest(name, known))
+        raise ConfigError(f"--policy: expected one of {', '.join(known)}; found {name!r}" + suggest_name(name, known))
     return POLICIES[name]
 
 

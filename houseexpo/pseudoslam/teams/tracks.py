@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
 from houseexpo.pseudoslam.worlds.world import World
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 ENOUGH: Final = 0.99
 """The share of what can be seen at which an episode of a track ends."""
@@ -70,7 +70,7 @@ def track_named(name: str) -> TeamTrack:
         if name in {track.name, track.id}:
             return track
     known = [track.name for track in TRACKS]
-    raise ConfigError(f"--track: expected one of {', '.join(known)}; found {name!r}" + nearest(name, known))
+    raise ConfigError(f"--track: expected one of {', '.join(known)}; found {name!r}" + suggest_name(name, known))
 
 
 def run_team(

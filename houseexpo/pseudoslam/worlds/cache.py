@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, raster_of
 from houseexpo.pseudoslam.worlds.world import World, make_world, world_of
-from houseexpo.words import unknown_name
+from houseexpo.words import unknown_name_message
 
 Thing = TypeVar("Thing")
 
@@ -130,7 +130,7 @@ class WorldCache:
         """Return the number of a plan; raise ConfigError, which names ``key``, if there is no plan with this id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:
             known = list(reversed(self._numbers))  # in the data set's order
-            near = unknown_name(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
+            near = unknown_name_message(plan_id, known).partition("; ")[2] if isinstance(plan_id, str) else ""
             said = f"{key}: none of the {len(self._numbers)} plans has the id {plan_id!r}"
             raise ConfigError(f"{said}; {near}" if near else said)
         return self._numbers[plan_id]

@@ -12,7 +12,7 @@ from typing import Final
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import decode
-from houseexpo.processes import in_processes
+from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import static_world
@@ -86,7 +86,7 @@ def _make_records(
         yield from map(work, jobs)
         return
     yield work(next(jobs))  # so that kernels are compiled only once
-    yield from in_processes(work, jobs, workers, _CHUNK)
+    yield from map_in_processes(work, jobs, workers, _CHUNK)
 
 
 def _make_record(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:

@@ -35,7 +35,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import cache_folder, write_whole
+from houseexpo.files import cache_folder, write_atomically
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.world import MAX_CELLS, World
@@ -122,7 +122,7 @@ def write_shard(file: Path, records: Mapping[bytes, bytes]) -> None:
         at += len(data)
     rows = table.tobytes()
     head = _SHARD_HEAD.pack(_MAGIC, _LAYOUT, len(records), at, zlib.crc32(rows))
-    write_whole(file, b"".join([head, rows, *records.values()]))
+    write_atomically(file, b"".join([head, rows, *records.values()]))
 
 
 class Shard:

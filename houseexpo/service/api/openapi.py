@@ -23,7 +23,7 @@ from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
 from houseexpo.service.search import JOINED, MEASURES, PAGE, RADII, SORTS, TOKEN
 from houseexpo.service.service import Service
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 
 class Call(NamedTuple):
@@ -110,7 +110,7 @@ def add_query_check(route: Route) -> None:
         for name in given:
             if name not in known and name not in _ALSO:
                 takes = f"expected {', '.join(known)}" if known else "expected no parameter"
-                raise ConfigError(f"query: {takes}; found {name[:40]!r}{nearest(name[:40], known)}")
+                raise ConfigError(f"query: {takes}; found {name[:40]!r}{suggest_name(name[:40], known)}")
             if len(given.getlist(name)) > 1 and name not in JOINED:
                 raise ConfigError(f"query: {name}: expected once, found {len(given.getlist(name))} of it")
         await answer(scope, receive, send)

@@ -15,7 +15,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.drawing import svg
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS
-from houseexpo.files import as_zip
+from houseexpo.files import zip_bytes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.answers import hashed_response
 from houseexpo.service.search import parse_query
@@ -87,7 +87,7 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"export: expected 1 to {MOST_EXPORTED} plans, found {len(names):,}; narrow the filter"
             raise ConfigError(f"{text}, or save the list of ids and run: houseexpo export --ids LIST")
         name = request.path_params["data"]
-        data = await compute(request, lambda: as_zip(_files((now.plan(each) for each in names), form)))
+        data = await compute(request, lambda: zip_bytes(_files((now.plan(each) for each in names), form)))
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}-{form}.zip"}
         return hashed_response(request, data, _TYPES["zip"], attached)
 
@@ -121,4 +121,4 @@ def export_plan(plan: FloorPlan, form: str) -> tuple[str, bytes]:
     if len(files) == 1:
         name, data = next(iter(files.items()))
         return name.rpartition("/")[2], data
-    return f"{plan.id}-{form}.zip", as_zip(files)
+    return f"{plan.id}-{form}.zip", zip_bytes(files)

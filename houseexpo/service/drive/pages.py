@@ -12,8 +12,8 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
+from houseexpo.cpu_cores import count_cores
 from houseexpo.service.service import Service
-from houseexpo.workers import cores
 
 MAX_ROBOTS: Final = 16
 """The largest number of robots on a server; each needs some megabytes and thirty steps per second."""
@@ -78,7 +78,7 @@ def routes(service: Service) -> list[BaseRoute]:
         robots.append(1)
         try:
             if not threads:
-                threads.append(anyio.CapacityLimiter(cores()))
+                threads.append(anyio.CapacityLimiter(count_cores()))
             await Session(websocket, found.plan, threads[0]).run()
         finally:
             robots.pop()

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.files import as_zip
+from houseexpo.files import zip_bytes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.driving import Drive
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
@@ -202,7 +202,7 @@ class Robot:
 
     def archive(self) -> bytes:
         """Return a zip archive of the files that ``houseexpo play --out`` writes."""
-        return as_zip(self._drive.files())
+        return zip_bytes(self._drive.files())
 
 
 @cache

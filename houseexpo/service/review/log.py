@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from houseexpo.files import sync_folder, write_whole
+from houseexpo.files import sync_folder, write_atomically
 
 Action = Literal["keep", "drop", "door", "no_room", "note", "undo", "build"]
 
@@ -96,7 +96,7 @@ class Log:
         """
         is_new = not self.path.exists()
         if not is_new and self.path.stat().st_nlink > 1:  # R4
-            write_whole(self.path, self.path.read_bytes(), durable=True)
+            write_atomically(self.path, self.path.read_bytes(), durable=True)
         descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o644)
         try:
             size = os.fstat(descriptor).st_size

@@ -49,7 +49,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import installing
+from houseexpo.errors import install_command
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
 from pipeline.sources.tolerances import AXIS_TILT, IFC_DOOR_M
@@ -81,7 +81,7 @@ def open_model(path: Path) -> tuple[Any, str]:
         import ifcopenshell
     except ImportError as error:
         detail = f"{path.name} needs ifcopenshell, which is not installed"
-        raise Rejection("source", Reason.UNREADABLE, detail, installing("ifc")) from error
+        raise Rejection("source", Reason.UNREADABLE, detail, install_command("ifc")) from error
     text = _text(path)
     found = _schema(text, path)
     edition = _edition(found.group(1), path)

@@ -21,7 +21,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOut
 from pipeline.sources.tolerances import (
@@ -63,7 +63,7 @@ def draw(path: Path) -> Drawing:
         from ezdxf import recover
         from ezdxf.lldxf.const import DXFError
     except ImportError:
-        said = f"{path.name} needs ezdxf, which is not installed: {installing('cad')}"
+        said = f"{path.name} needs ezdxf, which is not installed: {install_command('cad')}"
         raise MissingDependencyError(said) from None
     if path.stat().st_size > LARGEST_BYTES:
         raise Rejection(

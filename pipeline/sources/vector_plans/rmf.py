@@ -25,7 +25,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.files import plain_yaml
+from houseexpo.files import decode_yaml
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, clean, floor_of
 from pipeline.sources.files import DEEPEST, LeftOut
@@ -151,7 +151,7 @@ def _document(path: Path) -> Mapping[str, Any]:
         detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BUILDING_BYTES >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
     try:
-        document = plain_yaml(path.read_bytes(), DEEPEST)
+        document = decode_yaml(path.read_bytes(), DEEPEST)
     except ValueError as error:
         raise _unreadable(path, str(error)) from None
     if not isinstance(document, Mapping):

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from houseexpo.errors import MissingDependencyError, installing
+from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, report
@@ -52,7 +52,7 @@ def draw(path: Path) -> Drawing:
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:
-        said = f"{path.name} needs usd-core, which is not installed: {installing('scans')}"
+        said = f"{path.name} needs usd-core, which is not installed: {install_command('scans')}"
         raise MissingDependencyError(said) from None
     left_out = LeftOut()
     try:

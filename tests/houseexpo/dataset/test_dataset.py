@@ -17,7 +17,7 @@ import pytest
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_table, row
 from houseexpo.plan import Navigability, Quality
-from houseexpo.words import unknown_name
+from houseexpo.words import unknown_name_message
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
 
@@ -173,11 +173,13 @@ def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
     known = [hashlib.sha1(bytes([i, j])).hexdigest() for i in range(64) for j in range(64)]  # noqa: S324
     wrong = known[3000].replace("a", "b", 1)
     assert wrong != known[3000]
-    assert unknown_name(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
-    assert len(unknown_name("x" * 10**6, known)) < 300
+    assert unknown_name_message(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
+    assert len(unknown_name_message("x" * 10**6, known)) < 300
     assert len(compared) <= 50
-    assert unknown_name("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
-    assert unknown_name(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
+    assert (
+        unknown_name_message("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
+    )
+    assert unknown_name_message(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
 
 
 def test_sampling_repeats(plans):

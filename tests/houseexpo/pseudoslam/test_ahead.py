@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from houseexpo.kernel_cache import is_missing
+from houseexpo.cpu_cores import count_cores
+from houseexpo.kernel_cache import is_uncached
 from houseexpo.pseudoslam import step_kernels as ahead
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.step import steps_by_sector
 from houseexpo.pseudoslam.step_kernels import arguments_of, example
-from houseexpo.workers import cores
 from tests.builders.simulations import GIVEN
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -48,8 +48,8 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 
     monkeypatch.setattr(ahead.subprocess, "Popen", start)
     monkeypatch.setattr(ahead, "_running", {})
-    monkeypatch.setattr(ahead, "cores", lambda: 2)
-    monkeypatch.setattr(ahead, "is_missing", lambda _: True)
+    monkeypatch.setattr(ahead, "count_cores", lambda: 2)
+    monkeypatch.setattr(ahead, "is_uncached", lambda _: True)
     return commands
 
 
@@ -86,7 +86,7 @@ def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]])
 def test_nothing_is_started_where_that_saves_no_time(started: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
     one = Kernel(signatures=[], __name__="steps_by_sector")
     ahead.compile_ahead(Kernel(signatures=["one"], __name__="steps_by_sector"))
-    for what, instead in (("cores", lambda: 1), ("is_missing", lambda _: False)):
+    for what, instead in (("count_cores", lambda: 1), ("is_uncached", lambda _: False)):
         with monkeypatch.context() as context:
             context.setattr(ahead, what, instead)
             ahead.compile_ahead(one)
@@ -126,13 +126,13 @@ def test_a_kernel_is_missing_where_the_index_is_damaged_or_of_other_sources(tmp_
     index, stamp = file._index_path, file._source_stamp
     try:
         file._index_path = str(tmp_path / "index")
-        assert is_missing(KERNEL)
+        assert is_uncached(KERNEL)
         file._save_index({"a signature": "a file"})
-        assert not is_missing(KERNEL)
+        assert not is_uncached(KERNEL)
         file._source_stamp = "of other sources"
-        assert is_missing(KERNEL)
+        assert is_uncached(KERNEL)
         (tmp_path / "index").write_bytes(b"damaged")
-        assert is_missing(KERNEL)
+        assert is_uncached(KERNEL)
     finally:
         file._index_path, file._source_stamp = index, stamp
 
@@ -148,4 +148,4 @@ def test_a_fresh_process_finds_its_step_on_disk(tmp_path: Path) -> None:
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     found = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert found.stdout.split() == (["1", "0"] if cores() > 1 else ["0", "1"])
+    assert found.stdout.split() == (["1", "0"] if count_cores() > 1 else ["0", "1"])

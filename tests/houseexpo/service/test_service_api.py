@@ -190,7 +190,7 @@ def test_what_cannot_be_answered_is_said(client: TestClient, path: str, status: 
 def test_an_unknown_plan_costs_no_search_and_tells_no_path(
     client: TestClient, monkeypatch: pytest.MonkeyPatch, path: str
 ) -> None:
-    monkeypatch.setattr("houseexpo.words.unknown_name", None)
+    monkeypatch.setattr("houseexpo.words.unknown_name_message", None)
     for pages in (f"/api/homes/plans/nobody{path}", "/homes/plan/nobody"):
         found = client.get(pages)
         assert (found.status_code, found.json()) == (404, {"error": "no plan 'nobody' in this data set"})

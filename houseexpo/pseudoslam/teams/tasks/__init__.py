@@ -11,7 +11,7 @@ from houseexpo.pseudoslam.teams.tasks.patrol import Patrol
 from houseexpo.pseudoslam.teams.tasks.pursuit import Pursuit
 from houseexpo.pseudoslam.teams.tasks.rendezvous import Rendezvous
 from houseexpo.pseudoslam.teams.tasks.task import TeamTask
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 TASKS: Final[dict[str, type[TeamTask]]] = {
     kind.name: kind for kind in (TeamExploration, Rendezvous, Patrol, Coverage, Pursuit)
@@ -27,7 +27,7 @@ def make_task(task: str | TeamTask, options: dict[str, Any]) -> tuple[TeamTask, 
     if isinstance(task, TeamTask):
         return task, options
     if not isinstance(task, str) or task not in TASKS:
-        near = nearest(task, list(TASKS)) if isinstance(task, str) else ""
+        near = suggest_name(task, list(TASKS)) if isinstance(task, str) else ""
         raise ConfigError(f"task: expected one of {', '.join(TASKS)}, or a TeamTask; found {task!r}" + near)
     own = TASKS[task].options()
     return (

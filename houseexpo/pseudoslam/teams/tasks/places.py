@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.kernels.mapping import draw_coarse
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
-from houseexpo.words import nearest
+from houseexpo.words import suggest_name
 
 Grid = npt.NDArray[np.uint8]
 Labels = npt.NDArray[np.int32]
@@ -35,7 +35,7 @@ def check_labels(names: Sequence[str] | None, key: str) -> None:
         raise ConfigError(f"{key}: expected a list of labels of rooms or None (all), found {names!r}")
     for name in names or ():
         if name not in known:
-            raise ConfigError(f"{key}: expected labels of rooms, found {name!r}" + nearest(str(name), known))
+            raise ConfigError(f"{key}: expected labels of rooms, found {name!r}" + suggest_name(str(name), known))
 
 
 def standing_cells(team: Team) -> Grid:

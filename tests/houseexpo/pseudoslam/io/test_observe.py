@@ -98,7 +98,7 @@ def test_what_was_stopped_goes_on_and_what_is_damaged_is_made_again(
     assert (done.known, done.made) == (2, 2)
     (out / ".partial-abc").unlink()
     assert files(out) == whole
-    monkeypatch.setattr(module, "write_whole", interrupted)
+    monkeypatch.setattr(module, "write_atomically", interrupted)
     (out / "pairs-000001.npz").unlink()
     with pytest.raises(KeyboardInterrupt):
         observe(plans, out, SMALL, limit=20, seed=4)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from houseexpo.configuration import config_from, read_config
+from houseexpo.configuration import config_from_mapping, read_config
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam import learning as needs
@@ -35,7 +35,7 @@ def test_what_a_file_leaves_out_keeps_its_default(tmp_path: Path) -> None:
 
 
 def test_a_record_gives_the_configuration_again() -> None:
-    assert config_from(TrainConfig, tiny().record()) == tiny()
+    assert config_from_mapping(TrainConfig, tiny().record()) == tiny()
 
 
 @pytest.mark.parametrize(

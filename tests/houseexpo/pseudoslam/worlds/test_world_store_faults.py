@@ -54,7 +54,7 @@ def test_a_full_disk_leaves_worlds_in_memory(
     plans: Path, made: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(store_module, "_PENDING", 1)
-    monkeypatch.setattr(store_module, "write_whole", full_disk)
+    monkeypatch.setattr(store_module, "write_atomically", full_disk)
     monkeypatch.setattr(cache_module, "MAX_OPEN", 1)
     kept = WorldCache(plans, COARSE)
     for i in (0, 1, 2, 0, 1, 2):
@@ -68,7 +68,7 @@ def full_disk(file: Path, data: bytes) -> None:
 
 
 def test_preparing_on_a_full_disk_says_so(plans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store_module, "write_whole", full_disk)
+    monkeypatch.setattr(store_module, "write_atomically", full_disk)
     with pytest.raises(
         ConfigError, match=r"3 worlds, some \d+ MB at once, cannot be written \(No space left on device"
     ):

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.workers import cores
+from houseexpo.cpu_cores import count_cores
 
 OWN = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -17,7 +17,7 @@ def grouped(root: Path, line: str, files: dict[str, str]) -> int:
     for name, text in files.items():
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
-    return cores(root / "cgroup", root / "fs")
+    return count_cores(root / "cgroup", root / "fs")
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_cores_are_those_that_the_control_group_allows(
 
 
 def test_without_control_groups_the_affinity_counts(tmp_path: Path) -> None:
-    assert cores(tmp_path / "none", tmp_path) == OWN
+    assert count_cores(tmp_path / "none", tmp_path) == OWN
 
 
 def test_the_command_says_its_version() -> None:

@@ -22,7 +22,7 @@ THREADS: Final = (
 """Environment variables that libraries read when they are loaded."""
 
 
-def cores(groups: Path = Path("/proc/self/cgroup"), mount: Path = Path("/sys/fs/cgroup")) -> int:
+def count_cores(groups: Path = Path("/proc/self/cgroup"), mount: Path = Path("/sys/fs/cgroup")) -> int:
     """Return how many cores this process may use, given its affinity and the quota of its control groups (Linux)."""
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(min([own, *(math.ceil(quota) for quota in _quotas(groups, mount))]), 1)
@@ -65,7 +65,7 @@ def _quota(folder: Path) -> float | None:
 
 
 @contextmanager
-def single_threaded() -> Iterator[None]:
+def limit_child_threads() -> Iterator[None]:
     """Make processes that start in this context compute with one thread."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
