@@ -170,8 +170,8 @@ def team(
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.cases import choose
     from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
-    from houseexpo.pseudoslam.teams.policies import policy_named
-    from houseexpo.pseudoslam.teams.tracks import TRACKS, markdown, run_team, table_of, track_named
+    from houseexpo.pseudoslam.teams.policies import find_policy_class
+    from houseexpo.pseudoslam.teams.tracks import TRACKS, format_markdown, make_table, run_team, track_named
 
     if out.suffix != ".md":
         raise ConfigError(f"--out: expected a file that ends in .md, found {out.name!r}")
@@ -179,7 +179,7 @@ def team(
     tracks = [track_named(name) for name in track or [one.name for one in TRACKS]]
     policies = policy or list(TEAM_POLICIES)
     for name in policies:
-        policy_named(name)
+        find_policy_class(name)
     with Output(out, [dataset], replace=replace) as output:
         output.check(out.with_suffix(".json"))  # before hours of work
         houses = data_set(dataset)
@@ -188,9 +188,9 @@ def team(
         for one in tracks:
             found = [run_team(one, name, houses, ids) for name in policies]
             results += found
-            tables.append(markdown(one, found))
+            tables.append(format_markdown(one, found))
             console().print(f"{one.id}: {len(found[0]['plans'])} plans", style="italic", highlight=False)
-            print_table(console(), *table_of(found))
+            print_table(console(), *make_table(found))
         output.write(out, "\n".join(tables).encode())
         output.write(out.with_suffix(".json"), json.dumps(results, indent=1).encode())
     print_named(console(), "written", f"{out} and {out.with_suffix('.json').name}")

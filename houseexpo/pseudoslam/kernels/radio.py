@@ -18,15 +18,15 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.team_step import Others, Shared
-from houseexpo.pseudoslam.kernels.teams import way_in_walls
+from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 
 NONE, ALWAYS, RANGE, SIGHT, SIGNAL = range(5)
-"""Values of ``Link.model``, in the order of the names of ``teams.radio.Model``."""
+"""Values of ``RadioParams.model``, in the order of the names of ``teams.radio.Model``."""
 
 
-class Link(NamedTuple):
+class RadioParams(NamedTuple):
     """The parameters of a radio, which ``teams.radio.Radio`` describes."""
 
     model: int
@@ -44,7 +44,7 @@ class Link(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def received_dbm(link: Link, air_m: float, wall_m: float, air_fading_db: float, wall_fading_db: float) -> float:
+def received_dbm(link: RadioParams, air_m: float, wall_m: float, air_fading_db: float, wall_fading_db: float) -> float:
     """Return the received power after lengths in air and in walls, and fading in both."""
     loss = link.loss_db
     if wall_m > 0.0:
@@ -55,7 +55,7 @@ def received_dbm(link: Link, air_m: float, wall_m: float, air_fading_db: float, 
 
 
 @njit(cache=True, nogil=True)
-def find_heard(link: Link, walls: Grid, places: Floats, fading_db: Floats, heard: Grid) -> bool:
+def find_heard(link: RadioParams, walls: Grid, places: Floats, fading_db: Floats, heard: Grid) -> bool:
     """Write who hears whom (R, R), symmetric, 0 on the diagonal; return whether each robot reaches each other one.
 
     Parameters
@@ -88,22 +88,22 @@ def find_heard(link: Link, walls: Grid, places: Floats, fading_db: Floats, heard
 
 
 @njit(cache=True, nogil=True)
-def _hears(link: Link, walls: Grid, one: Floats, other: Floats, fading_db: Floats) -> bool:
+def _hears(link: RadioParams, walls: Grid, one: Floats, other: Floats, fading_db: Floats) -> bool:
     if link.model <= ALWAYS:
         return link.model == ALWAYS
     way_m = math.hypot(other[0] - one[0], other[1] - one[1]) * link.cell_m
     if link.model == SIGNAL:
-        wall_m = way_in_walls(walls, one[0], one[1], other[0], other[1]) * link.cell_m
+        wall_m = length_in_walls(walls, one[0], one[1], other[0], other[1]) * link.cell_m
         return received_dbm(link, way_m - wall_m, wall_m, fading_db[0], fading_db[1]) > link.threshold_dbm
     if way_m > link.range_m:
         return False
-    return link.model == RANGE or way_in_walls(walls, one[0], one[1], other[0], other[1]) == 0.0
+    return link.model == RANGE or length_in_walls(walls, one[0], one[1], other[0], other[1]) == 0.0
 
 
 @njit(cache=True, nogil=True)
 def exchange_maps(
-    known: Grid, observable: Grid, counts: Rows, sizes: Counts, others: Others, shared: Shared, link: Link,
-    fading_db: Floats, heard: Grid, joined: Grid, wanted: Grid, first: int, end: int,
+    known: Grid, observable: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, shared: TeamKnowledge,
+    link: RadioParams, fading_db: Floats, heard: Grid, joined: Grid, wanted: Grid, first: int, end: int,
 ) -> None:  # fmt: skip
     """Let the robots of the ``wanted`` teams exchange their maps, and count what is new to them.
 
@@ -210,3 +210,33 @@ def _copy(own: Grid, other: Grid, observable: Grid, count: Rows, low: int, size:
                 count.known += 1
                 count.covered += int(observable[cell])
     return new
+
+
+@njit(cache=True, nogil=True)
+def copy_known_box(known: Grid, observable: Grid, other: Grid, box: Counts, most: int) -> tuple[int, int]:
+    """Copy known cells of another map into the unknown cells of a map, row by row, at most ``most`` of them.
+
+    Return the number of cells copied, and how many of them are observable.
+
+    Parameters
+    ----------
+    known, observable, other
+        (rows, cols), the map, which is changed; the cells that coverage counts; and the other map.
+    box
+        (4,), the first row and the end, the first column and the end, of the cells to look at.
+    """
+    new, covered = 0, 0
+    for row in range(box[0], box[1]):
+        own, others = known[row, box[2] : box[3]], other[row, box[2] : box[3]]
+        missing = np.uint8(0)
+        for k in range(len(own)):  # without a branch: most rows have nothing new
+            missing = np.uint8(missing | (others[k] & ~own[k] & FREE))  # known cells have all bits of FREE
+        if missing:
+            for col in range(box[2], box[3]):
+                if known[row, col] == UNKNOWN and other[row, col] != UNKNOWN:
+                    if new == most:
+                        return new, covered
+                    known[row, col] = other[row, col]
+                    new += 1
+                    covered += int(observable[row, col])
+    return new, covered

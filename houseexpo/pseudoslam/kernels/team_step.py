@@ -1,8 +1,8 @@
 """Prepare a step of one robot in each of many teams (what is in its way), and count afterwards what it met and saw.
 
 Robots of a team move one after the other, and teams do not know each other. So a step takes the robots with the same
-number of all teams together: ``prepare`` or ``prepare_drives``, then the step of a single robot (``kernels.step`` or
-``kernels.driving``), then ``gather``.
+number of all teams together: ``prepare_motions`` or ``prepare_commands``, then the step of a single robot
+(``kernels.step`` or ``kernels.driving``), then ``count_met_and_seen``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ how many steps each robot reached each other one by radio; and the steps, and th
 the team knew shares of what can be seen, NaN before."""
 
 
-class Others(NamedTuple):
+class TeamObstacles(NamedTuple):
     """What robots of N teams of R are in the way of: walls, people and each other.
 
     Pools of robots have N * R rows: the robots of the first team, then those of the next.
@@ -45,12 +45,12 @@ class Others(NamedTuple):
     people: Rows
     """(N * R, P) ``PERSON``, of which the first robots' count."""
     places: Floats
-    """(N * R, R, 2), ``Bodies.robots``, of which the first robots' count: the robots' places, pixels, which ``gather``
-    updates."""
+    """(N * R, R, 2), ``Bodies.robots``, of which the first robots' count: the robots' places, pixels;
+    ``count_met_and_seen`` updates them."""
     drawn: Floats
     """(N * R, R + P, 2), where robots and people are drawn in the cells of each robot, NaN where not."""
     meets: Grid
-    """(N,), what is in the way of the robot that ``prepare`` was called for: ``NOTHING``, ``ROBOT`` or ``SOMEONE``."""
+    """(N,), what is in the way of the robot that is prepared: ``NOTHING``, ``ROBOT`` or ``SOMEONE``."""
     had: Counts
     """(N,), the number of cells that this robot knew before its step."""
     radius_px: float
@@ -59,7 +59,7 @@ class Others(NamedTuple):
     """The radius of a person."""
 
 
-class Shared(NamedTuple):
+class TeamKnowledge(NamedTuple):
     """What N teams of R robots know together, and what their robots have not told each other yet."""
 
     known: Grid
@@ -72,8 +72,8 @@ class Shared(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def prepare(
-    occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, motions: Floats, others: Others, errors: Errors,
+def prepare_motions(
+    occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, motions: Floats, others: TeamObstacles, errors: Errors,
     robot: int, first: int, end: int,
 ) -> None:  # fmt: skip
     """Draw what stands and moves round one robot of each team into its cells, and shorten its motion.
@@ -119,11 +119,11 @@ def prepare(
 
 
 @njit(cache=True, nogil=True)
-def prepare_drives(
-    occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, commands: Floats, others: Others, errors: Errors,
+def prepare_commands(
+    occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, commands: Floats, others: TeamObstacles, errors: Errors,
     robot: int, first: int, end: int, readings: Rows, drive: Drive, shape: Robot, seconds: float,
 ) -> None:  # fmt: skip
-    """Do the same as ``prepare`` for robots with a drive; ``commands`` (N * R, 3) are those of ``kernels.driving``."""
+    """Do as ``prepare_motions`` for robots with a drive; ``commands`` (N * R, 3) are those of ``kernels.driving``."""
     robots = others.places.shape[1]
     discs = np.empty((robots - 1, 2))
     for i in range(first, end):
@@ -147,7 +147,7 @@ def prepare_drives(
 
 
 @njit(cache=True, nogil=True)
-def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: Others, robot: int, i: int) -> None:
+def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, robot: int, i: int) -> None:
     """Note what one robot of team ``i`` knows, and draw the people and the other robots into its cells.
 
     What was drawn there before is erased first; before the first step, everything is drawn anew.
@@ -181,9 +181,9 @@ def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: Others, robot: i
 
 
 @njit(cache=True, nogil=True)
-def gather(
-    observable: Grid, known: Grid, counts: Rows, poses: Rows, sizes: Counts, fresh: Grid, others: Others,
-    shared: Shared, robot: int, first: int, end: int,
+def count_met_and_seen(
+    observable: Grid, known: Grid, counts: Rows, poses: Rows, sizes: Counts, fresh: Grid, others: TeamObstacles,
+    shared: TeamKnowledge, robot: int, first: int, end: int,
 ) -> None:  # fmt: skip
     """Count what one robot of each team has met and seen in its step, and add it to what the team knows.
 
@@ -214,7 +214,7 @@ def gather(
                         if tells and k != robot:
                             shared.pending[i, k, robot, chunk] = 1
                     low, high = chunk << CHUNK_BITS, min((chunk + 1) << CHUNK_BITS, cells)
-                    new, covered = merge_known(own, other, seen, low, high)
+                    new, covered = copy_known_cells(own, other, seen, low, high)
                     together[i].explored += new
                     together[i].covered += covered
         together[i].found += count.known - others.had[i]
@@ -230,7 +230,7 @@ def _any(marks: Grid, start: int, stop: int) -> bool:
 
 
 @njit(inline="always")
-def merge_known(own: Grid, other: Grid, observable: Grid, low: int, high: int) -> tuple[int, int]:
+def copy_known_cells(own: Grid, other: Grid, observable: Grid, low: int, high: int) -> tuple[int, int]:
     """Copy the known cells of a flat map from ``low`` to ``high``, excluded, into the unknown cells of another.
 
     Return the number of cells copied, and how many of them are observable.

@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import errors_of, look_round, scratch_of, step_params_of
-from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, stamp, way_past
+from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
 
@@ -299,7 +299,7 @@ class Fleet:
         if number > 0:  # the first robot's simulator does it for that one
             discs.append((self.people_m(), self.radius_m + self.config.people.radius_m))
         for centres, reach in discs:
-            free = way_past((centres - at).tolist(), reach, (right, up), free, _TOUCH_M)
+            free = distance_to_touch((centres - at).tolist(), reach, (right, up), free, _TOUCH_M)
         return free
 
     def scan(self, robot: int, angles_rad: Floats, least_m: float, most_m: float) -> npt.NDArray[np.float32]:
@@ -346,7 +346,7 @@ class Fleet:
         return np.delete(self._positions_m(), robot, axis=0)
 
     def _stamp(self, occupied: npt.NDArray[np.uint8], centres_m: Floats, radius_m: float) -> None:
-        stamp(occupied, self._world.frame.pixels_from_points(centres_m), radius_m / self._world.frame.cell_m)
+        mark_discs(occupied, self._world.frame.pixels_from_points(centres_m), radius_m / self._world.frame.cell_m)
 
 
 def _segments(plan: FloorPlan) -> Floats:

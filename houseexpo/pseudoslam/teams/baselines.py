@@ -26,9 +26,9 @@ from houseexpo.pseudoslam.teams.env import TeamEnv
 from houseexpo.pseudoslam.teams.policies import NearestEach, TeamPolicy
 from houseexpo.pseudoslam.teams.tasks.coverage import CoverageEpisode
 from houseexpo.pseudoslam.teams.tasks.patrol import PatrolEpisode
-from houseexpo.pseudoslam.teams.tasks.places import standing_cells
 from houseexpo.pseudoslam.teams.tasks.pursuit import PursuitEpisode
-from houseexpo.pseudoslam.teams.tasks.task import in_view
+from houseexpo.pseudoslam.teams.tasks.rasters import find_standing_grid
+from houseexpo.pseudoslam.teams.tasks.task import are_in_view
 
 Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
@@ -138,7 +138,7 @@ class Meeting(Baseline):
         team = env.team
         state, places = team.states[robot], team.places_px()
         others = np.delete(places, robot, axis=0)
-        if in_view(team, robot, others).all():  # R1
+        if are_in_view(team, robot, others).all():  # R1
             x, y = places.mean(axis=0).tolist()
             if (action := self._legs[robot].to(state, x, y)) is not None:
                 return action
@@ -172,7 +172,7 @@ class Patrolling(Baseline):
         number = len(env.possible_agents)
         self._targets, self._ages = [-1] * number, [0] * number
         self._beside = _neighbours(episode.labels)
-        standing = standing_cells(env.team)
+        standing = find_standing_grid(env.team)
         self._middles = [_middle(episode.labels == place + 1, standing) for place in range(len(episode.idle))]
 
     def act(self, env: TeamEnv, robot: int) -> int | None:
@@ -309,7 +309,7 @@ BASELINES: Final[dict[str, type[Baseline]]] = {
 """The policies by the names of the tasks."""
 
 
-def baseline_of(env: TeamEnv, seed: int = 0) -> Baseline:
+def make_baseline(env: TeamEnv, seed: int = 0) -> Baseline:
     """Return the baseline of an environment's task for the episode that has begun, with random numbers of a seed.
 
     Raises

@@ -15,7 +15,7 @@ ROBOTS_MOST: Final = 16
 """The largest number of robots in one house."""
 
 
-def way_past(
+def distance_to_touch(
     offsets: Iterable[Iterable[float]], reach: float, course: tuple[float, float], way: float, touch: float
 ) -> float:
     """Return how far, up to ``way``, a disc can go straight on until it touches one of other discs.
@@ -42,7 +42,7 @@ def way_past(
     return free
 
 
-def stamp(occupied: npt.NDArray[np.uint8], centres_px: npt.NDArray[np.float64], radius_px: float) -> None:
+def mark_discs(occupied: npt.NDArray[np.uint8], centres_px: npt.NDArray[np.float64], radius_px: float) -> None:
     """Mark the cells of discs, whose centres are (n, 2) pixels, as occupied by something that moves."""
     for x, y in centres_px.reshape(-1, 2).tolist():
         stamp_disc(occupied, x, y, max(radius_px, 1.0))

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.envs.spec import MAPS, Actions, EnvOptions, Kind, Obse
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.spec import make_team_spec, observation_space_of, starts_of
+from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -49,7 +49,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         self.agents: list[str] = []
         self.action_spaces = {agent: self._env_spec.action_space() for agent in self.possible_agents}
         self.observation_spaces = {
-            agent: observation_space_of(task, self._env_spec, robots) for agent in self.possible_agents
+            agent: make_observation_space(task, self._env_spec, robots) for agent in self.possible_agents
         }
         self._pictures = self._env_spec.pictures(robots)
         self._rng: np.random.Generator | None = None
@@ -89,7 +89,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         options that they do not know.
         """
         given = dict(options or {})
-        starts = starts_of(given.get("pose"), len(self.possible_agents))
+        starts = check_starts(given.get("pose"), len(self.possible_agents))
         if seed is not None or self._rng is None:
             self._rng, _ = seeding.np_random(seed)
         if seed is not None:

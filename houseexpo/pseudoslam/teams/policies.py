@@ -145,7 +145,7 @@ POLICIES: Final[dict[str, type[TeamExplorer]]] = {
 }  # fmt: skip
 
 
-def policy_named(name: str) -> type[TeamExplorer]:
+def find_policy_class(name: str) -> type[TeamExplorer]:
     """Return a policy by its name; raise ConfigError if there is none."""
     if name not in POLICIES:
         known = list(POLICIES)

@@ -11,21 +11,21 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.envs.batch import Batch
 from houseexpo.pseudoslam.envs.spec import EnvSpec, new_constants
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
-from houseexpo.pseudoslam.kernels.team_step import Others, Shared
+from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.team import (
-    Contact,
     Floats,
     Grid,
+    RadioContact,
     Team,
-    around_of,
-    chunks_of,
+    count_chunks,
+    make_team_kernels,
     moves_people,
-    new_contact,
     new_measures,
-    take_note,
-    tells,
+    new_radio_contact,
+    shares_map_changes,
+    update_measures,
 )
 
 Bools = npt.NDArray[np.bool_]
@@ -50,11 +50,11 @@ class TeamPools:
         self.constants = new_constants(teams * robots)
         self.placed: list[Team | None] = [None] * teams
         self.observable = np.ones(teams)
-        self.contact: Contact = new_contact(teams, robots)
-        self.around, self._params = around_of(spec, params, radio), params
+        self.contact: RadioContact = new_radio_contact(teams, robots)
+        self.around, self._params = make_team_kernels(spec, params, radio), params
         self._walks = moves_people(spec.config, 0)
         self._walls: Grid = np.zeros((teams, 0), np.uint8)
-        self._shared = Shared(self._walls, np.zeros((teams, robots, robots, 0), np.uint8), new_measures(teams))
+        self._shared = TeamKnowledge(self._walls, np.zeros((teams, robots, robots, 0), np.uint8), new_measures(teams))
         self._drawn: Floats = np.zeros((teams * robots, 0, 2))
         self._meets, self._had = np.zeros(teams, np.uint8), np.zeros(teams, np.int64)
 
@@ -95,7 +95,7 @@ class TeamPools:
     def _widen(self, drawn: int) -> None:
         """Make room for as many cells as the pool of the robots has, and for discs that are drawn."""
         width, robots, shared = self._width, self.robots, self._shared
-        chunks = chunks_of(width) if tells(self.radio) and robots > 1 else 0
+        chunks = count_chunks(width) if shares_map_changes(self.radio) and robots > 1 else 0
         self._walls = _wider(self._walls, width)
         self._shared = shared._replace(known=_wider(shared.known, width), pending=_wider(shared.pending, chunks))
         if self._drawn.shape[1] != drawn:
@@ -109,8 +109,8 @@ class TeamPools:
         rows, cols = self.batch.sizes[first].tolist()
         team.walls = self._walls[i, : rows * cols].reshape(rows, cols)
         one, shared, contact = slice(i, i + 1), self._shared, self.contact
-        team.shared = Shared(shared.known[one], shared.pending[one], shared.together[one])
-        team.contact = Contact(contact.heard[one], contact.joined[one], contact.fading_db[one])
+        team.shared = TeamKnowledge(shared.known[one], shared.pending[one], shared.together[one])
+        team.contact = RadioContact(contact.heard[one], contact.joined[one], contact.fading_db[one])
         team.observable = self.observable[one]
         return team
 
@@ -148,9 +148,9 @@ class TeamPools:
         self.together["steps"] += active
         return seen, self._exchange(seen, active)
 
-    def _others(self) -> Others:
+    def _others(self) -> TeamObstacles:
         bodies = self.batch.arrays.bodies
-        return Others(
+        return TeamObstacles(
             self._walls, bodies.people, bodies.robots, self._drawn, self._meets, self._had,
             float(self._params.robot.radius_px), float(self._params.walk.radius_px),
         )  # fmt: skip
@@ -168,7 +168,7 @@ class TeamPools:
         ways_px = seen.readings["path_length"].reshape(self.teams, -1)
         rows = self.together[active]
         joined = self.contact.joined[active]
-        take_note(
+        update_measures(
             rows, joined, ways_px.sum(axis=1)[active] / self.spec.config.pixels_per_metre, self.observable[active]
         )
         self.together[active] = rows

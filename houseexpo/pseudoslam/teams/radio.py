@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.checks import number, one_of, whole
-from houseexpo.pseudoslam.kernels.radio import Link, find_heard, received_dbm
+from houseexpo.pseudoslam.kernels.radio import RadioParams, find_heard, received_dbm
 
 Model = Literal["none", "always", "range", "sight", "signal"]
 RelativePoses = Literal["known", "met"]
@@ -83,9 +83,9 @@ class Radio:
         if self.cells_per_step is not None:
             whole(self.cells_per_step, "radio.cells_per_step", at_least=1)
 
-    def link(self, cell_m: float) -> Link:
+    def link(self, cell_m: float) -> RadioParams:
         """Return the parameters for kernels, on a grid with cells of this side."""
-        return Link(
+        return RadioParams(
             get_args(Model).index(self.model), float(cell_m), float(self.range_m), float(self.power_dbm),
             float(self.threshold_dbm), float(self.loss_db), float(self.reference_m), float(self.air_exponent),
             float(self.wall_exponent), float(self.wall_unit_m), self.cells_per_step or MOST_CELLS,

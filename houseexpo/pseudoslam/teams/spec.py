@@ -50,7 +50,7 @@ def make_team_spec(  # noqa: PLR0917  # the arguments of an environment
     return spec
 
 
-def observation_space_of(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
+def make_observation_space(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
     """Return the space of a robot's observations: those of one robot, and the task's parts."""
     found, more = spec.observation_space(), task.spaces(spec, robots)
     if not more:
@@ -59,7 +59,7 @@ def observation_space_of(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.S
     return spaces.Dict(parts | more)
 
 
-def starts_of(poses: object, robots: int) -> list[Pose | None]:
+def check_starts(poses: object, robots: int) -> list[Pose | None]:
     """Return the starts of the first robots; raise ConfigError if they are not a list of poses."""
     if poses is None:
         return []

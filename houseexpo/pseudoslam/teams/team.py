@@ -20,15 +20,22 @@ from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
-from houseexpo.pseudoslam.kernels.radio import exchange_maps, find_heard
+from houseexpo.pseudoslam.kernels.radio import copy_known_box, exchange_maps, find_heard
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
-from houseexpo.pseudoslam.kernels.team_step import TOGETHER, Others, Shared, gather, prepare, prepare_drives
-from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
+from houseexpo.pseudoslam.kernels.team_step import (
+    TOGETHER,
+    TeamKnowledge,
+    TeamObstacles,
+    count_met_and_seen,
+    prepare_commands,
+    prepare_motions,
+)
 from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import RASTERS, State, flatten, one_of, unflatten
 from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
-from houseexpo.pseudoslam.teams.discs import stamp
+from houseexpo.pseudoslam.teams.discs import mark_discs
 from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -65,7 +72,7 @@ def new_measures(teams: int) -> Rows:
     return found
 
 
-def take_note(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, observable: Floats) -> None:
+def update_measures(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, observable: Floats) -> None:
     """Take note of a step of teams, after its robots have exchanged maps.
 
     Parameters
@@ -89,7 +96,7 @@ def take_note(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, obs
         measures[f"metres_{name}"] = np.where(new, metres, measures[f"metres_{name}"])
 
 
-def report_of(
+def compute_report(
     measures: Rows, ways_m: Floats, collisions: npt.NDArray[np.int64], observable: Floats, pixels_per_metre: float
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the measures of N teams by name, each (N,), NaN for what has not happened; see ``Team.report``."""
@@ -111,7 +118,7 @@ def report_of(
     }
 
 
-class Around:
+class TeamKernels:
     """The compiled parts of a step round the single robot's, for the robots with the same number of N teams."""
 
     def __init__(self, params: StepParams, radio: Radio, pixels_per_metre: float, *, drives: bool) -> None:
@@ -120,35 +127,45 @@ class Around:
         self._calls: dict[str, Callable[..., None]] = {}
 
     def prepare(
-        self, pool: Episode, sizes: npt.NDArray[np.int64], motions: Floats, others: Others, part: tuple[int, int, int]
+        self,
+        pool: Episode,
+        sizes: npt.NDArray[np.int64],
+        motions: Floats,
+        others: TeamObstacles,
+        part: tuple[int, int, int],
     ) -> None:
-        """Call ``kernels.team_step.prepare`` for a robot's number and teams from one number to another."""
+        """Call ``kernels.team_step.prepare_motions`` for a robot's number and teams from one number to another."""
         given: tuple[Any, ...] = (
             pool.occupied, pool.counts, pool.pose, sizes, motions, others, self._params.errors, *part,
         )  # fmt: skip
         if self._drives:
             params = self._params
             given = *given, pool.readings, params.drive, params.robot, params.seconds
-            self._call("prepare", prepare_drives, given)
+            self._call("prepare", prepare_commands, given)
         else:
-            self._call("prepare", prepare, given)
+            self._call("prepare", prepare_motions, given)
 
     def gather(
-        self, pool: Episode, sizes: npt.NDArray[np.int64], others: Others, shared: Shared, part: tuple[int, int, int]
+        self,
+        pool: Episode,
+        sizes: npt.NDArray[np.int64],
+        others: TeamObstacles,
+        shared: TeamKnowledge,
+        part: tuple[int, int, int],
     ) -> None:
-        """Call ``kernels.team_step.gather``."""
+        """Call ``kernels.team_step.count_met_and_seen``."""
         given = (
             pool.observable, pool.known, pool.counts, pool.pose, sizes, pool.fresh, others, shared, *part,
         )  # fmt: skip
-        self._call("gather", gather, given)
+        self._call("gather", count_met_and_seen, given)
 
     def exchange(  # noqa: PLR0917  # what the kernel takes
         self,
         pool: Episode,
         sizes: npt.NDArray[np.int64],
-        others: Others,
-        shared: Shared,
-        contact: Contact,
+        others: TeamObstacles,
+        shared: TeamKnowledge,
+        contact: RadioContact,
         wanted: Grid,
         part: tuple[int, int],
     ) -> None:
@@ -170,7 +187,7 @@ class Around:
 
 
 @dataclass(frozen=True)
-class Contact:
+class RadioContact:
     """What the robots of N teams of R heard in the last exchange."""
 
     heard: npt.NDArray[np.bool_]
@@ -181,17 +198,17 @@ class Contact:
     """(N, 2), additional losses in air and in walls."""
 
 
-def new_contact(teams: int, robots: int) -> Contact:
+def new_radio_contact(teams: int, robots: int) -> RadioContact:
     """Return that nobody has heard anybody, but a robot alone."""
-    return Contact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1), np.zeros((teams, 2)))
+    return RadioContact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1), np.zeros((teams, 2)))
 
 
-def chunks_of(cells: int) -> int:
+def count_chunks(cells: int) -> int:
     """Return the number of chunks of cells (``kernels.mapping.CHUNK``)."""
     return -(-cells // CHUNK)
 
 
-def tells(radio: Radio) -> bool:
+def shares_map_changes(radio: Radio) -> bool:
     """Return whether robots tell each other by the kernel what changed in their maps."""
     return radio.model != "none" and radio.relative_poses == "known"
 
@@ -214,7 +231,7 @@ class Team:
     starts
         Poses of the first robots; the others start at random places.
     around
-        The result of ``around_of``, if there is one already.
+        The result of ``make_team_kernels``, if there is one already.
 
     Raises
     ------
@@ -230,7 +247,7 @@ class Team:
         radio: Radio,
         rng: np.random.Generator,
         starts: Sequence[Pose | None] = (),
-        around: Around | None = None,
+        around: TeamKernels | None = None,
     ) -> None:
         self.spec, self.world, self.radio = spec, world, radio
         self.params, self.scratch = spec.params(), spec.scratch()
@@ -244,16 +261,16 @@ class Team:
         for k, state in enumerate(self.states):
             self.constants.rows[k] = constants_of(state, world)
         self.pool, self.sizes = self._share()
-        self.contact = new_contact(1, robots)
+        self.contact = new_radio_contact(1, robots)
         self.contact.fading_db[0] = _fading(radio, first)
-        chunks = chunks_of(self.walls.size) if tells(radio) and robots > 1 else 0
-        self.shared = Shared(
+        chunks = count_chunks(self.walls.size) if shares_map_changes(radio) and robots > 1 else 0
+        self.shared = TeamKnowledge(
             np.zeros((1, self.walls.size), np.uint8), np.ones((1, robots, robots, chunks), np.uint8), new_measures(1)
         )
         self.observable = np.array([float(max(first.observable_cells, 1))])
-        self._around = around or around_of(spec, self.params, radio)
+        self._around = around or make_team_kernels(spec, self.params, radio)
         bodies = self.pool.bodies
-        self.others = Others(
+        self.others = TeamObstacles(
             self.walls.reshape(1, -1), bodies.people, bodies.robots,
             np.full((robots, robots + bodies.people.shape[1], 2), np.nan), np.zeros(1, np.uint8), np.zeros(1, np.int64),
             float(self.radius_px), float(self.params.walk.radius_px),
@@ -324,10 +341,10 @@ class Team:
                 continue
             first = self.states[0]
             occupied = first.occupied.copy()
-            stamp(occupied, self.places_px(), self.radius_px)
+            mark_discs(occupied, self.places_px(), self.radius_px)
             people = placed_people(first.episode.bodies.people)
             centres = np.column_stack([people["x"], people["y"]])
-            stamp(occupied, centres, self.params.walk.radius_px + HALF_DIAGONAL)  # not a part of a cell too near
+            mark_discs(occupied, centres, self.params.walk.radius_px + HALF_DIAGONAL)  # not a part of a cell too near
             occupied.flags.writeable = False
             world = replace(self.world, occupied=occupied)
             try:
@@ -350,7 +367,7 @@ class Team:
             bodies = state.episode.bodies._replace(robots=places)
             if k > 0:
                 bodies = bodies._replace(people=np.zeros_like(people))
-            fresh = np.ones(chunks_of(state.occupied.size), np.uint8)  # also what a robot knows from the start
+            fresh = np.ones(count_chunks(state.occupied.size), np.uint8)  # also what a robot knows from the start
             state.episode = state.episode._replace(bodies=bodies, fresh=fresh)
 
     def _check_start(self, number: int, start: Pose | None) -> None:
@@ -393,7 +410,7 @@ class Team:
         self.together["steps"] += 1
         self.exchange()
         metres = np.array([float(after.readings["path_length"].sum()) / self.ppm])
-        take_note(self.together, self.contact.joined, metres, self.observable)
+        update_measures(self.together, self.contact.joined, metres, self.observable)
         return after
 
     def _act(self, robot: int) -> None:
@@ -427,7 +444,7 @@ class Team:
         for i, j in news:
             known, observable = self.states[i].known, self.states[i].episode.observable
             box = np.array([0, known.shape[0], 0, known.shape[1]])
-            new, covered = merge_map(known, observable, self._in_frame_of(i, j, maps[j]), box, most)
+            new, covered = copy_known_box(known, observable, self._in_frame_of(i, j, maps[j]), box, most)
             counts = self.states[i].counts
             counts.known += new
             counts.covered += covered
@@ -442,7 +459,7 @@ class Team:
         for i in range(len(self)):
             for j in range(i):
                 near = math.hypot(*(places[i] - places[j]).tolist()) <= reach
-                if near and way_in_walls(self.walls, *places[i].tolist(), *places[j].tolist()) == 0.0:
+                if near and length_in_walls(self.walls, *places[i].tolist(), *places[j].tolist()) == 0.0:
                     self._from[i, j], self._from[j, i] = self._map_between(i, j), self._map_between(j, i)
 
     def _map_between(self, i: int, j: int) -> Floats:
@@ -491,16 +508,16 @@ class Team:
         after which each robot could reach each other one by radio. ``collisions`` are those of all robots.
         """
         collisions = np.array([[int(state.counts.collisions) for state in self.states]])
-        found = report_of(self.together, self.ways_m()[None], collisions, self.observable, self.ppm)
+        found = compute_report(self.together, self.ways_m()[None], collisions, self.observable, self.ppm)
         values = {name: part[0].item() for name, part in found.items()}
         values |= {name: None for name, value in values.items() if math.isnan(value)}
         steps = {name: int(value) for name, value in values.items() if name.startswith("steps") and value is not None}
         return values | steps
 
 
-def around_of(spec: EnvSpec, params: StepParams, radio: Radio) -> Around:
+def make_team_kernels(spec: EnvSpec, params: StepParams, radio: Radio) -> TeamKernels:
     """Return the compiled parts of a step round the single robot's."""
-    return Around(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
+    return TeamKernels(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
 
 
 def _rotation(angle: float) -> Floats:

@@ -16,10 +16,10 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import make_env_spec
 from houseexpo.pseudoslam.kernels.collision import disc_is_free
-from houseexpo.pseudoslam.kernels.teams import way_in_walls
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.tasks import Exploration
-from houseexpo.pseudoslam.teams.policies import TeamPolicy, policy_named
+from houseexpo.pseudoslam.teams.policies import TeamPolicy, find_policy_class
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -89,26 +89,26 @@ def run_team(
     told
         Called with each plan's id when it is done.
     """
-    kind = policy_named(policy)
+    kind = find_policy_class(policy)
     spec = make_env_spec(Exploration(ENOUGH), dataset, track.config, "discrete", "map")
     rows: list[dict[str, Any]] = []
     without: list[str] = []
     for plan_id in plan_ids:
         rng = np.random.default_rng(seed_of(track.id, plan_id))
         world = spec.choice.draw(rng, plan_id)
-        starts = starts_together(world, track.config, track.robots, rng)
+        starts = choose_starts(world, track.config, track.robots, rng)
         if starts is None:
             without.append(plan_id)
             continue
         team = Team(spec, world, track.robots, track.radio, rng, starts)
-        explore(team, TeamPolicy(kind, track.config, track.robots))
+        run_episode(team, TeamPolicy(kind, track.config, track.robots))
         rows.append({"plan_id": plan_id, **team.report()})
         told(plan_id)
     record = {"id": track.id, "robots": track.robots, "radio": asdict(track.radio)}
     return {"track": record, "policy": policy, "plans": rows, "without_room": without}
 
 
-def explore(team: Team, policy: TeamPolicy) -> None:
+def run_episode(team: Team, policy: TeamPolicy) -> None:
     """Let a policy act until an episode of a track ends, see ``TeamTrack``."""
     config, still = team.spec.config, np.zeros(2)
     table = np.array([motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
@@ -119,7 +119,7 @@ def explore(team: Team, policy: TeamPolicy) -> None:
         team.step(np.array([still if action is None else table[action] for action in actions]))
 
 
-def starts_together(world: World, config: SimulatorConfig, robots: int, rng: np.random.Generator) -> list[Pose] | None:
+def choose_starts(world: World, config: SimulatorConfig, robots: int, rng: np.random.Generator) -> list[Pose] | None:
     """Return poses of robots beside each other, with no wall between them; None if no place is found for all.
 
     The first is drawn at random; each other one is as near to it as it can be.
@@ -144,7 +144,7 @@ def starts_together(world: World, config: SimulatorConfig, robots: int, rng: np.
             if (
                 min(math.hypot(*(place - other).tolist()) for other in placed) >= apart_px
                 and disc_is_free(world.occupied, x, y, radius_px)
-                and way_in_walls(world.occupied, first[0], first[1], x, y) == 0.0
+                and length_in_walls(world.occupied, first[0], first[1], x, y) == 0.0
             ):
                 placed.append(place)
         if len(placed) == robots:
@@ -153,7 +153,7 @@ def starts_together(world: World, config: SimulatorConfig, robots: int, rng: np.
     return None
 
 
-def table_of(results: Sequence[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
+def make_table(results: Sequence[dict[str, Any]]) -> tuple[list[str], list[list[str]]]:
     """Return the heads and the rows of a table of results: means over plans with 95% intervals by bootstrap.
 
     The steps and metres to a share are over the plans in which it was reached; their number follows after a slash if
@@ -177,9 +177,9 @@ def _cell(found: Estimate, plans: int) -> str:
     return "{} [{}, {}]".format(*shown) + (f" /{found.number}" if found.number < plans else "")
 
 
-def markdown(track: TeamTrack, results: Sequence[dict[str, Any]]) -> str:
+def format_markdown(track: TeamTrack, results: Sequence[dict[str, Any]]) -> str:
     """Return the table of a track as Markdown, with the numbers of plans."""
-    heads, rows = table_of(results)
+    heads, rows = make_table(results)
     without = len(results[0]["without_room"])
     lines = [
         f"## {track.id}",

@@ -25,9 +25,9 @@ from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.spec import make_team_spec, observation_space_of, starts_of
+from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
-from houseexpo.pseudoslam.teams.team import Team, report_of
+from houseexpo.pseudoslam.teams.team import Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 Floats = npt.NDArray[np.float64]
@@ -58,7 +58,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         self.task, self.radio, self.config = task, radio, self._env_spec.config
         self.num_envs, self.robots = num_envs, robots
         self.single_action_space = batch_space(self._env_spec.action_space(), robots)
-        self.single_observation_space = batch_space(observation_space_of(task, self._env_spec, robots), robots)
+        self.single_observation_space = batch_space(make_observation_space(task, self._env_spec, robots), robots)
         self._adds_parts = bool(task.spaces(self._env_spec, robots))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -99,7 +99,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._start(i, plan_ids[i], starts_of(poses[i], self.robots))
+            self._start(i, plan_ids[i], check_starts(poses[i], self.robots))
         self._begun |= which
         if not self._begun.all():
             missing = np.flatnonzero(~self._begun).tolist()
@@ -192,7 +192,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         report = self._env_spec.report(pools.batch.arrays, now, success.repeat(self.robots))
         infos: dict[str, Any] = {key: self._by_team(part) for key, part in report.items()}
         ways_m = self._by_team(now.readings["path_length"]) / ppm
-        team: dict[str, Any] = report_of(pools.together, ways_m, infos["collisions"], pools.observable, ppm)
+        team: dict[str, Any] = compute_report(pools.together, ways_m, infos["collisions"], pools.observable, ppm)
         own = [self._episode(i).report() for i in range(self.num_envs)] if self.task.measures else []
         for key in own[0] if own else ():
             team[key] = np.array([np.nan if report[key] is None else report[key] for report in own], np.float64)

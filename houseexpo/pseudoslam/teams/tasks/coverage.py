@@ -13,16 +13,16 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import number, one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
-from houseexpo.pseudoslam.kernels.teams import coverable, sweep
+from houseexpo.pseudoslam.kernels.walls import mark_sweepable_cells, mark_swept_cells
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.tasks import ExplorationReward
-from houseexpo.pseudoslam.teams.tasks.places import (
+from houseexpo.pseudoslam.teams.tasks.rasters import (
     Grid,
-    check_labels,
-    pictures_of,
-    pictures_space,
-    room_labels,
-    standing_cells,
+    check_room_names,
+    draw_rasters,
+    find_standing_grid,
+    make_raster_space,
+    number_rooms,
 )
 from houseexpo.pseudoslam.teams.tasks.task import Array, Floats, TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
@@ -50,7 +50,7 @@ class Coverage(TeamTask):
 
     Notes
     -----
-    An observation has "todo" (2, side, side) uint8, pictures as of ``places.pictures_of``: 255 for cells that are not
+    An observation has "todo" (2, side, side) uint8, pictures as of ``rasters.draw_rasters``: 255 for cells that are not
     covered yet. All robots know what the others have covered.
 
     ``info["team"]`` has ``covered``, the covered share; ``overlap``, the share of passes that went over cells which
@@ -67,7 +67,7 @@ class Coverage(TeamTask):
     default = SimulatorConfig(known_map=True, max_steps=1000)
 
     def __post_init__(self) -> None:
-        check_labels(self.rooms, "rooms")
+        check_room_names(self.rooms, "rooms")
         object.__setattr__(self, "rooms", None if self.rooms is None else tuple(self.rooms))
         if self.tool_m is not None:
             number(self.tool_m, "tool_m", above=0.0, at_most=10.0)
@@ -82,13 +82,13 @@ class Coverage(TeamTask):
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:
         """Return the space of the pictures of what is left to cover."""
         del robots
-        return {"todo": pictures_space(spec)}
+        return {"todo": make_raster_space(spec)}
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
         """Return the task's part of an episode; raise ConfigError if the house has no such rooms, or no such cells."""
         wanted = (team.walls == 0).view(np.uint8)
         if self.rooms is not None:
-            wanted &= (room_labels(team, house, self.rooms, "rooms") > 0).view(np.uint8)
+            wanted &= (number_rooms(team, house, self.rooms, "rooms") > 0).view(np.uint8)
         return CoverageEpisode(team, self, wanted)
 
 
@@ -101,7 +101,7 @@ class CoverageEpisode(TeamEpisode):
         radius_m = team.spec.config.robot.radius_m if task.tool_m is None else task.tool_m
         self.radius_px = radius_m * team.ppm
         self._cells = np.zeros_like(wanted)
-        coverable(team.walls, standing_cells(team).copy(), self.radius_px, wanted, self._cells)
+        mark_sweepable_cells(team.walls, find_standing_grid(team).copy(), self.radius_px, wanted, self._cells)
         self._number = int(np.count_nonzero(self._cells))
         if not self._number:
             raise ConfigError(
@@ -120,7 +120,7 @@ class CoverageEpisode(TeamEpisode):
         places, found = self.team.places_px(), np.zeros(len(self.team))
         for k, (x, y, to_x, to_y) in enumerate(np.hstack([self._places, places]).tolist()):
             under = np.zeros_like(self.todo)
-            sweep(self.team.walls, x, y, to_x, to_y, self.radius_px, self._cells, under)
+            mark_swept_cells(self.team.walls, x, y, to_x, to_y, self.radius_px, self._cells, under)
             self._passes += int(np.count_nonzero(under > self._under[k]))
             found[k] = np.count_nonzero(under & self.todo)
             self.todo[under != 0] = 0
@@ -148,7 +148,7 @@ class CoverageEpisode(TeamEpisode):
 
     def observe(self) -> dict[str, Array]:
         """Return the pictures of what is left to cover."""
-        return {"todo": pictures_of(self.team, self.todo * np.uint8(255))}
+        return {"todo": draw_rasters(self.team, self.todo * np.uint8(255))}
 
     def report(self) -> dict[str, float | None]:
         """Return the covered share, the overlap and the steps."""

@@ -14,13 +14,13 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import number, one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.metrics import Bools, Metrics
-from houseexpo.pseudoslam.teams.tasks.places import (
+from houseexpo.pseudoslam.teams.tasks.rasters import (
     Labels,
-    pictures_of,
-    pictures_space,
-    room_labels,
-    square_labels,
-    standing_cells,
+    draw_rasters,
+    find_standing_grid,
+    make_raster_space,
+    number_rooms,
+    number_squares,
 )
 from houseexpo.pseudoslam.teams.tasks.task import Array, Floats, TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
@@ -41,7 +41,7 @@ class Patrol(TeamTask):
     ----------
     places
         "rooms": the rooms in which a robot can stand. A plan that records none is divided by ``FloorPlan.divided``.
-        "cells": squares of ``square_m``; walls divide them, and small pieces do not count (``places.square_labels``).
+        "cells": squares of ``square_m``; walls divide them, and small pieces do not count (``rasters.number_squares``).
     square_m
         The side of a square, metres.
     reward
@@ -50,7 +50,7 @@ class Patrol(TeamTask):
 
     Notes
     -----
-    An observation has "idleness" (2, side, side) uint8, pictures as of ``places.pictures_of``: 0 outside the places,
+    An observation has "idleness" (2, side, side) uint8, pictures as of ``rasters.draw_rasters``: 0 outside the places,
     else 1 for a place that is visited now, and up to 255 for those that were not visited for the longest time.
 
     ``info["team"]`` has measures in steps. ``mean_idleness`` is Machado et al.'s graph idleness: the mean over the
@@ -80,19 +80,19 @@ class Patrol(TeamTask):
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:
         """Return the space of the pictures of idleness."""
         del robots
-        return {"idleness": pictures_space(spec)}
+        return {"idleness": make_raster_space(spec)}
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
         """Return the task's part of an episode; raise ConfigError if the house has no rooms."""
-        standing = standing_cells(team)
+        standing = find_standing_grid(team)
         if self.places == "rooms":
-            labels = room_labels(team, house, None, "places")
+            labels = number_rooms(team, house, None, "places")
             kept = np.unique(labels[(standing != 0) & (labels > 0)])
             numbers = np.zeros(int(labels.max()) + 1, np.int32)
             numbers[kept] = np.arange(1, len(kept) + 1)
             labels = numbers[labels]
         else:
-            labels = square_labels(standing, self.square_m * team.ppm)
+            labels = number_squares(standing, self.square_m * team.ppm)
         if not labels.any():
             raise ConfigError(f"places: a robot can stand in no room of plan {team.world.plan_id!r}; take 'cells'")
         return PatrolEpisode(team, self, labels)
@@ -150,7 +150,7 @@ class PatrolEpisode(TeamEpisode):
         """Return the pictures of idleness."""
         shades = np.zeros(len(self.idle) + 1, np.uint8)
         shades[1:] = 1 + 254 * self.idle // max(int(self.idle.max()), 1)
-        return {"idleness": pictures_of(self.team, shades[self.labels])}
+        return {"idleness": draw_rasters(self.team, shades[self.labels])}
 
     def report(self) -> dict[str, float | None]:
         """Return the measures of idleness."""

@@ -20,9 +20,9 @@ from houseexpo.pseudoslam.teams.tasks.task import (
     Floats,
     TeamEpisode,
     TeamTask,
-    in_view,
-    is_in_sight,
-    relative_m,
+    are_in_view,
+    has_line_of_sight,
+    to_robot_frame,
 )
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import House
@@ -109,12 +109,12 @@ class PursuitEpisode(TeamEpisode):
     def _look(self) -> int:
         """Take note of who is seen and caught; return how many people were not caught before."""
         team, people = self.team, self.people_px()
-        self.sees = np.array([in_view(team, k, people) for k in range(len(team))])
+        self.sees = np.array([are_in_view(team, k, people) for k in range(len(team))])
         places = team.places_px()
         away = np.hypot(*(places[:, None] - people[None]).transpose(2, 0, 1))
         new = 0
         for k, person in np.argwhere(away <= self._task.capture_m * team.ppm).tolist():
-            if not self.caught[person] and is_in_sight(team, places[k], people[person]):
+            if not self.caught[person] and has_line_of_sight(team, places[k], people[person]):
                 self.caught[person] = True
                 new += 1
         steps = team.measures.steps
@@ -153,7 +153,7 @@ class PursuitEpisode(TeamEpisode):
         for k, known in enumerate(self.known_people()):
             rows = np.flatnonzero(known)
             found[k, rows, 0] = 1.0
-            found[k, rows, 1:3] = relative_m(team.states[k].pose_px, people[rows], team.ppm)
+            found[k, rows, 1:3] = to_robot_frame(team.states[k].pose_px, people[rows], team.ppm)
             found[k, : len(people), 3] = self.caught
         return {"people": found}
 

@@ -18,9 +18,9 @@ from houseexpo.pseudoslam.teams.tasks.task import (
     Floats,
     TeamEpisode,
     TeamTask,
-    in_view,
-    is_in_sight,
-    relative_m,
+    are_in_view,
+    has_line_of_sight,
+    to_robot_frame,
 )
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import House
@@ -95,7 +95,7 @@ class _Episode(TeamEpisode):
         team, places = self.team, self.team.places_px()
         if self._met_at is not None or self._apart.max() > self._task.meet_m:
             return False
-        if not all(is_in_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)):
+        if not all(has_line_of_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)):
             return False
         self._met_at = team.measures.steps, float(team.ways_m().sum())
         return True
@@ -120,14 +120,14 @@ class _Episode(TeamEpisode):
         places, found = self.team.places_px(), np.zeros((n, n - 1, 3), np.float32)
         for k in range(n):
             others = places[np.arange(n) != k]
-            seen = in_view(self.team, k, others)
+            seen = are_in_view(self.team, k, others)
             found[k, seen, 0] = 1.0
-            found[k, seen, 1:] = relative_m(self.team.states[k].pose_px, others[seen], self.team.ppm)
+            found[k, seen, 1:] = to_robot_frame(self.team.states[k].pose_px, others[seen], self.team.ppm)
         return {"robots": found}
 
     def report(self) -> dict[str, float | None]:
         team, places = self.team, self.team.places_px()
-        pairs = [is_in_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)]
+        pairs = [has_line_of_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)]
         steps, metres = self._met_at or (None, None)
         return {
             "steps_to_meet": steps,

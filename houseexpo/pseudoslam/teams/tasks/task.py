@@ -13,7 +13,7 @@ from gymnasium import spaces
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.spec import EnvSpec
-from houseexpo.pseudoslam.kernels.teams import way_in_walls
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.tasks import Exploration, Task
 from houseexpo.pseudoslam.teams.team import Team
@@ -120,28 +120,28 @@ class TeamEpisode(ABC):
         return {}
 
 
-def relative_m(pose_px: Floats, places_px: Floats, pixels_per_metre: float) -> Floats:
+def to_robot_frame(pose_px: Floats, places_px: Floats, pixels_per_metre: float) -> Floats:
     """Return places (n, 2) relative to a pose (3,), both in pixels with y down: metres ahead and to the left (n, 2)."""
     right, up = places_px[:, 0] - pose_px[0], pose_px[1] - places_px[:, 1]
     cos, sin = math.cos(pose_px[2]), math.sin(pose_px[2])
     return np.column_stack([right * cos + up * sin, up * cos - right * sin]) / pixels_per_metre
 
 
-def in_view(team: Team, robot: int, places_px: Floats) -> Bools:
+def are_in_view(team: Team, robot: int, places_px: Floats) -> Bools:
     """Return which places (n, 2), pixels, are in the range and field of view of a robot's laser, with no wall between.
 
     Robots and people do not hide each other.
     """
     pose = team.states[robot].pose_px
-    near = relative_m(pose, places_px, 1.0)
+    near = to_robot_frame(pose, places_px, 1.0)
     sensor = team.params.sensor
     found: Bools = np.hypot(*near.T) <= sensor.range_px
     found &= np.abs(np.arctan2(near[:, 1], near[:, 0])) <= sensor.half_fov
     for k in np.flatnonzero(found).tolist():
-        found[k] = is_in_sight(team, pose[:2], places_px[k])
+        found[k] = has_line_of_sight(team, pose[:2], places_px[k])
     return found
 
 
-def is_in_sight(team: Team, one_px: Floats, other_px: Floats) -> bool:
+def has_line_of_sight(team: Team, one_px: Floats, other_px: Floats) -> bool:
     """Return whether no wall is between two places (2,), pixels."""
-    return way_in_walls(team.walls, *one_px.tolist(), *other_px.tolist()) == 0.0
+    return length_in_walls(team.walls, *one_px.tolist(), *other_px.tolist()) == 0.0

@@ -17,13 +17,13 @@ from houseexpo.pseudoslam.kernels.team_step import (
     ROBOT,
     SOMEONE,
     TOGETHER,
-    Others,
-    Shared,
-    gather,
-    prepare,
+    TeamKnowledge,
+    TeamObstacles,
+    count_met_and_seen,
+    prepare_motions,
 )
 from houseexpo.pseudoslam.step_kernels import step_params_of
-from houseexpo.pseudoslam.teams.discs import way_past
+from houseexpo.pseudoslam.teams.discs import distance_to_touch
 
 ROWS, COLS, RADIUS, PERSON_RADIUS = 30, 40, 3.0, 4.0
 CELLS, PADDED, ROBOTS = ROWS * COLS, 7, 3
@@ -32,7 +32,7 @@ CELLS, PADDED, ROBOTS = ROWS * COLS, 7, 3
 class Scene(NamedTuple):
     """Three robots of some teams, and what is round them; ``rows`` are the pool's rows of robot 1 of each team."""
 
-    others: Others
+    others: TeamObstacles
     occupied: np.ndarray
     counts: np.ndarray
     poses: np.ndarray
@@ -50,7 +50,7 @@ def _scene(seed: int, teams: int) -> Scene:
     people["x"], people["y"], people["speed"] = 20.0, rng.uniform(5, 25, (robots, 2)), [1.0, 0.0]  # one has a place
     drawn = np.full((robots, ROBOTS + 2, 2), np.nan)
     nothing = np.zeros(teams, np.uint8)
-    others = Others(walls, people, places, drawn, nothing, np.zeros(teams, np.int64), RADIUS, PERSON_RADIUS)
+    others = TeamObstacles(walls, people, places, drawn, nothing, np.zeros(teams, np.int64), RADIUS, PERSON_RADIUS)
     poses, rows = np.zeros((robots, 1), POSE), np.arange(teams) * ROBOTS + 1
     poses["x"][rows, 0], poses["y"][rows, 0] = places[::ROBOTS, 1].T
     poses["heading"] = rng.uniform(-3, 3, (robots, 1))
@@ -72,7 +72,7 @@ def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
                 stamp_disc(occupied[row, :CELLS].reshape(ROWS, COLS), *others.drawn[row, k], radius)
     motions = np.column_stack([rng.uniform(-1, 1, len(poses)), rng.uniform(-9, 9, len(poses))])
     wanted = motions.copy()
-    prepare(occupied, counts, poses, sizes, motions, others, errors, 1, 0, teams)
+    prepare_motions(occupied, counts, poses, sizes, motions, others, errors, 1, 0, teams)
     rows, cols = np.mgrid[:ROWS, :COLS] + 0.5
     for i, row in enumerate(chosen.tolist()):
         places, person = others.places[row - 1], others.people[row - 1, 0]
@@ -88,9 +88,9 @@ def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
         angle, sign = float(poses["heading"][row, 0]) + turn, -1.0 if forward < 0 else 1.0
         course = sign * math.cos(angle), -sign * math.sin(angle)
         offsets = (places[[0, 2]] - places[1]).tolist()
-        free = way_past(offsets, 2 * RADIUS, course, abs(forward), APART_PX)
+        free = distance_to_touch(offsets, 2 * RADIUS, course, abs(forward), APART_PX)
         to_person = [[person["x"] - places[1, 0], person["y"] - places[1, 1]]]
-        before_person = way_past(to_person, RADIUS + PERSON_RADIUS, course, abs(forward), APART_PX)
+        before_person = distance_to_touch(to_person, RADIUS + PERSON_RADIUS, course, abs(forward), APART_PX)
         assert motions[row].tolist() == [turn, math.copysign(min(free, before_person), forward)]
         assert others.meets[i] == (SOMEONE if before_person < free else ROBOT if free < abs(forward) else NOTHING)
     assert {NOTHING, ROBOT, SOMEONE} == set(others.meets.tolist())
@@ -106,12 +106,12 @@ def test_gather_counts_meetings_and_adds_what_a_robot_saw() -> None:
     chunks = -(-CELLS // CHUNK)
     fresh = rng.integers(0, 2, (len(poses), chunks)).astype(np.uint8)
     pending = np.zeros((teams, ROBOTS, ROBOTS, chunks), np.uint8)
-    shared = Shared(before.copy(), pending, np.zeros(teams, TOGETHER))
+    shared = TeamKnowledge(before.copy(), pending, np.zeros(teams, TOGETHER))
     counts["known"][chosen, 0], counts["blocked"][chosen, 0] = np.arange(teams) + 5, np.arange(teams) % 3 == 0
     others.meets[:], others.had[:] = np.arange(teams) % 3, 2
     blocked, met, marks = counts["blocked"][chosen, 0].copy(), others.meets.copy(), fresh.copy()
     poses["x"] += 1.0
-    gather(observable, known, counts, poses, sizes, fresh, others, shared, 1, 0, teams)
+    count_met_and_seen(observable, known, counts, poses, sizes, fresh, others, shared, 1, 0, teams)
     for i, row in enumerate(chosen.tolist()):
         near = np.repeat(marks[row] != 0, CHUNK)[:CELLS]
         new = near & (before[i] == 0) & (known[row] != 0)

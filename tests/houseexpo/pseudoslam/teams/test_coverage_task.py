@@ -12,7 +12,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import Room
 from houseexpo.pseudoslam import parallel_env
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.teams import coverable, sweep, way_in_walls
+from houseexpo.pseudoslam.kernels.walls import length_in_walls, mark_sweepable_cells, mark_swept_cells
 
 pytest.importorskip("pettingzoo")
 
@@ -107,20 +107,20 @@ def test_the_kernels_agree_with_a_slow_twin() -> None:
         x, y, to_x, to_y = rng.uniform(3, 15, 4)
         radius = rng.uniform(0.5, 4.0)
         under, slow = np.zeros_like(walls), np.zeros_like(walls)
-        sweep(walls, x, y, to_x, to_y, radius, wanted, under)
+        mark_swept_cells(walls, x, y, to_x, to_y, radius, wanted, under)
         way = np.array([to_x - x, to_y - y])
         for row, col in np.argwhere(wanted):
             centre = np.array([col + 0.5, row + 0.5])
             along = min(max(float((centre - (x, y)) @ way / (way @ way)), 0.0), 1.0)
             near = np.array([x, y]) + along * way
-            if math.dist(near, centre) <= radius and way_in_walls(walls, *near, *centre) == 0.0:
+            if math.dist(near, centre) <= radius and length_in_walls(walls, *near, *centre) == 0.0:
                 slow[row, col] = 1
         assert np.array_equal(under, slow)
         standing = ((rng.random(walls.shape) < 0.2) & (walls == 0)).astype(np.uint8)
         found, slow = np.zeros_like(walls), np.zeros_like(walls)
-        coverable(walls, standing, radius, wanted, found)
+        mark_sweepable_cells(walls, standing, radius, wanted, found)
         for row, col in np.argwhere(standing):
             once = np.zeros_like(walls)
-            sweep(walls, col + 0.5, row + 0.5, col + 0.5, row + 0.5, radius, wanted, once)
+            mark_swept_cells(walls, col + 0.5, row + 0.5, col + 0.5, row + 0.5, radius, wanted, once)
             slow |= once
         assert np.array_equal(found, slow)

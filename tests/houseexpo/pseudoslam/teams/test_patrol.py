@@ -11,7 +11,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import map_house, parallel_env
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.teams.tasks.places import square_labels
+from houseexpo.pseudoslam.teams.tasks.rasters import number_squares
 
 pytest.importorskip("pettingzoo")
 
@@ -82,14 +82,14 @@ def test_rooms_are_places() -> None:
 def test_squares_are_divided_by_walls_and_slivers_do_not_count() -> None:
     standing = np.ones((4, 10), np.uint8)
     standing[:, 2] = 0  # two columns to the left, one to the right, of a square of four
-    labels = square_labels(standing, 4.0)
+    labels = number_squares(standing, 4.0)
     assert labels.max() == 4  # the last square is two wide: half of one
     assert (labels[:, :2] == 1).all()
     assert (labels[:, 3] == 2).all()
     assert (labels[:, 4:8] == 3).all()
     assert (labels[:, 8:] == 4).all()
     standing[1:, 3] = 0  # one cell is less than a quarter
-    assert square_labels(standing, 4.0)[0, 3] == 0
+    assert number_squares(standing, 4.0)[0, 3] == 0
 
 
 def test_a_map_has_no_rooms() -> None:

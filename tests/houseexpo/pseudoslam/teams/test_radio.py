@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.kernels.teams import merge_map, way_in_walls
+from houseexpo.pseudoslam.kernels.radio import copy_known_box
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.teams.radio import Radio
 
 
@@ -54,9 +55,11 @@ def test_way_in_walls_against_many_samples() -> None:
         part = (np.arange(200_000) + 0.5) / 200_000
         inside = walls[(y + part * (to_y - y)).astype(int), (x + part * (to_x - x)).astype(int)] != 0
         way = math.hypot(to_x - x, to_y - y)
-        assert way_in_walls(walls, x, y, to_x, to_y) == pytest.approx(inside.mean() * way, abs=1e-2)
-        assert way_in_walls(walls, to_x, to_y, x, y) == pytest.approx(way_in_walls(walls, x, y, to_x, to_y), abs=1e-9)
-    assert way_in_walls(walls, 3.0, 3.0, 3.0, 3.0) == 0.0
+        assert length_in_walls(walls, x, y, to_x, to_y) == pytest.approx(inside.mean() * way, abs=1e-2)
+        assert length_in_walls(walls, to_x, to_y, x, y) == pytest.approx(
+            length_in_walls(walls, x, y, to_x, to_y), abs=1e-9
+        )
+    assert length_in_walls(walls, 3.0, 3.0, 3.0, 3.0) == 0.0
 
 
 def test_merging_against_a_slow_twin() -> None:
@@ -71,5 +74,5 @@ def test_merging_against_a_slow_twin() -> None:
                 if known[row, col] == 0 and other[row, col] != 0 and new < most:
                     wanted[row, col] = other[row, col]
                     new, covered = new + 1, covered + int(observable[row, col])
-        assert merge_map(known, observable, other, box, most) == (new, covered)
+        assert copy_known_box(known, observable, other, box, most) == (new, covered)
         np.testing.assert_array_equal(known, wanted)

@@ -10,7 +10,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.teams.baselines import BASELINES, baseline_of
+from houseexpo.pseudoslam.teams.baselines import BASELINES, make_baseline
 from houseexpo.pseudoslam.teams.tasks import TASKS
 
 pytest.importorskip("pettingzoo")
@@ -25,7 +25,7 @@ def _run(task: str, **options: Any) -> dict[str, Any]:
     """Return the measures of the baseline's episode in two rooms, which two robots start."""
     env = parallel_env(task, robots=2, dataset=TWO_ROOMS, **options)
     _, infos = env.reset(seed=0, options=STARTS)
-    policy = baseline_of(env)
+    policy = make_baseline(env)
     while env.agents:
         _, _, _, _, infos = env.step(policy(env))
     return infos["robot_0"]["team"]
@@ -35,7 +35,7 @@ def test_there_is_one_for_each_task() -> None:
     assert BASELINES.keys() == TASKS.keys()
     env = parallel_env("rendezvous", dataset=TWO_ROOMS, actions="continuous")
     with pytest.raises(ConfigError, match="actions: expected discrete ones"):
-        baseline_of(env)
+        make_baseline(env)
 
 
 @pytest.mark.slow

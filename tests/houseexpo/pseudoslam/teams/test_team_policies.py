@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.agents.protocol import Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, STRAIGHT
 from houseexpo.pseudoslam.teams.policies import POLICIES, Auction, Greedy, Hungarian, NearestEach
-from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, markdown, run_team, table_of, track_named
+from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, format_markdown, make_table, run_team, track_named
 
 CROSS = FloorPlan(  # a hall with a corridor to each side
     "cross",
@@ -70,11 +70,11 @@ def test_a_team_explores_and_gives_the_same_again(name: str) -> None:
 def test_the_table_has_what_the_results_have() -> None:
     row = dict.fromkeys(COLUMNS, 2.0)
     results = [{"policy": "x", "without_room": ["c"], "plans": [row, {**row, "steps_to_99": None, "overlap": 0.5}]}]
-    heads, (cells,) = table_of(results)
+    heads, (cells,) = make_table(results)
     assert len(heads) == len(cells) == len(COLUMNS) + 1
     assert cells[heads.index("steps to 99%")] == "2 [2, 2] /1"
     assert cells[heads.index("overlap, %")].startswith("125 [50, 200]")
-    assert "2 robots in 2 houses (1 more had no room" in markdown(TRACKS[0], results)
+    assert "2 robots in 2 houses (1 more had no room" in format_markdown(TRACKS[0], results)
     with pytest.raises(ConfigError, match="--track: expected one of team-2, team-4, team-8"):
         track_named("team-3")
 

@@ -28,7 +28,7 @@ _LEAST = 0.25
 """The least share of a square that a piece of standing cells must have to count as a place."""
 
 
-def check_labels(names: Sequence[str] | None, key: str) -> None:
+def check_room_names(names: Sequence[str] | None, key: str) -> None:
     """Raise ConfigError unless these are labels of rooms, or None."""
     known = [*LABELS, UNLABELLED]
     if names is not None and (isinstance(names, str) or not names):
@@ -38,14 +38,14 @@ def check_labels(names: Sequence[str] | None, key: str) -> None:
             raise ConfigError(f"{key}: expected labels of rooms, found {name!r}" + suggest_name(str(name), known))
 
 
-def standing_cells(team: Team) -> Grid:
+def find_standing_grid(team: Team) -> Grid:
     """Return 1 where the robot can stand, obstacles considered, like ``World.traversable``."""
     if np.array_equal(team.walls != 0, team.world.occupied != 0):
         return team.world.traversable
     return traversable_cells((team.walls != 0).view(np.uint8), team.radius_px)
 
 
-def room_labels(team: Team, house: House | None, names: Sequence[str] | None, key: str) -> Labels:
+def number_rooms(team: Team, house: House | None, names: Sequence[str] | None, key: str) -> Labels:
     """Return for each cell (rows, cols) the number of its room, from 1, and 0 for cells outside the rooms.
 
     Parameters
@@ -77,7 +77,7 @@ def room_labels(team: Team, house: House | None, names: Sequence[str] | None, ke
     return labels
 
 
-def square_labels(standing: Grid, side_px: float) -> Labels:
+def number_squares(standing: Grid, side_px: float) -> Labels:
     """Return for each cell (rows, cols) the number of its square of standing cells, from 1, and 0 elsewhere.
 
     Squares are ``side_px`` wide. A wall divides a square into pieces; a piece of less than a quarter of the whole
@@ -102,12 +102,12 @@ def square_labels(standing: Grid, side_px: float) -> Labels:
     return labels
 
 
-def pictures_space(spec: EnvSpec) -> spaces.Box:
-    """Return the space of ``pictures_of`` for one robot."""
+def make_raster_space(spec: EnvSpec) -> spaces.Box:
+    """Return the space of ``draw_rasters`` for one robot."""
     return spec.image_space(2, side_of(spec.config))
 
 
-def pictures_of(team: Team, raster: Grid) -> Grid:
+def draw_rasters(team: Team, raster: Grid) -> Grid:
     """Return pictures of a raster (rows, cols) round each robot, (n, 2, side, side) uint8 in the layout of its maps.
 
     Both have the robot's heading by odometry up. The first shows the part of the near map, the second

@@ -1,48 +1,16 @@
-"""Merge maps of robots, measure the length of lines in walls, and mark the cells that a tool sweeps; for teams."""
+"""Measure the length of a line inside walls; mark the cells that a disc sweeps where no wall is between; for teams."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.types import Counts, Grid
+from houseexpo.pseudoslam.kernels.types import Grid
 
 
 @njit(cache=True, nogil=True)
-def merge_map(known: Grid, observable: Grid, other: Grid, box: Counts, most: int) -> tuple[int, int]:
-    """Copy known cells of another map into the unknown cells of a map, row by row, at most ``most`` of them.
-
-    Return the number of cells copied, and how many of them are observable.
-
-    Parameters
-    ----------
-    known, observable, other
-        (rows, cols), the map, which is changed; the cells that coverage counts; and the other map.
-    box
-        (4,), the first row and the end, the first column and the end, of the cells to look at.
-    """
-    new, covered = 0, 0
-    for row in range(box[0], box[1]):
-        own, others = known[row, box[2] : box[3]], other[row, box[2] : box[3]]
-        missing = np.uint8(0)
-        for k in range(len(own)):  # without a branch: most rows have nothing new
-            missing = np.uint8(missing | (others[k] & ~own[k] & FREE))  # known cells have all bits of FREE
-        if missing:
-            for col in range(box[2], box[3]):
-                if known[row, col] == UNKNOWN and other[row, col] != UNKNOWN:
-                    if new == most:
-                        return new, covered
-                    known[row, col] = other[row, col]
-                    new += 1
-                    covered += int(observable[row, col])
-    return new, covered
-
-
-@njit(cache=True, nogil=True)
-def way_in_walls(occupied: Grid, x: float, y: float, to_x: float, to_y: float) -> float:
+def length_in_walls(occupied: Grid, x: float, y: float, to_x: float, to_y: float) -> float:
     """Return how much of the straight line between two points, which are on the grid, lies in occupied cells, pixels.
 
     The line is followed from cell to cell (Amanatides and Woo, 1987).
@@ -73,7 +41,9 @@ def way_in_walls(occupied: Grid, x: float, y: float, to_x: float, to_y: float) -
 
 
 @njit(cache=True, nogil=True)
-def sweep(walls: Grid, x: float, y: float, to_x: float, to_y: float, radius: float, wanted: Grid, under: Grid) -> None:
+def mark_swept_cells(
+    walls: Grid, x: float, y: float, to_x: float, to_y: float, radius: float, wanted: Grid, under: Grid
+) -> None:
     """Mark the cells that a disc sweeps on a straight way, in ``under``, which is 0 before.
 
     A cell is swept if it is ``wanted``, its centre is within ``radius`` of the way, and no wall is between it and the
@@ -95,12 +65,12 @@ def sweep(walls: Grid, x: float, y: float, to_x: float, to_y: float, radius: flo
             near_x, near_y = x + along * right, y + along * down
             if (col + 0.5 - near_x) ** 2 + (row + 0.5 - near_y) ** 2 > radius * radius:
                 continue
-            if way_in_walls(walls, near_x, near_y, col + 0.5, row + 0.5) == 0.0:
+            if length_in_walls(walls, near_x, near_y, col + 0.5, row + 0.5) == 0.0:
                 under[row, col] = 1
 
 
 @njit(cache=True, nogil=True)
-def coverable(walls: Grid, standing: Grid, radius: float, wanted: Grid, found: Grid) -> None:
+def mark_sweepable_cells(walls: Grid, standing: Grid, radius: float, wanted: Grid, found: Grid) -> None:
     """Mark the ``wanted`` cells that a disc of ``radius`` pixels sweeps from the centre of some ``standing`` cell."""
     rows, cols = walls.shape
     reach = math.ceil(radius)
@@ -115,5 +85,5 @@ def coverable(walls: Grid, standing: Grid, radius: float, wanted: Grid, found: G
                 for j in range(max(col - reach, 0), min(col + reach + 1, cols)):
                     if standing[i, j] == 0 or found[row, col] != 0 or (i - row) ** 2 + (j - col) ** 2 > radius**2:
                         continue
-                    if way_in_walls(walls, j + 0.5, i + 0.5, col + 0.5, row + 0.5) == 0.0:
+                    if length_in_walls(walls, j + 0.5, i + 0.5, col + 0.5, row + 0.5) == 0.0:
                         found[row, col] = 1
