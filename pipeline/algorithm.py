@@ -16,18 +16,18 @@ from pipeline.config import PipelineConfig
 from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate_buildings
-from pipeline.stages.cells import fill_cells
-from pipeline.stages.confidence import Planned, rate
-from pipeline.stages.connectivity import connect
+from pipeline.stages.cells import drop_small_cells
+from pipeline.stages.confidence import FinalBuilding, add_confidences
+from pipeline.stages.connectivity import connect_rooms
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
-from pipeline.stages.evidence import gather
+from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture
-from pipeline.stages.grounds import measure_grounds, walls_far_from_rooms
 from pipeline.stages.isolated import erase_isolated
-from pipeline.stages.layout import lay_out
+from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import cut_planes
-from pipeline.stages.refine import refine
+from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
+from pipeline.stages.refine import straighten_rooms
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
@@ -35,7 +35,7 @@ from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedL
 
 
 @dataclass(frozen=True, eq=False)
-class Snapshot:
+class StageResult:
     """The result of a stage for the level or building with this id.
 
     ``value`` is an Evidence, a Planes, a Layout, a Spaces, and at last the FloorPlan. It is a RejectedLevel if one of
@@ -47,25 +47,25 @@ class Snapshot:
     id: str
 
 
-def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[Snapshot]:
+def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[StageResult]:
     """Run Algorithm 1 and show each step; raise Rejection if the level cannot become a plan.
 
     From ``isolated`` on, each building is processed separately.
     """
-    evidence = gather(level, config.evidence)
-    yield Snapshot("evidence", evidence, level.id)
+    evidence = gather_evidence(level, config.evidence)
+    yield StageResult("evidence", evidence, level.id)
     planes = cut_planes(level, evidence, config.planes)
-    yield Snapshot("planes", planes, level.id)
-    layout = lay_out(level, evidence, planes, config.layout)
-    yield Snapshot("layout", layout, level.id)
+    yield StageResult("planes", planes, level.id)
+    layout = close_openings(level, evidence, planes, config.layout)
+    yield StageResult("layout", layout, level.id)
     spaces = find_doors(level, planes, layout, config.doors)
-    yield Snapshot("doors", spaces, level.id)
+    yield StageResult("doors", spaces, level.id)
     spaces = trace_contour(spaces)
-    yield Snapshot("contour", spaces, level.id)
-    spaces = fill_cells(spaces, config.cells)
-    yield Snapshot("cells", spaces, level.id)
+    yield StageResult("contour", spaces, level.id)
+    spaces = drop_small_cells(spaces, config.cells)
+    yield StageResult("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
-    yield Snapshot("isolated", spaces, level.id)
+    yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
     whole = _Whole(evidence, planes, layout)
     if len(buildings) > 1:
@@ -76,7 +76,7 @@ def stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> It
         except Rejection as rejection:
             if len(buildings) == 1:
                 raise
-            yield Snapshot("rejected", RejectedLevel(building.id, rejection), building.id)
+            yield StageResult("rejected", RejectedLevel(building.id, rejection), building.id)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,30 +94,32 @@ class _Whole:
 
 def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
-) -> Iterator[Snapshot]:
-    spaces = connect(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence)
-    yield Snapshot("connectivity", spaces, level.id)
-    spaces = refine(spaces, config.refine)
-    yield Snapshot("refine", spaces, level.id)
+) -> Iterator[StageResult]:
+    spaces = connect_rooms(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence)
+    yield StageResult("connectivity", spaces, level.id)
+    spaces = straighten_rooms(spaces, config.refine)
+    yield StageResult("refine", spaces, level.id)
     obstacles: tuple[Obstacle, ...] = ()
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
-        yield Snapshot("furnish", spaces, level.id)
-    grounds = measure_grounds(level, whole.evidence, whole.layout, spaces, whole.far_walls)
-    planned = rate(Planned(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds))
+        yield StageResult("furnish", spaces, level.id)
+    grounds = measure_quality_grounds(level, whole.evidence, whole.layout, spaces, whole.far_walls)
+    planned = add_confidences(
+        FinalBuilding(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds)
+    )
     provenance = _provenance(level, whole.planes, spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
     quality = score_quality(grounds)
-    yield Snapshot("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
+    yield StageResult("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
 
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
     """Turn a level into plans, one for each building; raise Rejection if none can be made."""
-    values = [snapshot.value for snapshot in time_stages(stages(level, config, rng), attrgetter("stage"))]
+    values = [result.value for result in time_stages(run_stages(level, config, rng), attrgetter("stage"))]
     return tuple(value for value in values if isinstance(value, FloorPlan | RejectedLevel))
 
 
-def plan_house(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
+def plan_largest_building(level: Level, config: PipelineConfig, rng: np.random.Generator) -> FloorPlan:
     """Turn a level into the plan of its (largest) building; raise Rejection if it cannot become one."""
     found = plan_level(level, config, rng)
     plans = [plan for plan in found if isinstance(plan, FloorPlan)]

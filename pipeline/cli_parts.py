@@ -87,7 +87,7 @@ def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str
 
 def show_inspection(found: Inspection, source: str, out: Path) -> None:
     """Say which house and level was inspected, where its pictures are, and the outcome."""
-    from pipeline.quality import main_grounds
+    from pipeline.quality import main_grounds_in_words
     from pipeline.report import ADVICE, implausible
 
     printed = console()
@@ -99,7 +99,7 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
         return
     quality = ""
     if found.quality is not None:
-        grounds = "; ".join(main_grounds(found.quality))
+        grounds = "; ".join(main_grounds_in_words(found.quality))
         quality = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
     print_named(printed, "plan", quality, "green")
     if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):

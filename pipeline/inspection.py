@@ -13,7 +13,7 @@ from houseexpo.outputs import Output
 from houseexpo.plan import Quality
 from houseexpo.progress import show_progress
 from houseexpo.words import unknown_name_message
-from pipeline.algorithm import Snapshot, stages
+from pipeline.algorithm import StageResult, run_stages
 from pipeline.batch.job import rng_of
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
@@ -120,25 +120,25 @@ def _inspect_input(
         return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
     override = word_on(level.id, overrides)
     level = corrected_level(level, override)
-    snapshots: list[Snapshot] = []
+    results: list[StageResult] = []
     rejection_: Rejection | None = None
     try:
-        found = stages(level, override.apply_to(config.planning), rng_of(level, config.build.seed))
-        snapshots.extend(show_progress(found, f"planning {level.id}", _STEPS))
+        found = run_stages(level, override.apply_to(config.planning), rng_of(level, config.build.seed))
+        results.extend(show_progress(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection
-    if rejection_ is not None and not snapshots:
+    if rejection_ is not None and not results:
         return Inspection(shown, _picture_of(rejection_.with_picture(top_view(level.walls)), output), rejection_)
-    snapshots = _of_one_building(snapshots, level.id)
-    plans = [snapshot.value for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
-    return Inspection(shown, _write(snapshots, level, output), rejection_, plans[0] if plans else None)
+    results = _of_one_building(results, level.id)
+    plans = [result.value for result in results if isinstance(result.value, FloorPlan)]
+    return Inspection(shown, _write(results, level, output), rejection_, plans[0] if plans else None)
 
 
-def _of_one_building(snapshots: list[Snapshot], level_id: str) -> list[Snapshot]:
+def _of_one_building(results: list[StageResult], level_id: str) -> list[StageResult]:
     """Return the steps of the whole level, and of the largest of its buildings."""
-    plans = [snapshot for snapshot in snapshots if isinstance(snapshot.value, FloorPlan)]
-    largest = max(plans, key=lambda snapshot: snapshot.value.area).id if plans else level_id  # type: ignore[union-attr]
-    return of_building(snapshots, level_id, largest)
+    plans = [result for result in results if isinstance(result.value, FloorPlan)]
+    largest = max(plans, key=lambda result: result.value.area).id if plans else level_id  # type: ignore[union-attr]
+    return of_building(results, level_id, largest)
 
 
 def _find_input(inputs: Sequence[Input], name: str | None) -> int:
@@ -161,8 +161,8 @@ def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, n
     return number
 
 
-def _write(snapshots: list[Snapshot], level: Level, output: Output) -> tuple[str, ...]:
-    pictures = stage_pictures(snapshots, level.frame)
+def _write(results: list[StageResult], level: Level, output: Output) -> tuple[str, ...]:
+    pictures = stage_pictures(results, level.frame)
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
         output.write(output.out / name, as_png(image))

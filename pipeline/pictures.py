@@ -17,11 +17,11 @@ from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, font
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
-from pipeline.algorithm import Snapshot
+from pipeline.algorithm import StageResult
 from pipeline.geometry.areas import polygons_of
-from pipeline.geometry.spaces import walkable_floor
+from pipeline.geometry.walkable_floor import walkable_floor
 from pipeline.png import Picture, as_png
-from pipeline.values import Evidence, JoinedPair, Layout, Planes, Spaces
+from pipeline.values import Evidence, JoinedPoints, Layout, Planes, Spaces
 
 OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
@@ -45,18 +45,18 @@ CANDIDATES = {
 }
 
 
-def stage_pictures(snapshots: Sequence[Snapshot], frame: Frame) -> list[tuple[str, Picture]]:
+def stage_pictures(results: Sequence[StageResult], frame: Frame) -> list[tuple[str, Picture]]:
     """Return name and picture (rows, cols, 3) of each stage, in order; y points up, as in the level frame.
 
     ``frame`` is the level's: the picture of the evidence has the source's metres on its edges.
     """
-    if not snapshots:
+    if not results:
         return []
     pictures: list[tuple[str, Picture]] = []
-    bounds = _bounds(snapshots)
+    bounds = _bounds(results)
     before: Spaces | None = None
-    for snapshot in snapshots:
-        value = snapshot.value
+    for result in results:
+        value = result.value
         if isinstance(value, FloorPlan):
             pictures.append(("plan", draw_plan(value, size=SIDE_PX)))
             continue
@@ -68,14 +68,14 @@ def stage_pictures(snapshots: Sequence[Snapshot], frame: Frame) -> list[tuple[st
         elif isinstance(value, Layout):
             pictures.append(("layout", _draw_layout(canvas, value)))
         elif isinstance(value, Spaces):
-            pictures.append((snapshot.stage, _draw_spaces(canvas, value, before)))
+            pictures.append((result.stage, _draw_spaces(canvas, value, before)))
             before = value
     return pictures
 
 
-def of_building(snapshots: Sequence[Snapshot], level_id: str, building_id: str) -> list[Snapshot]:
+def of_building(results: Sequence[StageResult], level_id: str, building_id: str) -> list[StageResult]:
     """Return the steps of the whole level, and of one of its buildings."""
-    return [snapshot for snapshot in snapshots if snapshot.id in {level_id, building_id}]
+    return [result for result in results if result.id in {level_id, building_id}]
 
 
 def sheet_of(pictures: Sequence[tuple[str, Picture]]) -> bytes:
@@ -84,10 +84,10 @@ def sheet_of(pictures: Sequence[tuple[str, Picture]]) -> bytes:
     return as_png(contact_sheet(images, min(len(images), _COLUMNS), titles))
 
 
-def _bounds(snapshots: Sequence[Snapshot]) -> Box:
+def _bounds(results: Sequence[StageResult]) -> Box:
     """Return the bounds of everything in the first stages; one metre if there is nothing."""
     seen: list[BaseGeometry] = []
-    for value in (snapshot.value for snapshot in snapshots):
+    for value in (result.value for result in results):
         if isinstance(value, Evidence):
             seen += [value.walls, value.furniture, value.rails, *([value.floor] if value.floor is not None else [])]
         elif isinstance(value, Planes):
@@ -155,7 +155,7 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
     return canvas.finish(f"{len(spaces.rooms)} rooms, {len(spaces.passages)} passages  {notes}", legend)
 
 
-def _paths(spaces: Spaces, pairs: Sequence[JoinedPair]) -> list[npt.NDArray[np.float64]]:
+def _paths(spaces: Spaces, pairs: Sequence[JoinedPoints]) -> list[npt.NDArray[np.float64]]:
     """Return the paths (n, 2) between pairs that cuts joined; pairs of parts that were left out have none."""
     if not pairs:
         return []

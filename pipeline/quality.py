@@ -28,7 +28,7 @@ _PICTURE_PX: Final = 240
 
 
 @dataclass(frozen=True)
-class Ground:
+class QualityGround:
     """One ground: its name in a plan's file, and its weight (0 or less)."""
 
     name: str
@@ -42,22 +42,22 @@ class Ground:
 
 BIAS: Final = 2.98
 GROUNDS: Final = (
-    Ground("cut_share", -4.81),
-    Ground("cut_off_share", -1.92),
-    Ground("patch_share", -1.52),
-    Ground("given_edge", -1.56),
-    Ground("guesses", -2.12),
-    Ground("floorless_room", -0.69),
-    Ground("roomless_floor_share", -1.31),
-    Ground("roomless_wall_share", -5.26),
-    Ground("idle_lintel_share", -2.49),
-    Ground("twin_door_share", -3.70),
-    Ground("odd_doors", 0.00),
-    Ground("odd_room_share", -1.57),
-    Ground("loose_end_share", -3.27),
-    Ground("left_out", -1.32),
-    Ground("unlike_spaces", -2.23),
-    Ground("sealed", -2.28),
+    QualityGround("cut_share", -4.81),
+    QualityGround("cut_off_share", -1.92),
+    QualityGround("patch_share", -1.52),
+    QualityGround("given_edge", -1.56),
+    QualityGround("guesses", -2.12),
+    QualityGround("floorless_room", -0.69),
+    QualityGround("roomless_floor_share", -1.31),
+    QualityGround("roomless_wall_share", -5.26),
+    QualityGround("idle_lintel_share", -2.49),
+    QualityGround("twin_door_share", -3.70),
+    QualityGround("odd_doors", 0.00),
+    QualityGround("odd_room_share", -1.57),
+    QualityGround("loose_end_share", -3.27),
+    QualityGround("left_out", -1.32),
+    QualityGround("unlike_spaces", -2.23),
+    QualityGround("sealed", -2.28),
 )
 
 
@@ -68,7 +68,7 @@ def score_quality(grounds: Mapping[str, float]) -> Quality:
     return Quality(round(1 / (1 + math.exp(-exponent)), _DIGITS), kept)
 
 
-def main_grounds(quality: Quality, most: int = 3) -> list[str]:
+def main_grounds_in_words(quality: Quality, most: int = 3) -> list[str]:
     """Return the grounds that speak most against a plan, in words, the weightiest first."""
     against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
     heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
@@ -86,7 +86,7 @@ def check_quality(plan: FloorPlan, least: float) -> None:
     quality = plan.quality
     if quality is None or quality.score >= least:
         return
-    grounds = "; ".join(main_grounds(quality)) or "no single ground"
+    grounds = "; ".join(main_grounds_in_words(quality)) or "no single ground"
     detail = f"expected a quality of {least:g} or more, found {quality.score:.2f} ({grounds})"
     advice = "look at it with houseexpo inspect; overrides.toml can say where doors are, or keep it"
     from houseexpo.drawing import draw_plan

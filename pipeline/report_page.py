@@ -31,7 +31,7 @@ from pipeline.batch.entry import Refused
 from pipeline.batch.plans import DamagedPlanError, Plans
 from pipeline.batch.store import FolderStore
 from pipeline.png import Picture, as_png
-from pipeline.quality import main_grounds
+from pipeline.quality import main_grounds_in_words
 from pipeline.report import longest, refused_of, stage_seconds
 
 SHOWN: Final = 50
@@ -182,7 +182,7 @@ def _plan_figure(plan: FloorPlan) -> str:
     lines = [plan.id]
     if plan.quality is not None:
         lines.append(f"quality {plan.quality.score:.2f}")
-        lines += main_grounds(plan.quality) if plan.quality.is_doubtful else []
+        lines += main_grounds_in_words(plan.quality) if plan.quality.is_doubtful else []
     return figure(f"pictures/{plan.id}.png", lines)
 
 

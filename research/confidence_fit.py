@@ -29,13 +29,13 @@ from scipy.optimize import minimize
 from shapely import Polygon
 
 from houseexpo.errors import HouseExpoError
-from pipeline.algorithm import stages
+from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages import confidence
-from pipeline.stages.grounds import measure_grounds
+from pipeline.stages.quality_grounds import measure_quality_grounds
 from pipeline.stages.rooms import name_rooms
 from pipeline.values import Evidence, Layout, Level, Spaces
 from tests.builders.judged import area_under_curve, damage_of
@@ -79,15 +79,15 @@ def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Par
     evidence = layout = spaces = None
     found: list[tuple[Level, Evidence, Layout, Spaces]] = []
     try:
-        for snapshot in stages(level, PipelineConfig(), np.random.default_rng(0)):
-            match snapshot.value:
+        for result in run_stages(level, PipelineConfig(), np.random.default_rng(0)):
+            match result.value:
                 case Evidence():
-                    evidence = snapshot.value
+                    evidence = result.value
                 case Layout():
-                    layout = snapshot.value
+                    layout = result.value
                 case Spaces():
-                    spaces = snapshot.value
-            if snapshot.stage == "plan" and evidence and layout and spaces:
+                    spaces = result.value
+            if result.stage == "plan" and evidence and layout and spaces:
                 found.append((level, evidence, layout, spaces))
     except Rejection:
         pass
@@ -98,13 +98,13 @@ def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Par
 def _judge_parts(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, known: Known, house: str, group: str
 ) -> Iterator[Part]:
-    grounds = measure_grounds(level, evidence, layout, spaces)
-    planned = confidence.Planned(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
+    grounds = measure_quality_grounds(level, evidence, layout, spaces)
+    planned = confidence.FinalBuilding(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
     features = confidence.passage_features(planned)
     for part, true in (("door", known.doors), ("entrance", known.entrances)):
         if part == "entrance" and not len(true):
             continue
-        which = [k for k, p in enumerate(spaces.passages) if confidence.part_of(p) == part]
+        which = [k for k, p in enumerate(spaces.passages) if confidence.model_for_passage(p) == part]
         middles = [spaces.passages[k].portal.centre for k in which]
         right = which_near(true, truths.in_source(level, np.asarray(middles).reshape(-1, 2)), truths.NEAR_M)
         for k, is_true in zip(which, right, strict=True):
@@ -197,7 +197,7 @@ def levels_of(path: Path) -> list[Level]:
     return found
 
 
-def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.Model:
+def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.LogisticModel:
     """Fit one model by greatest likelihood; a ridge keeps the weights of rare features small."""
     table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts])
     true = np.array([part.true for part in parts])
@@ -211,7 +211,7 @@ def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.Model:
 
     x = minimize(loss, np.zeros(len(names) + 1), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
     kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= 0.05}
-    return confidence.Model(round(float(x[0]), 2), kept)
+    return confidence.LogisticModel(round(float(x[0]), 2), kept)
 
 
 def weights_of(parts: Sequence[Part]) -> Floats:
@@ -235,7 +235,7 @@ def measures(scores: Floats, true: npt.NDArray[np.bool_]) -> dict[str, float]:
     }
 
 
-def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.Model]) -> Table:
+def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.LogisticModel]) -> Table:
     """Show how good the models are, a row for each part and group."""
     table = Table(title="Confidence of doors, entrances and rooms")
     for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error")):
@@ -252,7 +252,7 @@ def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.Model]) -> T
     return table
 
 
-def source_of(fitted: Mapping[str, confidence.Model]) -> str:
+def source_of(fitted: Mapping[str, confidence.LogisticModel]) -> str:
     """Return the text of ``weights.toml``."""
     lines = ["# Written by python -m research.confidence_fit; see pipeline/stages/confidence.py.", ""]
     for part in PARTS:

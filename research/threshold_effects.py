@@ -69,7 +69,7 @@ ROUNDS = (3, 4, 6, 10, 20, 40)
 """So many levels more a round."""
 MEMORY = 6 << 30
 SAME_AREA = 0.05
-FIRST_STAGES = {"evidence": "gather", "planes": "cut_planes", "layout": "lay_out"}
+FIRST_STAGES = {"evidence": "gather_evidence", "planes": "cut_planes", "layout": "close_openings"}
 """The stages whose results are kept, and the function of ``pipeline.algorithm`` that makes each."""
 WHOLE = ("evidence", "planes", "layout", "doors", "contour", "cells", "isolated")
 """The stages before a level is divided into buildings."""
@@ -253,12 +253,12 @@ def plan(level: Level, known: Planned | None = None, readers: Sequence[str] = ()
             stack.enter_context(_replaced(function, known.kept[stage]))
         last = max((WHOLE.index(r) if r in WHOLE else len(WHOLE) for r in readers), default=len(WHOLE))
         try:
-            for snapshot in algorithm.stages(level, PipelineConfig(), np.random.default_rng(0)):
-                if snapshot.stage == "refine" and isinstance(snapshot.value, Spaces):
-                    spaces[snapshot.id] = snapshot.value
-                hashes[f"{snapshot.stage} {snapshot.id}"] = key = digest(snapshot.value)
-                at = WHOLE.index(snapshot.stage) if snapshot.stage in WHOLE else len(WHOLE)
-                if known and last <= at < len(WHOLE) and known.hashes[f"{snapshot.stage} {snapshot.id}"] == key:
+            for result in algorithm.run_stages(level, PipelineConfig(), np.random.default_rng(0)):
+                if result.stage == "refine" and isinstance(result.value, Spaces):
+                    spaces[result.id] = result.value
+                hashes[f"{result.stage} {result.id}"] = key = digest(result.value)
+                at = WHOLE.index(result.stage) if result.stage in WHOLE else len(WHOLE)
+                if known and last <= at < len(WHOLE) and known.hashes[f"{result.stage} {result.id}"] == key:
                     return known.hashes, known.house
         except Rejection as rejection:
             hashes["rejected"] = str(rejection.reason)
@@ -351,17 +351,17 @@ def first_plan(level: Level) -> Planned | None:
             start = time.process_time()
             sys.settrace(calls)
             try:
-                for snapshot in algorithm.stages(level, PipelineConfig(), np.random.default_rng(0)):
+                for result in algorithm.run_stages(level, PipelineConfig(), np.random.default_rng(0)):
                     sys.settrace(None)
-                    stage = snapshot.stage if snapshot.stage in WHOLE else "rest"
+                    stage = result.stage if result.stage in WHOLE else "rest"
                     seconds[stage] = seconds.get(stage, 0.0) + time.process_time() - start
                     ran[stage] |= here
                     here.clear()
                     if stage in FIRST_STAGES:
-                        kept[stage] = snapshot.value
-                    if snapshot.stage == "refine" and isinstance(snapshot.value, Spaces):
-                        spaces[snapshot.id] = snapshot.value
-                    hashes[f"{snapshot.stage} {snapshot.id}"] = digest(snapshot.value)
+                        kept[stage] = result.value
+                    if result.stage == "refine" and isinstance(result.value, Spaces):
+                        spaces[result.id] = result.value
+                    hashes[f"{result.stage} {result.id}"] = digest(result.value)
                     start = time.process_time()
                     sys.settrace(calls)
             except Rejection as rejection:

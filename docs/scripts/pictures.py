@@ -18,7 +18,7 @@ from PIL import Image
 
 import houseexpo
 from houseexpo.drawing.draw import contact_sheet, draw_plan
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
@@ -58,7 +58,7 @@ def draw_homes(file: Path = HOMES) -> None:
     """Write a contact sheet of the first homes of seed 1."""
     items = islice(find("procedural:1000", seed="1"), N_HOMES)
     levels = [level for item in items for level in reader(item.reader).read(item)]
-    plans = [plan_house(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
+    plans = [plan_largest_building(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
     captions = [f"{plan.room_num} rooms, {plan.area:.0f} m2" for plan in plans]
     Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
 
@@ -67,7 +67,7 @@ def draw_readers(folder: Path = IMAGES) -> None:
     """Write a home beside its ROS map, its grids, and the rooms that are found in its published form."""
     (item,) = (item for item in find("procedural:300", seed="2019") if item.id == SHOWN)
     (level,) = reader(item.reader).read(item)
-    plan = plan_house(level, PipelineConfig(), np.random.default_rng(0))
+    plan = plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
     with tempfile.TemporaryDirectory() as made:
         ros = houseexpo.export([plan], "ros", Path(made) / "ros")
         (published,) = houseexpo.export([plan], "json", Path(made) / "json")

@@ -19,25 +19,25 @@ from pipeline.timing import time_stages
 from pipeline.values import Level, RejectedLevel
 
 if TYPE_CHECKING:
-    from pipeline.algorithm import Snapshot
+    from pipeline.algorithm import StageResult
 
 
 def by_algorithm_with_pictures(
     level: Level, config: PipelineConfig, rng: np.random.Generator
 ) -> Sequence[Drawn | RejectedLevel]:
     """Plan a level as ``by_algorithm`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""
-    from pipeline.algorithm import stages
+    from pipeline.algorithm import run_stages
 
-    seen = list(time_stages(stages(level, config, rng), attrgetter("stage")))
+    seen = list(time_stages(run_stages(level, config, rng), attrgetter("stage")))
     return list(time_stages(_outcomes(seen, level), lambda _: "pictures"))
 
 
-def _outcomes(seen: Sequence[Snapshot], level: Level) -> Iterator[Drawn | RejectedLevel]:
+def _outcomes(seen: Sequence[StageResult], level: Level) -> Iterator[Drawn | RejectedLevel]:
     from pipeline.pictures import of_building, sheet_of, stage_pictures
 
-    for snapshot in seen:
-        if isinstance(snapshot.value, RejectedLevel):
-            yield snapshot.value
-        elif isinstance(snapshot.value, FloorPlan):
-            own = of_building(seen, level.id, snapshot.id)
-            yield Drawn(snapshot.value, sheet_of(stage_pictures(own, level.frame)))
+    for result in seen:
+        if isinstance(result.value, RejectedLevel):
+            yield result.value
+        elif isinstance(result.value, FloorPlan):
+            own = of_building(seen, level.id, result.id)
+            yield Drawn(result.value, sheet_of(stage_pictures(own, level.frame)))

@@ -36,7 +36,7 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     return sorted(found, key=lambda p: (-p.area, p.bounds)) if len(found) > 1 else found
 
 
-def dot(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
+def dot_product(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
     """Return the scalar products of plane vectors (..., 2) and (2,), or of as many, written out.
 
     Of two single vectors, ``@`` rounds as the processor's own kernel of the linear algebra library does: one machine's
@@ -45,7 +45,7 @@ def dot(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
     return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
 
 
-def areas(shape: BaseGeometry) -> BaseGeometry:
+def drop_lines_and_points(shape: BaseGeometry) -> BaseGeometry:
     """Return only the areas of a geometry."""
     if shapely.get_type_id(shape) in _AREAS:
         return shape
@@ -68,32 +68,32 @@ def clip_to_box(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float)
     try:
         return shapely.clip_by_rect(shape, x1, y1, x2, y2)
     except shapely.errors.GEOSException:  # quick, and defeated by rings that touch the edge in a point
-        return overlap(shape, shapely.box(x1, y1, x2, y2))
+        return intersect(shape, shapely.box(x1, y1, x2, y2))
 
 
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """Return what of ``a`` is not in ``b``."""
-    return areas(_robust(shapely.difference, a, b))
+    return drop_lines_and_points(_robust(shapely.difference, a, b))
 
 
-def overlap(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
+def intersect(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """Return what ``a`` and ``b`` share."""
-    return areas(_robust(shapely.intersection, a, b))
+    return drop_lines_and_points(_robust(shapely.intersection, a, b))
 
 
-def overlaps(a: Shapes, b: Shapes) -> Shapes:
+def intersect_pairs(a: Shapes, b: Shapes) -> Shapes:
     """Return what each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
     return _overlay_pairs(shapely.intersection, a, b)
 
 
-def differences(a: Shapes, b: Shapes) -> Shapes:
+def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:
     """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
     return _overlay_pairs(shapely.difference, a, b)
 
 
-def union_of(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
+def unite(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
     """Return all of them in one."""
-    return areas(_robust(shapely.union_all, list(shapes)))
+    return drop_lines_and_points(_robust(shapely.union_all, list(shapes)))
 
 
 def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometry:
@@ -113,14 +113,14 @@ def _overlay_pairs(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shape
         return np.asarray(operation(a, b))
     except shapely.errors.GEOSException:
         found = np.empty(len(a), np.object_)
-        found[:] = [areas(_robust(operation, one, other)) for one, other in zip(a, b, strict=True)]
+        found[:] = [drop_lines_and_points(_robust(operation, one, other)) for one, other in zip(a, b, strict=True)]
         return found
 
 
 def _mend(shape: Any) -> Any:
     """A shape, or each of a list of them, valid and without the lines that mending leaves."""
     if isinstance(shape, BaseGeometry):
-        return areas(shapely.make_valid(shape))
+        return drop_lines_and_points(shapely.make_valid(shape))
     return [_mend(each) for each in shape]
 
 
@@ -145,39 +145,39 @@ def enclosed_pieces(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
     hole_of, part_in = shapely.STRtree(parts).query(holes, predicate="contains")
     for k, hole in enumerate(holes):
         standing = [Polygon(parts[i].exterior) for i in part_in[hole_of == k]]  # its own holes come by themselves
-        free += polygons_of(subtract(hole, union_of(standing))) if standing else [hole]
+        free += polygons_of(subtract(hole, unite(standing))) if standing else [hole]
     free.sort(key=lambda p: (-p.area, p.bounds))
     rooms = [p for p in free if p.area > SPECK_M2]
     specks = free[len(rooms) :]
-    return (union_of([walls, *specks]) if specks else walls), rooms
+    return (unite([walls, *specks]) if specks else walls), rooms
 
 
 def fill_enclosed(walls: BaseGeometry) -> BaseGeometry:
     """Return the walls and all that they close."""
-    return union_of(Polygon(part.exterior) for part in polygons_of(walls))
+    return unite(Polygon(part.exterior) for part in polygons_of(walls))
 
 
-def drop_thinner(shape: BaseGeometry, width_m: float) -> BaseGeometry:
+def drop_thin_parts(shape: BaseGeometry, width_m: float) -> BaseGeometry:
     """Return the shape without what is thinner than ``width_m`` (morphological opening, square corners)."""
     eroded = buffer_mitred(shape, -width_m / 2)
     if eroded.is_empty:
         return eroded
     grown = buffer_mitred(eroded, width_m / 2 + 1e-6)
-    return overlap(grown, shape)
+    return intersect(grown, shape)
 
 
-def each_opened(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
-    """``drop_thinner`` for each of the shapes."""
+def drop_thin_parts_of_each(shapes: Sequence[BaseGeometry], width_m: float) -> Shapes:
+    """``drop_thin_parts`` for each of the shapes."""
     given = np.array(shapes, dtype=np.object_)
-    return overlaps(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
+    return intersect_pairs(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
 
 
-def too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
+def are_too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
     """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
     return np.asarray(shapely.is_empty(buffer_mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
 
 
-def locate(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:
+def locate_points(points: npt.NDArray[np.float64], rooms: list[Polygon], walls: BaseGeometry) -> npt.NDArray[np.int64]:
     """For each point (n, 2): the index of the room that holds it, WALL, or OUTSIDE."""
     found = np.full(len(points), OUTSIDE, np.int64)
     if not len(points):
@@ -200,7 +200,7 @@ Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Outlines:
+class OutlineCorners:
     """Corners (n, 2) of unclosed rings, one after the other, the area on their left.
 
     ``ring`` (n,) ascends and says in which ring a corner is, ``area`` (n,) of which of the areas.
@@ -232,12 +232,12 @@ class Outlines:
     def _last(self) -> Indices:
         return np.flatnonzero(np.diff(self.ring, append=-1))
 
-    def only(self, kept: npt.NDArray[np.bool_]) -> Outlines:
+    def only(self, kept: npt.NDArray[np.bool_]) -> OutlineCorners:
         """Return the same rings with these of the corners (n,)."""
-        return Outlines(self.points[kept], self.ring[kept], self.area[kept])
+        return OutlineCorners(self.points[kept], self.ring[kept], self.area[kept])
 
 
-def outlines(areas: Sequence[Polygon], detail_m: float) -> Outlines:
+def trace_outlines(areas: Sequence[Polygon], detail_m: float) -> OutlineCorners:
     """Return the rings of some areas, without details smaller than ``detail_m``.
 
     Simplifying (Douglas-Peucker) keeps the point that lies farthest from the line between two others. Of the points of
@@ -246,11 +246,11 @@ def outlines(areas: Sequence[Polygon], detail_m: float) -> Outlines:
     shapes = shapely.orient_polygons(shapely.simplify(np.array(areas, dtype=np.object_), detail_m))
     rings, of_area = shapely.get_rings(shapes, return_index=True)
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    closed = Outlines(points, ring, of_area[ring])
+    closed = OutlineCorners(points, ring, of_area[ring])
     return _corners(closed.only(np.diff(ring, append=-1) == 0), detail_m)
 
 
-def _corners(found: Outlines, detail_m: float) -> Outlines:
+def _corners(found: OutlineCorners, detail_m: float) -> OutlineCorners:
     """Return the points that lie off the line between their neighbours; of two in a row that do not, the first goes."""
     before = found.points[found.before]
     along, to = found.points[found.after] - before, found.points - before

@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clip_to_box, dot, overlap
+from pipeline.geometry.areas import clip_to_box, dot_product, intersect
 from pipeline.geometry.meshes import Box
 from pipeline.tolerances import (
     AROUND_M,
@@ -51,7 +51,7 @@ class Doorway:
     has_door: bool = True
 
 
-def rectangle(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
+def box_polygon(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
     """Return the plan of a box, or of one as wide and deep in its place."""
     a = box.along * (box.width if width is None else width) / 2
     d = box.across * (box.thickness if depth is None else depth) / 2
@@ -61,15 +61,15 @@ def rectangle(box: Box, *, width: float | None = None, depth: float | None = Non
 
 def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
     """A doorway as its source draws it, drawn in to the faces of the wall that it lies in, where that is known."""
-    found = doorway(box_of(polygon), walls)
+    found = doorway_around_leaf(box_around_polygon(polygon), walls)
     if found is None:
         return polygon
-    drawn = rectangle(found)
-    kept = overlap(drawn, polygon).area > 0.5 * min(drawn.area, polygon.area)
+    drawn = box_polygon(found)
+    kept = intersect(drawn, polygon).area > 0.5 * min(drawn.area, polygon.area)
     return drawn if kept else polygon  # between two walls the one beside it may look nearer
 
 
-def box_of(polygon: Polygon) -> Box:
+def box_around_polygon(polygon: Polygon) -> Box:
     """Return the smallest rectangle around a plan polygon, as a box without height."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))[:4]
     edge = corners[1] - corners[0], corners[2] - corners[1]
@@ -79,7 +79,7 @@ def box_of(polygon: Polygon) -> Box:
     return Box(corners.mean(axis=0), along, length[k], length[1 - k], 0.0, 0.0)
 
 
-def doorway(box: Box, walls: BaseGeometry) -> Box | None:
+def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
     """Return the doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
 
     Either walls meet both of its ends within ``BESIDE_M``, or it stands in a wall that runs on through it.
@@ -151,7 +151,7 @@ def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
         ray = shapely.linestrings([start + half / 2 * on, start + (half + BESIDE_M) * on])
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
-            found.append(float(np.min(dot(shapely.get_coordinates(hit) - start, on))))
+            found.append(float(np.min(dot_product(shapely.get_coordinates(hit) - start, on))))
     return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < SLIVER_M) else None
 
 
@@ -163,7 +163,7 @@ def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | No
     for part in shapely.get_parts(shapely.intersection(line, walls)):
         if part.is_empty:
             continue
-        across = dot(shapely.get_coordinates(part) - point, box.across)
+        across = dot_product(shapely.get_coordinates(part) - point, box.across)
         low, high = float(across.min()), float(across.max())
         if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
             best = (low, high)

@@ -12,8 +12,16 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, clip_to_box, dot, drop_thinner, overlap, polygons_of, union_of
-from pipeline.geometry.doorways import Doorway, box_of, doorway, fit_into_wall, rectangle
+from pipeline.geometry.areas import (
+    buffer_mitred,
+    clip_to_box,
+    dot_product,
+    drop_thin_parts,
+    intersect,
+    polygons_of,
+    unite,
+)
+from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, doorway_around_leaf, fit_into_wall
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 from pipeline.tolerances import (
     CM_M,
@@ -89,7 +97,7 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
 def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     """Return the parts in groups of those that touch."""
     boxes = [parts[k] for k in keys]
-    shapes = np.array([rectangle(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
+    shapes = np.array([box_polygon(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
     graph = nx.Graph()
     graph.add_nodes_from(range(len(keys)))
     if len(keys) > 1:
@@ -106,7 +114,7 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     wide = sorted((k for k in group if parts[k].width >= LEAF_WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
     for k in wide:
-        same = [each for each in parted if abs(dot(parts[each[0]].along, parts[k].along)) > PARALLEL]
+        same = [each for each in parted if abs(dot_product(parts[each[0]].along, parts[k].along)) > PARALLEL]
         if same:
             same[0].append(k)
         else:
@@ -120,12 +128,12 @@ def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
 
 def _distance(box: Box, post: Box) -> float:
     """Return how far a post stands from a plate in plan, metres."""
-    return float(rectangle(box).distance(shapely.points(post.centre)))
+    return float(box_polygon(box).distance(shapely.points(post.centre)))
 
 
 def _is_square(box: Box, post: Box) -> bool:
     """Return whether a post stands parallel to a box or at right angles to it."""
-    along = abs(dot(box.along, post.along))
+    along = abs(dot_product(box.along, post.along))
     return bool(along > PARALLEL or along < SQUARE_LEAVES)
 
 
@@ -143,7 +151,7 @@ def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
 
 def _depth(box: Box, plates: list[Box]) -> float:
     """From the near face of the first plate to the far face of the last, metres across the box."""
-    at = [(float(dot(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
+    at = [(float(dot_product(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
     return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
 
 
@@ -172,8 +180,8 @@ def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
 
 def _holds(box: Box, part: Box) -> bool:
     to = part.centre - box.centre
-    aside = abs(dot(to, box.across)) < box.thickness / 2 and abs(dot(to, box.along)) < 0.15 * box.width
-    return bool(aside and abs(dot(box.along, part.along)) > PARALLEL)
+    aside = abs(dot_product(to, box.across)) < box.thickness / 2 and abs(dot_product(to, box.along)) < 0.15 * box.width
+    return bool(aside and abs(dot_product(box.along, part.along)) > PARALLEL)
 
 
 def _volume(bodies: Bodies, body: int) -> float:
@@ -194,16 +202,16 @@ def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
 def _plates(leaf: Leaf) -> int:
     """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
     wide = [part for part in leaf.parts if part.width >= LEAF_WIDTH_M[0]]
-    at = sorted(float(dot(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
+    at = sorted(float(dot_product(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
     return 1 + int((np.diff(at) > LEAF_WIDTH_M[0] / 2).sum()) if at else 0
 
 
 def _in_row(one: Box, other: Box) -> bool:
     to = other.centre - one.centre
     return bool(
-        abs(dot(one.along, other.along)) > PARALLEL
-        and abs(dot(to, one.across)) < 0.1
-        and abs(dot(to, one.along)) < (one.width + other.width) / 2 + PARTITION_M
+        abs(dot_product(one.along, other.along)) > PARALLEL
+        and abs(dot_product(to, one.across)) < 0.1
+        and abs(dot_product(to, one.along)) < (one.width + other.width) / 2 + PARTITION_M
     )
 
 
@@ -246,7 +254,7 @@ def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
     near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
     top = min(ceiling_m - HAND_M, CUBICLE_HIGHEST_M)
     near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
-    partitions = [rectangle(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
+    partitions = [box_polygon(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
 
@@ -255,8 +263,8 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
     """Yield the thin upright boxes among bodies that lie in line with a plate."""
     for k in np.flatnonzero(near):
         each = bodies.box(int(k))
-        aside = abs(dot(each.centre - box.centre, box.across))
-        parallel = abs(dot(each.along, box.along)) > IN_ONE_LINE
+        aside = abs(dot_product(each.centre - box.centre, box.across))
+        parallel = abs(dot_product(each.along, box.along)) > IN_ONE_LINE
         if each.thickness <= SHEET_M and aside < SHEET_M and parallel:
             yield each
 
@@ -278,12 +286,12 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     before a wall that goes on (a shelf, a pile of boards) makes none.
     """
     found = [pair for pair in _door_recesses(lintels, walls, DOORWAY_M) if _has_jambs(pair[0], walls)]
-    return polygons_of(union_of(_with_lintel(leaf, lintel) for lintel, leaf in found))
+    return polygons_of(unite(_with_lintel(leaf, lintel) for lintel, leaf in found))
 
 
 def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
     """Return whether wall stands at both ends of a lintel, in line with it."""
-    box = box_of(lintel)
+    box = box_around_polygon(lintel)
     reach = (box.width / 2 + STAND_M) * box.along
     ends = shapely.points([box.centre - reach, box.centre + reach])
     return bool((shapely.distance(ends, walls) < STAND_M).all())
@@ -294,7 +302,7 @@ def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry, *, any_width: bo
 
     ``any_width``: so does it where the pane is as wide as a door, since all doors are known.
     """
-    bare = lintels if any_width else drop_thinner(lintels, HAND_M)  # without the seams of a ceiling that end at them
+    bare = lintels if any_width else drop_thin_parts(lintels, HAND_M)  # without the seams of a ceiling that end at them
     least = DOORWAY_M[0] if any_width else DOORWAY_M[1]
     return [lintel for lintel, _ in _door_recesses(bare, walls, (least, np.inf))]
 
@@ -305,7 +313,7 @@ def _door_recesses(
     """Slim lintels of such widths, each with the thin piece of wall beside it."""
     found = []
     for lintel in polygons_of(lintels):
-        box = box_of(lintel)
+        box = box_around_polygon(lintel)
         slim = CRACK_M <= box.thickness <= THICK_WALL_M and width_m[0] <= box.width <= width_m[1]
         if not slim or lintel.area < LARGELY * box.width * box.thickness:
             continue
@@ -320,7 +328,7 @@ def _door_recesses(
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
     """A leaf and the lintel beside it as one area."""
-    return buffer_mitred(buffer_mitred(union_of([leaf, lintel]), CM_M), -CM_M)
+    return buffer_mitred(buffer_mitred(unite([leaf, lintel]), CM_M), -CM_M)
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
@@ -333,7 +341,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
         parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
         if not parts:
             continue
-        ends = dot(shapely.get_coordinates(parts[0]) - foot, across)
+        ends = dot_product(shapely.get_coordinates(parts[0]) - foot, across)
         if ends.min() <= 0.03 and ends.max() <= HAND_M + 0.02:
             found.append(float(ends.max() - ends.min()))
     return float(np.median(found)) if len(found) >= len(LOOK_SHARES) - 1 else None
@@ -341,8 +349,8 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
 
 def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[Polygon]:
     centre = box.centre + sign * box.across * (box.thickness + thickness) / 2
-    strip = rectangle(Box(centre, box.along, box.width, thickness + 0.02, 0.0, 0.0))
-    return polygons_of(overlap(strip, walls))[:1]
+    strip = box_polygon(Box(centre, box.along, box.width, thickness + 0.02, 0.0, 0.0))
+    return polygons_of(intersect(strip, walls))[:1]
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -363,7 +371,7 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class JudgedLeaves:
     """What the leaves are: doorways, leaves closed or open, bodies that are wall after all, furniture (plan areas)."""
 
     doorways: tuple[Doorway, ...]
@@ -372,26 +380,26 @@ class Judged:
     furniture: BaseGeometry
 
 
-def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> Judged:
+def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
     """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
     doorways: list[Doorway] = []
     found: list[Polygon] = []
     pieces: list[int] = []
     things: list[Polygon] = []
     for leaf in leaves:
-        way = doorway(leaf.box, walls)
-        plan = rectangle(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
+        way = doorway_around_leaf(leaf.box, walls)
+        plan = box_polygon(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
         if leaf.box.thickness <= HAND_M and _stands_ajar(leaf.box, hanging):  # R7
             found.append(plan)
             continue
         over = _thickness_above(leaf.box, hanging)
         if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
-            doorways.append(Doorway(rectangle(way), "leaf"))
+            doorways.append(Doorway(box_polygon(way), "leaf"))
             found.append(plan)
         elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not _is_framed(leaf, over):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
-            doorways.append(Doorway(rectangle(way), "leaf"))
+            doorways.append(Doorway(box_polygon(way), "leaf"))
             found.append(plan)
         elif over > 0:
             pieces += leaf.bodies
@@ -399,7 +407,7 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
             found.append(plan)
         else:
             things.append(plan)
-    return Judged(tuple(doorways), tuple(found), tuple(pieces), union_of(things))
+    return JudgedLeaves(tuple(doorways), tuple(found), tuple(pieces), unite(things))
 
 
 def _is_framed(leaf: Leaf, wall_m: float) -> bool:
@@ -411,9 +419,9 @@ def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
     """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
     x, y = box.centre
     near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
-    if overlap(rectangle(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
+    if intersect(box_polygon(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
         return 0.0
-    wide = overlap(rectangle(box, depth=2 * WALL_M), near)
+    wide = intersect(box_polygon(box, depth=2 * WALL_M), near)
     return float(wide.area / box.width)
 
 
@@ -426,35 +434,35 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
     if near.is_empty:
         return False
     beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < THIN_WALL_M]
-    return any(abs(box_of(p).width - box.width) < SOME * box.width for p in beside)
+    return any(abs(box_around_polygon(p).width - box.width) < SOME * box.width for p in beside)
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
     """R7."""
-    plan = rectangle(box, depth=max(box.thickness, SHEET_M))
+    plan = box_polygon(box, depth=max(box.thickness, SHEET_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
-    lintels = [(p, box_of(p)) for p in parts]
-    own = any(abs(dot(lintel.along, box.along)) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
+    lintels = [(p, box_around_polygon(p)) for p in parts]
+    own = any(abs(dot_product(lintel.along, box.along)) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
     return not own and any(
         shapely.distance(ends, p).min() < THIN_WALL_M
-        and abs(dot(lintel.along, box.along)) < IN_ONE_LINE
+        and abs(dot_product(lintel.along, box.along)) < IN_ONE_LINE
         and abs(lintel.width - box.width) < SOME * box.width
         for p, lintel in lintels
     )
 
 
-def known_doorways(
-    named: Iterable[Doorway], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: Judged
+def find_known_doorways(
+    named: Iterable[Doorway], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: JudgedLeaves
 ) -> tuple[list[Doorway], list[Polygon]]:
     """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
     for box in (box for mesh in doors for box in _boxes(mesh)):
-        leaves.append(rectangle(box, depth=max(box.thickness, SHEET_M)))
-        way = None if _stands_ajar(box, lintels) else doorway(box, walls)  # R7
+        leaves.append(box_polygon(box, depth=max(box.thickness, SHEET_M)))
+        way = None if _stands_ajar(box, lintels) else doorway_around_leaf(box, walls)  # R7
         if way is not None:
-            found.append(Doorway(rectangle(way), "named"))
+            found.append(Doorway(box_polygon(way), "named"))
     found += judged.doorways
     found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
@@ -465,7 +473,7 @@ def _each_once(doorways: list[Doorway]) -> list[Doorway]:
     kept: list[Doorway] = []
     for doorway_ in doorways:
         area = doorway_.polygon.area
-        if not any(overlap(doorway_.polygon, k.polygon).area > SOME * min(area, k.polygon.area) for k in kept):
+        if not any(intersect(doorway_.polygon, k.polygon).area > SOME * min(area, k.polygon.area) for k in kept):
             kept.append(doorway_)
     return kept
 

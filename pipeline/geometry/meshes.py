@@ -15,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, areas
+from pipeline.geometry.areas import EMPTY, drop_lines_and_points
 from pipeline.tolerances import MANY_FACES, MM_M, POINT_M
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def label_pieces(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[n
     return np.asarray(connected_components(links, directed=False)[1][faces[:, 0]], np.int64)
 
 
-def closed_pieces(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def are_pieces_closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """For each piece whether all of its edges have a face on both sides."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     key = edges[:, 0] * (int(faces.max()) + 1) + edges[:, 1]
@@ -128,7 +128,7 @@ class Bodies:
             low = mesh.vertices.min(axis=0, initial=np.inf)[None]
             return cls(mesh, np.zeros(len(faces), np.int64), low, mesh.vertices.max(axis=0, initial=-np.inf)[None])
         label = label_pieces(faces, len(mesh.vertices))
-        loose = ~closed_pieces(faces, label)[label]
+        loose = ~are_pieces_closed(faces, label)[label]
         if loose.any():  # R2
             place = _places(mesh.vertices)
             joined = label_pieces(place[faces[loose]], len(mesh.vertices))
@@ -196,6 +196,8 @@ def footprint(mesh: Mesh) -> BaseGeometry:
         return EMPTY
     corners = mesh.vertices[mesh.faces][:, :, :2]
     if len(mesh.faces) > MANY_FACES:
-        return areas(shapely.convex_hull(shapely.multipoints(np.unique(corners.reshape(-1, 2), axis=0))))
+        return drop_lines_and_points(
+            shapely.convex_hull(shapely.multipoints(np.unique(corners.reshape(-1, 2), axis=0)))
+        )
     triangles = shapely.polygons(corners)
-    return areas(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=MM_M))
+    return drop_lines_and_points(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=MM_M))

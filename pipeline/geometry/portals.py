@@ -14,7 +14,16 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import WALL, Shapes, areas, clip_to_box, dot, locate, outlines, overlaps
+from pipeline.geometry.areas import (
+    WALL,
+    Shapes,
+    clip_to_box,
+    dot_product,
+    drop_lines_and_points,
+    intersect_pairs,
+    locate_points,
+    trace_outlines,
+)
 from pipeline.tolerances import (
     AROUND_M,
     CRACK_M,
@@ -92,13 +101,13 @@ class Portal:
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
 
-def strips_of(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
+def portal_strips(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
     """Return the ``strip`` of each portal (n,)."""
     corners = [portal.corners(deeper_m=deeper_m, wider_m=wider_m) for portal in portals]
     return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
 
 
-def join_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
+def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
     """One portal for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
@@ -116,9 +125,13 @@ def join_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
 
 def _offsets(whole: Portal, other: Portal) -> tuple[float, float, float]:
     """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
-    half = abs(dot(other.along, whole.along)) * other.width / 2
+    half = abs(dot_product(other.along, whole.along)) * other.width / 2
     to = other.centre - whole.centre
-    return float(dot(to, whole.along) - half), float(dot(to, whole.along) + half), float(dot(to, whole.across))
+    return (
+        float(dot_product(to, whole.along) - half),
+        float(dot_product(to, whole.along) + half),
+        float(dot_product(to, whole.across)),
+    )
 
 
 def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
@@ -135,7 +148,7 @@ def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
 
 def distance_in_row(whole: Portal, other: Portal) -> float | None:
     """Metres between the near ends of two portals between the same spaces, or None if they are not in one row."""
-    if set(whole.sides) != set(other.sides) or abs(dot(whole.along, other.along)) < PARALLEL:
+    if set(whole.sides) != set(other.sides) or abs(dot_product(whole.along, other.along)) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)
     if abs(aside) > (whole.depth + other.depth) / 2:
@@ -158,7 +171,7 @@ def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, 
     taken: list[tuple[float, float]] = []
     for part in blocked:
         points = shapely.get_coordinates(part) - portal.centre
-        across, along = dot(points, portal.across), dot(points, portal.along)
+        across, along = dot_product(points, portal.across), dot_product(points, portal.along)
         if len(points) and np.ptp(across) > STAND_M:
             taken.append((float(along.min()), float(along.max())))
     free, at, half = [], -portal.width / 2, portal.width / 2
@@ -216,15 +229,15 @@ def find_portals(
         return [[] for _ in pieces]
     of_piece = np.array([k for k, _ in facing])
     near = _pieces_near(pieces, door_plane)
-    strips = strips_of([whole for _, whole in facing])
-    filled = shapely.area(overlaps(strips, np.array(pieces, dtype=np.object_)[of_piece]))
-    standing = overlaps(strips, near[of_piece])
+    strips = portal_strips([whole for _, whole in facing])
+    filled = shapely.area(intersect_pairs(strips, np.array(pieces, dtype=np.object_)[of_piece]))
+    standing = intersect_pairs(strips, near[of_piece])
     real = filled + shapely.area(standing) >= NEARLY_ALL * shapely.area(strips)
     found: list[list[Portal]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
-        found[k] += [whole.part_between(s, e) for s, e in free_intervals(whole, areas(standing[j]))]
-    return [join_rows(each, plane) for each, plane in zip(found, near, strict=True)]
+        found[k] += [whole.part_between(s, e) for s, e in free_intervals(whole, drop_lines_and_points(standing[j]))]
+    return [join_portals_in_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 
 def _pieces_near(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
@@ -240,7 +253,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     found: list[list[_Stretch]] = [[] for _ in pieces]
     if not pieces:
         return found
-    outline = outlines(pieces, 2 * LAP_M)
+    outline = trace_outlines(pieces, 2 * LAP_M)
     start = outline.points
     edge = start[outline.after] - start
     steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
@@ -253,7 +266,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     along = b - a
     length = np.hypot(*along.T)
     outwards = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.where(length > 0, length, 1.0)[:, None]
-    faces = locate((a + b) / 2 + CRACK_M * outwards, rooms, walls)
+    faces = locate_points((a + b) / 2 + CRACK_M * outwards, rooms, walls)
     change = np.flatnonzero((np.diff(edges) != 0) | (np.diff(faces) != 0)) + 1
     first, last = np.concatenate([[0], change]), np.concatenate([change, [len(a)]]) - 1
     long = np.hypot(*(b[last] - a[first]).T) > SHEET_M
@@ -268,16 +281,16 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
         return None
     d1, d2 = first.b - first.a, second.b - second.a
     u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
-    if dot(u1, u2) > -PARALLEL:
+    if dot_product(u1, u2) > -PARALLEL:
         return None
     along = u1 - u2  # the two run against each other
     along /= math.hypot(*along)
     across = np.array([-along[1], along[0]])  # into the piece, seen from the first stretch
-    depth = float(dot((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
-    low = max(dot(first.a, along), dot(second.b, along))
-    high = min(dot(first.b, along), dot(second.a, along))
+    depth = float(dot_product((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
+    low = max(dot_product(first.a, along), dot_product(second.b, along))
+    high = min(dot_product(first.b, along), dot_product(second.a, along))
     if not 0 < depth <= STONE_WALL_M or high - low < SHEET_M:
         return None
-    middle = dot((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
+    middle = dot_product((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle
     return Portal(centre, along, float(high - low), depth, (first.faces, second.faces))

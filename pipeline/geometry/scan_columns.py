@@ -117,7 +117,7 @@ def is_scan(mesh: Mesh) -> bool:
     return bool(area[upright & (edges < DENSE_M)].sum() > LARGELY * area[upright].sum() > 0)
 
 
-def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
+def columns_of_mesh(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
     """Return the columns of a mesh between two heights above the floor."""
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -126,7 +126,7 @@ def columns_of(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Column
     heights = np.arange(low_m, high_m, STAND_M)
     ends, plane = _cuts(corners[~flat], heights)
     along = sharpest_direction(ends.mean(axis=1), _main_direction(ends))
-    raster = raster_over(ends.reshape(-1, 2), along, cell_m)
+    raster = raster_around_points(ends.reshape(-1, 2), along, cell_m)
     stands = np.zeros((len(heights), *raster.shape), bool)
     if len(ends):
         points, at = _points(ends, plane, raster.cell_m)
@@ -158,7 +158,7 @@ def _at(low: Floats, high: Floats, z: Floats) -> Floats:
     return np.asarray(low[:, :2] + share[:, None] * (high - low)[:, :2])
 
 
-def raster_over(plan: Floats, along: Floats, cell_m: float) -> Raster:
+def raster_around_points(plan: Floats, along: Floats, cell_m: float) -> Raster:
     """R1: a raster over plan points (n, 2) with a margin, its cells larger where they would be too many."""
     axes = np.array([along, [-along[1], along[0]]])
     turned = plan @ axes.T
@@ -235,7 +235,7 @@ STEPS = 4
 MAX_PIXELS = 16_000_000
 
 
-def denoise(points: Floats) -> Floats:
+def denoise_points(points: Floats) -> Floats:
     """Return the points (n, 3) that stand, each moved to the ridge of its wall by mean shift; outliers are dropped."""
     if not len(points):
         return points
@@ -286,7 +286,7 @@ TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float) -> Columns:
     """Return the columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
     inside = (points[:, 2] >= low_m) & (points[:, 2] < high_m)
-    standing = denoise(points[inside])
+    standing = denoise_points(points[inside])
     raster = _raster(standing[:, :2], cell_m)
     cells = raster.cells(standing[:, :2])
     step = _step(cells, float(np.ptp(standing[:, 2])) if len(standing) else 0.0)
@@ -307,7 +307,7 @@ def _raster(plan: Floats, cell_m: float) -> Raster:
     """R1; the points may lie on a grid of their own, which is the sharpest of all."""
     off = np.random.default_rng(0).uniform(-cell_m / 2, cell_m / 2, plan.shape)
     along = sharpest_direction(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
-    return raster_over(plan, sharpest_direction(plan + off, along), cell_m)
+    return raster_around_points(plan, sharpest_direction(plan + off, along), cell_m)
 
 
 def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:

@@ -13,7 +13,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import areas, buffer_mitred, subtract, union_of
+from pipeline.geometry.areas import buffer_mitred, drop_lines_and_points, subtract, unite
 from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
 from pipeline.tolerances import (
     AROUND_M,
@@ -90,7 +90,7 @@ def mostly_marked_parts(mask: Bools, marked: Bools, share: float) -> Bools:
     return np.asarray(kept[label] & mask)
 
 
-def touching(mask: Bools, marked: Bools) -> Bools:
+def parts_touching(mask: Bools, marked: Bools) -> Bools:
     """Return the connected parts of a mask that share a cell with another."""
     count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
     kept = np.bincount(label[mask & marked], minlength=count) > 0
@@ -123,7 +123,7 @@ CLOSE_BY_M = 0.8
 """The back of a deep cupboard: so far behind its front a wall runs."""
 
 
-def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
+def close_wall_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
     """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
     untraced = has_ceiling
     for k in range(PASSES):  # R2
@@ -140,7 +140,7 @@ def without_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *
 
 def _holes(found: Bools, reaching: Bools) -> Bools:
     """Return what was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
-    return touching(found & ~reaching, ~grow_mask(reaching, ALONGSIDE))
+    return parts_touching(found & ~reaching, ~grow_mask(reaching, ALONGSIDE))
 
 
 def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
@@ -155,9 +155,9 @@ def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) 
             continue
         ending = runs[turn] & ~_across(runs, turn)
         lanes = _gaps_in_line(reaching, ending, angle, raster.size(HOLE_M))
-        found |= touching(mostly_marked_parts(lanes, traces, HARDLY), grow_mask(ending, 1))
+        found |= parts_touching(mostly_marked_parts(lanes, traces, HARDLY), grow_mask(ending, 1))
         lanes = _gaps_in_line(reaching, ending, angle, raster.size(BLOCK_M), below)
-        found |= touching(lanes, grow_mask(ending, 1))
+        found |= parts_touching(lanes, grow_mask(ending, 1))
         beyond.append(dilate_mask(ending, line_kernel(angle, raster.size(HOLE_M))) & below)
     for turn, going_on in enumerate(beyond):
         found |= going_on & _across(beyond, turn)
@@ -172,7 +172,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
         crossing = open_mask(reaching, line_kernel(angle + np.pi / 2, raster.size(THICK_WALL_M)))
         ending = run & ~grow_mask(crossing, 2)
         if ending.any():
-            found |= touching(_gaps_in_line(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
+            found |= parts_touching(_gaps_in_line(reaching, ending, angle, raster.size(HOLE_M)), grow_mask(ending, 1))
     return _as_sheets(found, reaching)
 
 
@@ -213,7 +213,7 @@ def _across(by_turn: list[Bools], turn: int) -> Bools:
     )
 
 
-def with_corners(reaching: Bools, unseen: Bools, raster: Raster) -> Bools:
+def add_unseen_corners(reaching: Bools, unseen: Bools, raster: Raster) -> Bools:
     """Continue walls to the corners that were not seen (R4); ``unseen`` is where the scan holds nothing."""
     runs, cells = _runs(reaching, raster), raster.size(CORNER_M)
     open_ = grow_mask(unseen, raster.size(HAND_M)) & ~reaching  # ground is drawn wider than it was seen
@@ -221,14 +221,14 @@ def with_corners(reaching: Bools, unseen: Bools, raster: Raster) -> Bools:
     for turn, run in enumerate(runs):
         ending = run & ~_across(runs, turn)
         beyond = dilate_mask(ending, line_kernel(np.pi * turn / TURNS, 2 * cells)) & open_
-        arms.append(touching(beyond, grow_mask(ending, 1)) if beyond.any() else beyond)
+        arms.append(parts_touching(beyond, grow_mask(ending, 1)) if beyond.any() else beyond)
     found = reaching.copy()
     for turn, arm in enumerate(arms):
         corners = arm & arms[(turn + TURNS // 2) % TURNS]
         if corners.any():
             lanes = line_kernel(np.pi * turn / TURNS, cells)
             closed = cv2.morphologyEx((reaching | corners).view(np.uint8), cv2.MORPH_CLOSE, lanes).view(bool)
-            found |= corners | touching(closed & arm, corners)
+            found |= corners | parts_touching(closed & arm, corners)
     return _as_sheets(found, reaching)
 
 
@@ -307,7 +307,7 @@ class WallMasks:
     doorways: tuple[Floats, ...]
 
 
-def top_of_walls(columns: Columns) -> float:
+def wall_top_height(columns: Columns) -> float:
     """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
     amount = columns.amount
     middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
@@ -315,9 +315,9 @@ def top_of_walls(columns: Columns) -> float:
     return float(high.max()) if len(high) else 0.0
 
 
-def wall_masks(columns: Columns) -> WallMasks:
+def find_wall_masks(columns: Columns) -> WallMasks:
     """Return the walls of a scan and the doorways in them, from what its columns hold at which height."""
-    raster, top = columns.raster, columns.ceiling_m or top_of_walls(columns) - SLIVER_M
+    raster, top = columns.raster, columns.ceiling_m or wall_top_height(columns) - SLIVER_M
     body = columns.share(EDGE_BAND_M, HEAD_M)
     seen_m = max(top - EDGE_BAND_M, min(HEAD_M, top - SLIVER_M))
     lowest = seen_m if columns.ceiling_m is None else top - HAND_M  # a lintel may be as low
@@ -326,11 +326,13 @@ def wall_masks(columns: Columns) -> WallMasks:
         high |= columns.share(max(top - STUB_M, ABOVE_DOORS_M), top) >= MOST
     reaching = _without_specks(high, raster)  # R1
     seen = (body >= HARDLY) | (columns.share(lowest, top) > 0)
-    reaching = without_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
+    reaching = close_wall_holes(reaching, body >= STANDS, seen, raster, has_ceiling=columns.ceiling_m is not None)  # R2
     inside = columns.ground | (body >= STANDS)
     thick = close_mask(reaching, raster.size(WALL_M))  # R3
     outside = _outside(thick | inside, raster)
-    whole = with_corners(reaching, ~inside, raster) if _has_ground(~(thick | outside), columns) else reaching  # R2
+    whole = (
+        add_unseen_corners(reaching, ~inside, raster) if _has_ground(~(thick | outside), columns) else reaching
+    )  # R2
     if not np.array_equal(whole, reaching):
         thick = close_mask(whole, raster.size(WALL_M))
         outside = _outside(thick | inside, raster)
@@ -444,7 +446,7 @@ EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
 
 
-def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
+def mask_to_area(mask: Bools, raster: Raster) -> BaseGeometry:
     """A mask as an area in the level frame."""
     smooth = cv2.medianBlur(mask.view(np.uint8) * 255, BLUR_PX)
     contours, tree = cv2.findContours(smooth, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
@@ -459,9 +461,9 @@ def area_of(mask: Bools, raster: Raster) -> BaseGeometry:
         ring = _ring(np.asarray(contour[:, 0], float), raster)
         if len(ring) >= 3:
             inner = [shapely.make_valid(Polygon(hole)) for hole in holes if len(hole) >= 3]
-            shapes.append(subtract(shapely.make_valid(Polygon(ring)), union_of(inner)))
-    pixels = buffer_mitred(buffer_mitred(union_of(shapes), 0.5), EDGE - 0.5)
-    return areas(shapely.transform(pixels, raster.level_points))
+            shapes.append(subtract(shapely.make_valid(Polygon(ring)), unite(inner)))
+    pixels = buffer_mitred(buffer_mitred(unite(shapes), 0.5), EDGE - 0.5)
+    return drop_lines_and_points(shapely.transform(pixels, raster.level_points))
 
 
 def _ring(points: Floats, raster: Raster) -> Floats:

@@ -20,7 +20,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.areas import dot, polygons_of
+from pipeline.geometry.areas import dot_product, polygons_of
 from pipeline.tolerances import AROUND_M, RUN_M
 
 Floats = npt.NDArray[np.float64]
@@ -45,7 +45,7 @@ class _Edges:
         return np.arctan2(d[:, 1], d[:, 0]) % (2 * np.pi)
 
 
-def straighten(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:
+def straighten_outlines(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:
     """Return the same rooms with straight faces; none moves by more than about ``offset_m`` metres."""
     cleaned = [shapely.orient_polygons(_simple(room, offset_m / 4)) for room in rooms]
     rings = [shapely.get_coordinates(ring)[:-1] for room in cleaned for ring in (room.exterior, *room.interiors)]
@@ -157,7 +157,7 @@ def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m:
             points[edges.ring[first]].append(met[k])
         else:  # (nearly) parallel: a step between two lines
             corner = edges.end[first] if second == first + 1 else (edges.end[first] + edges.start[second]) / 2
-            step = [corner + (line[i] - dot(corner, normal[i])) * normal[i] for i in (first, second)]
+            step = [corner + (line[i] - dot_product(corner, normal[i])) * normal[i] for i in (first, second)]
             points[edges.ring[first]] += step
     return [np.array(ring).reshape(-1, 2) for ring in points]
 
@@ -189,7 +189,7 @@ def _without_steps(index: list[int], line: Floats, normal: Floats, length: Float
 
 
 def _parallel(normal: Floats, a: int, b: int) -> bool:
-    return bool(dot(normal[a], normal[b]) > 1 - 1e-9)
+    return bool(dot_product(normal[a], normal[b]) > 1 - 1e-9)
 
 
 def _accept_if_sound(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:

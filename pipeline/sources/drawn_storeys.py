@@ -10,7 +10,7 @@ R4  What is drawn as a room but has neither walls nor other rooms around it is o
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
     THICKEST_WALL_M; what is wider is a room that nobody drew.
     But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
-    (``geometry.borders``).
+    (``geometry.room_borders``).
 R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
     ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """
@@ -26,9 +26,9 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, drop_thinner, polygons_of, triangulate
-from pipeline.geometry.borders import borders
+from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, polygons_of, triangulate
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
+from pipeline.geometry.room_borders import find_room_borders
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -160,13 +160,13 @@ def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[
     taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
     free = polygons_of(shapely.difference(whole, taken))
-    slits = shapely.union_all([part for part in free if drop_thinner(part, THICKEST_WALL_M).is_empty])
+    slits = shapely.union_all([part for part in free if drop_thin_parts(part, THICKEST_WALL_M).is_empty])
     deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
     top = float(np.median([wall.top_m for wall in walls]))
     standing_ = shapely.union_all([wall.shape for wall in walls])
     ways = [
         Hole(border.strip(deeper_m=CRACK_M), 0.0, top, across=(float(border.across[0]), float(border.across[1])))
-        for border in borders(shapes, slits, standing_)
+        for border in find_room_borders(shapes, slits, standing_)
     ]
     ways = [way for way in ways if not any(way.shape.intersects(hole.shape) for hole in holes)]
     return [Wall(part, 0.0, top) for part in polygons_of(slits)], [*deeper, *ways]

@@ -23,8 +23,8 @@ from shapely import Polygon
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, drop_thinner, enclosed_pieces, polygons_of
-from pipeline.geometry.walls import close_cracks
+from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, enclosed_pieces, polygons_of
+from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
 from pipeline.sources.drawn_storeys import (
@@ -164,7 +164,7 @@ def _enclosed_spaces(walls: Sequence[Thing]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
     areas = [buffer_mitred(area, SHEET_M / 2) for area in enclosed_pieces(strips)[1]]
-    return [area for area in areas if not drop_thinner(area, NARROWEST_ROOM_M).is_empty]
+    return [area for area in areas if not drop_thin_parts(area, NARROWEST_ROOM_M).is_empty]
 
 
 def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:

@@ -7,11 +7,11 @@ room together with all rooms that can be reached from it; a small room with a do
 from __future__ import annotations
 
 from pipeline.config import CellsConfig
-from pipeline.geometry.spaces import connected_rooms
+from pipeline.geometry.rooms_and_passages import connected_rooms
 from pipeline.values import Spaces
 
 
-def fill_cells(spaces: Spaces, config: CellsConfig) -> Spaces:
+def drop_small_cells(spaces: Spaces, config: CellsConfig) -> Spaces:
     """Drop every cell of less than ``area_m2``."""
     keep, filled = [], 0
     for cell in connected_rooms(spaces):

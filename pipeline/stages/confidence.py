@@ -14,7 +14,7 @@ F3  The shape of a passage: too narrow, too wide, too deep, an end without a wal
     between the same two rooms, furniture or no floor in front of it.
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
     no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws.
-F5  The grounds of the whole plan (``stages.grounds``): in a doubtful plan each part is doubtful.
+F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan each part is doubtful.
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
@@ -34,10 +34,10 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, clip_to_box, overlap, union_of
-from pipeline.geometry.closing import GAPS
+from pipeline.geometry.areas import OUTSIDE, clip_to_box, intersect, unite
+from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
+from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
@@ -57,7 +57,7 @@ GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
 
 
 @dataclass(frozen=True)
-class Model:
+class LogisticModel:
     """A logistic model: ``bias``, and the weight of each feature by its name."""
 
     bias: float
@@ -70,15 +70,15 @@ class Model:
 
 
 @cache
-def models() -> Mapping[Part, Model]:
+def load_models() -> Mapping[Part, LogisticModel]:
     """Return the models of ``weights.toml``."""
     text = resources.files("pipeline.stages").joinpath("weights.toml").read_text(encoding="utf-8")
     table = tomllib.loads(text)
-    return {part: Model(table[part]["bias"], table[part]["weights"]) for part in get_args(Part)}
+    return {part: LogisticModel(table[part]["bias"], table[part]["weights"]) for part in get_args(Part)}
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class FinalBuilding:
     """A building whose rooms and passages are final: what the stages found, and the ``grounds`` against its plan."""
 
     level: Level
@@ -89,27 +89,29 @@ class Planned:
     grounds: Mapping[str, float]
 
 
-def rate(planned: Planned) -> Planned:
+def add_confidences(planned: FinalBuilding) -> FinalBuilding:
     """Return a building with the confidence of its passages and rooms; a house with sills is returned as it is."""
     if planned.level.sills:
         return planned
     doors = zip(planned.spaces.passages, passage_features(planned), strict=True)
-    passages = tuple(replace(p, confidence=models()[part_of(p)].confidence(features)) for p, features in doors)
+    passages = tuple(
+        replace(p, confidence=load_models()[model_for_passage(p)].confidence(features)) for p, features in doors
+    )
     rooms = zip(planned.named, room_features(planned), strict=True)
-    named = tuple(replace(room, confidence=models()["room"].confidence(features)) for room, features in rooms)
+    named = tuple(replace(room, confidence=load_models()["room"].confidence(features)) for room, features in rooms)
     return replace(planned, spaces=replace(planned.spaces, passages=passages), named=named)
 
 
-def part_of(passage: Passage) -> Part:
+def model_for_passage(passage: Passage) -> Part:
     """Return which model rates a passage."""
     return "entrance" if passage.leads_outside else "door"
 
 
-def passage_features(planned: Planned) -> list[Features]:
+def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = list(spaces.rooms)
-    room_is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
+    room_is_odd, jutting = are_rooms_misshapen(rooms), have_loose_wall_ends(rooms)
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
@@ -141,14 +143,14 @@ def passage_features(planned: Planned) -> list[Features]:
     return found
 
 
-def room_features(planned: Planned) -> list[Features]:
+def room_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
-    is_odd, jutting = misshapen_rooms(rooms), with_loose_ends(rooms)
-    given = union_of(c.polygon for c in layout.candidates if c.kind in GIVEN)
-    patches = union_of(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
-    mouths = union_of(c.polygon for c in layout.candidates if c.kind == "mouth")
+    is_odd, jutting = are_rooms_misshapen(rooms), have_loose_wall_ends(rooms)
+    given = unite(c.polygon for c in layout.candidates if c.kind in GIVEN)
+    patches = unite(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
+    mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
     found = []
@@ -229,7 +231,7 @@ def _share_along(edge: BaseGeometry, what: BaseGeometry) -> float:
 def _share(place: Polygon, what: BaseGeometry) -> float:
     if what.is_empty or not place.area > 0:
         return 0.0
-    return float(overlap(place, clip_to_box(what, *place.bounds)).area / place.area)
+    return float(intersect(place, clip_to_box(what, *place.bounds)).area / place.area)
 
 
 def _ramp(more: float, whole: float) -> float:

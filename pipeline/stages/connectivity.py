@@ -9,7 +9,7 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
 R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
     than ``BLOCK_M``.
-R6  A place with some evidence of a door (``geometry.cuts``) is cut before any bare wall, where that joins two
+R6  A place with some evidence of a door (``geometry.doorway_cuts``) is cut before any bare wall, where that joins two
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
@@ -29,13 +29,13 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import clip_to_box, overlap, polygons_of, subtract, union_of
-from pipeline.geometry.cuts import CutRules, cut_places, cuts_on_lines
+from pipeline.geometry.areas import clip_to_box, intersect, polygons_of, subtract, unite
+from pipeline.geometry.doorway_cuts import CutRules, cut_places, find_cuts_near_lines
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import erode_floor, piece_of, sample, walkable_floor
+from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import BLOCK_M, PLACE_M, STONE_WALL_M, TINY_M2
-from pipeline.values import Evidence, JoinedPair, Passage, Spaces
+from pipeline.values import Evidence, JoinedPoints, Passage, Spaces
 
 MAX_PAIRS = 300
 AROUND = 4.0
@@ -47,7 +47,7 @@ _Cut: TypeAlias = tuple[npt.NDArray[np.float64], Portal, str]
 """The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
 
-def connect(
+def connect_rooms(
     spaces: Spaces,
     config: ConnectivityConfig,
     least_m2: float,
@@ -72,7 +72,7 @@ def connect(
         if len(pieces) == 1:
             break
         if points is None:
-            points = sample(pieces, config.samples, rng)  # R1
+            points = sample_points(pieces, config.samples, rng)  # R1
         found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
         found = found or _next_cut(points, pieces, floor, spaces.walls, config)
         if found is None:  # R7
@@ -81,7 +81,7 @@ def connect(
             notes["left_out"] += 1
             continue
         pair, cut, why = found
-        joined = JoinedPair(pair, config.robot_radius_m)
+        joined = JoinedPoints(pair, config.robot_radius_m)
         why, notes["doors_unknown"] = (UNKNOWN, 1) if unknown else (why, 0)
         spaces = replace(_with_cut(spaces, cut, why), joined=(*spaces.joined, joined))
         notes["cuts"] += 1
@@ -93,7 +93,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
-    outer = union_of([p.portal.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
+    outer = unite([p.portal.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
     return all(shape.within(outer) for shape in seen)
 
 
@@ -113,14 +113,14 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
     """Leave out the last piece, and the rooms that only this piece reaches (R7)."""
     part = shapely.buffer(pieces[-1], radius_m + 0.01)
-    others = shapely.buffer(union_of(pieces[:-1]), radius_m + 0.01)
+    others = shapely.buffer(unite(pieces[:-1]), radius_m + 0.01)
     kept, rooms = [], list(spaces.rooms)
     for k, room in enumerate(spaces.rooms):
-        if not overlap(room, part).area:
+        if not intersect(room, part).area:
             kept.append(k)
-        elif overlap(room, others).area > overlap(room, part).area:
+        elif intersect(room, others).area > intersect(room, part).area:
             rest = polygons_of(subtract(room, subtract(part, others)))
-            rooms[k] = max(rest, key=lambda piece: overlap(piece, others).area)
+            rooms[k] = max(rest, key=lambda piece: intersect(piece, others).area)
             kept.append(k)
     return replace(spaces, rooms=tuple(rooms)).keeping(kept)
 
@@ -131,14 +131,14 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
     where = shapely.STRtree(rooms)
     home = [int(where.nearest(p.representative_point())) for p in pieces]
     # a piece that spans many rooms is at home in one of them only, but may be the largest in each
-    largest = {room: max(pieces, key=lambda piece: overlap(piece, rooms[room]).area) for room in set(home)}
+    largest = {room: max(pieces, key=lambda piece: intersect(piece, rooms[room]).area) for room in set(home)}
     filled = 0
     for piece, room in zip(pieces, home, strict=True):
         pocket = shapely.convex_hull(shapely.buffer(piece, radius_m + 0.01))
-        if piece is not largest[room] and overlap(pocket, rooms[room]).area < least_m2:
+        if piece is not largest[room] and intersect(pocket, rooms[room]).area < least_m2:
             reached = shapely.buffer(largest[room], radius_m)
             rest = polygons_of(subtract(rooms[room], subtract(pocket, reached)))
-            rooms[room] = max(rest, key=lambda part: overlap(part, largest[room]).area)
+            rooms[room] = max(rest, key=lambda part: intersect(part, largest[room]).area)
             filled += 1
     return replace(spaces, rooms=tuple(rooms), notes={**spaces.notes, "filled_pockets": filled}) if filled else spaces
 
@@ -150,7 +150,7 @@ def _at_evidence(
     rules = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
     for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
-        for line, cut in cuts_on_lines(place.line[None], pieces, floor, spaces.walls, rules):
+        for line, cut in find_cuts_near_lines(place.line[None], pieces, floor, spaces.walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return line, cut, place.why
     return None
@@ -164,11 +164,11 @@ def _next_cut(
     config: ConnectivityConfig,
 ) -> _Cut | None:
     """Return the next cut to make, or None if no clean cut is possible (R3, R5)."""
-    lines = _pairs_apart(points, piece_of(points, pieces))
+    lines = _pairs_apart(points, nearest_piece(points, pieces))
     walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
-        for pair, cut in cuts_on_lines(lines, pieces, floor, walls, rules):
+        for pair, cut in find_cuts_near_lines(lines, pieces, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return pair, cut, NO_EVIDENCE if rules.only_walls else NO_WALL
     return None
@@ -189,7 +189,7 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     x1, y1, x2, y2 = strip.bounds
     reach = AROUND * radius_m
     near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
-    parts = erode_floor(union_of([near, strip]), radius_m)
+    parts = erode_floor(unite([near, strip]), radius_m)
     return any((shapely.area(shapely.intersection(part, pieces)) > TINY_M2).sum() > 1 for part in parts)
 
 
@@ -198,6 +198,6 @@ def _with_cut(spaces: Spaces, cut: Portal, why: str = "") -> Spaces:
     rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
     sides = (int(rooms[0]), int(rooms[1]))
     if sides[0] == sides[1]:  # a pinch inside one room is widened: no door
-        wider = polygons_of(union_of([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
+        wider = polygons_of(unite([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
         return replace(spaces, rooms=(*spaces.rooms[: sides[0]], wider, *spaces.rooms[sides[0] + 1 :]))
     return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut", why)))

@@ -20,11 +20,11 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, union_of
-from pipeline.geometry.closing import GAPS
+from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, unite
+from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal, distance_in_row
 from pipeline.tolerances import BESIDE_M, LAP_M
-from pipeline.values import Candidate, Layout, Level, Passage, Planes, Spaces
+from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
 
@@ -69,7 +69,7 @@ def _row_widths(portals: list[Portal], post_m: float) -> list[float]:
     return span
 
 
-def _kind(candidate: Candidate, portal: Portal, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
+def _kind(candidate: ClosingCandidate, portal: Portal, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
     """Return the kind of a passage (R2), or None if the source names its openings and has none here."""
     if candidate.kind in {"door", "opening"}:
         return "door" if candidate.kind == "door" else "opening"
@@ -88,6 +88,6 @@ def _share_strip(portal: Portal, rooms: list[Polygon]) -> tuple[Polygon, Polygon
     aside = portal.across * (portal.depth / 4 + LAP_M)
     near = replace(half, centre=portal.centre - aside).strip()
     far = replace(half, centre=portal.centre + aside).strip()
-    first = polygons_of(union_of([rooms[portal.sides[0]], near]))[0]
-    second = polygons_of(subtract(union_of([rooms[portal.sides[1]], far]), first))[0]
+    first = polygons_of(unite([rooms[portal.sides[0]], near]))[0]
+    second = polygons_of(subtract(unite([rooms[portal.sides[1]], far]), first))[0]
     return first, second

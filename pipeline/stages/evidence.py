@@ -8,13 +8,13 @@ R2  Below and above a window stands wall too: what stands at sill height and goe
     wall (a lamp over a table does not). Glazing from the floor up, too wide for a door, is wall as deep as the lintel
     over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
-R4  Two sheets are one wall (``geometry.walls``), and so are two walls with an edge of the same wall over them: the
-    slit between them is filled.
+R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
+    the slit between them is filled.
 R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard), unless the source says that it is
     wall, or it goes on from one wall or lintel to another; so is all that ends below head height, except what is thin:
     that may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
-    so is a closet, which the walls close all round over its door (``geometry.walls``).
+    so is a closet, which the walls close all round over its door (``geometry.wall_sections``).
 R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
     (``stages.doorways``). Where the source names its openings, and doors among them, what else is shaped like a leaf
     is glazing: the frame of a window, a pane beside a door.
@@ -34,27 +34,33 @@ from pipeline.geometry.areas import (
     EMPTY,
     buffer_mitred,
     clip_to_box,
-    drop_thinner,
-    overlap,
+    drop_thin_parts,
+    intersect,
     polygons_of,
     subtract,
-    union_of,
+    unite,
 )
-from pipeline.geometry.cutting import Cutter, clear_of, section_heights
-from pipeline.geometry.doorways import box_of, doorway
-from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, glazed_recesses, judge_leaves, known_doorways
+from pipeline.geometry.doorways import box_around_polygon, doorway_around_leaf
+from pipeline.geometry.known_doors import (
+    cubicle_leaves,
+    find_known_doorways,
+    find_leaves,
+    glazed_recesses,
+    judge_leaves,
+)
+from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, footprint
 from pipeline.geometry.scan_columns import is_scan
-from pipeline.geometry.walls import (
-    Sections,
+from pipeline.geometry.wall_sections import (
+    MeshSections,
     close_cracks,
-    ending_below,
-    hanging_free,
-    long_gaps_between_sheets,
-    meets_slope,
-    without_headroom,
+    ends_at_sloped_roof,
+    find_low_headroom,
+    find_overhangs,
+    find_pieces_below_wall_tops,
+    long_slits_between_sheets,
 )
-from pipeline.stages.scan_evidence import gather_scan
+from pipeline.stages.scan_evidence import gather_scan_evidence
 from pipeline.tolerances import (
     CM_M,
     CRACK_M,
@@ -75,56 +81,56 @@ MAX_HEIGHTS = 8
 LARGEST_CUPBOARD_M2 = 2.5
 
 
-def gather(level: Level, config: EvidenceConfig) -> Evidence:
+def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     """Decide what each thing in a level is. A level without walls gives empty evidence."""
     if level.sills or not (len(level.walls.faces) or level.walls.is_cloud):
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
     if level.walls.is_cloud or is_scan(level.walls):
-        return gather_scan(level, config)
+        return gather_scan_evidence(level, config)
     bodies = Bodies.of(level.walls)
     shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)  # R7
     leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
-    cutter = Cutter(bodies.without([k for leaf in leaves for k in leaf.bodies]))
-    sections = Sections(cutter, config.sheet_m, config.solid_m, prisms=level.prisms)
+    cutter = MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
+    sections = MeshSections(cutter, config.sheet_m, config.solid_m, prisms=level.prisms)
     heights = _Heights.of(cutter, level, config)
     foot = sections.foot(heights.sill)
     above = [sections.at(height, foot) for height in heights.above]
-    full = overlap(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
-    over = union_of(above)
+    full = intersect(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
+    over = unite(above)
     full = _fill_between_sheets(full, over)  # R4
-    beside = union_of([full, over])
-    ends = [] if level.only_walls else ending_below(full, above, [heights.head, *heights.above])
+    beside = unite([full, over])
+    ends = [] if level.only_walls else find_pieces_below_wall_tops(full, above, [heights.head, *heights.above])
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
-    cupboards = union_of(each.part for each in lower if not meets_slope(each.part, cutter, each.stood_m))  # R5
+    cupboards = unite(each.part for each in lower if not ends_at_sloped_roof(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
-        full = drop_thinner(subtract(full, cupboards), CM_M)
-    hanging = subtract(hanging_free(above, union_of([full, cupboards])), sections.closets)  # R6
+        full = drop_thin_parts(subtract(full, cupboards), CM_M)
+    hanging = subtract(find_overhangs(above, unite([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
-        again = Sections(Cutter(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
-        full = close_cracks(union_of([full, again.foot(heights.breast)]))
-    windows = _in_walls(drop_thinner(overlap(hanging, foot), SLIVER_M), full)  # R2
-    low = drop_thinner(subtract(foot, union_of([full, hanging, cupboards])), SLIVER_M)
-    sloped = [part for part in polygons_of(low) if meets_slope(part, cutter)]  # R3
-    walls = close_cracks(union_of([full, windows, *sloped]))
-    lintels = drop_thinner(subtract(hanging, walls), SLIVER_M)
+        again = MeshSections(MeshSlicer(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
+        full = close_cracks(unite([full, again.foot(heights.breast)]))
+    windows = _in_walls(drop_thin_parts(intersect(hanging, foot), SLIVER_M), full)  # R2
+    low = drop_thin_parts(subtract(foot, unite([full, hanging, cupboards])), SLIVER_M)
+    sloped = [part for part in polygons_of(low) if ends_at_sloped_roof(part, cutter)]  # R3
+    walls = close_cracks(unite([full, windows, *sloped]))
+    lintels = drop_thin_parts(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls, any_width=level.names_doors)  # R2, R7
-    walls, lintels = union_of([walls, *glazed]), subtract(lintels, union_of(glazed))
-    doorways, found_leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
+    walls, lintels = unite([walls, *glazed]), subtract(lintels, unite(glazed))
+    doorways, found_leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = [foot, *(sections.at(height, foot) for height in heights.between)]
-    standing = drop_thinner(subtract(union_of(rails), union_of([walls, lintels, cupboards])), SLIVER_M)
-    thick = drop_thinner(standing, RAIL_M)
+    standing = drop_thin_parts(subtract(unite(rails), unite([walls, lintels, cupboards])), SLIVER_M)
+    thick = drop_thin_parts(standing, RAIL_M)
     return Evidence(
         walls=walls,
         tall=full,
         lintels=lintels,
         rails=subtract(standing, thick),
-        furniture=union_of([cupboards, thick, judged.furniture, _furniture(level)]),
+        furniture=unite([cupboards, thick, judged.furniture, _furniture(level)]),
         doorways=tuple(doorways),
         leaves=tuple(found_leaves),
         floor=level.floor,
-        low_headroom=without_headroom(level.walls),
-        partial_height=drop_thinner(subtract(full, above[-1]), SLIVER_M),
+        low_headroom=find_low_headroom(level.walls),
+        partial_height=drop_thin_parts(subtract(full, above[-1]), SLIVER_M),
         shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
@@ -134,11 +140,11 @@ def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: fl
     """Return what hangs from the ceiling by less than ``HAND_M``. It occurs only in the highest section."""
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > HAND_M:  # a section stands in the middle of its layer
         return EMPTY
-    return drop_thinner(subtract(above[-1], union_of(above[:-1])), SLIVER_M)
+    return drop_thin_parts(subtract(above[-1], unite(above[:-1])), SLIVER_M)
 
 
 def _furniture(level: Level) -> BaseGeometry:
-    return union_of([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
+    return unite([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
 
 
 @dataclass(frozen=True)
@@ -152,9 +158,9 @@ class _Heights:
     between: list[float]
 
     @classmethod
-    def of(cls, cutter: Cutter, level: Level, config: EvidenceConfig) -> _Heights:
+    def of(cls, cutter: MeshSlicer, level: Level, config: EvidenceConfig) -> _Heights:
         z = cutter.heights
-        sill, breast, head = (clear_of(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
+        sill, breast, head = (nearest_clear_height(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
         top = max(level.ceiling_m, config.head_m + STAND_M)
         above = section_heights(z, config.head_m, top, smallest_gap=STAND_M, most=MAX_HEIGHTS)
         railings = section_heights(z, config.sill_m, config.head_m, smallest_gap=CRACK_M, most=MAX_HEIGHTS // 2)
@@ -167,9 +173,9 @@ class _Heights:
 
 def _fill_between_sheets(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
-    slits = drop_thinner(overlap(long_gaps_between_sheets(full), above), SLIVER_M)
-    long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_of(p).width > WALL_M]
-    return union_of([full, *long]) if long else full
+    slits = drop_thin_parts(intersect(long_slits_between_sheets(full), above), SLIVER_M)
+    long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_around_polygon(p).width > WALL_M]
+    return unite([full, *long]) if long else full
 
 
 def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
@@ -178,7 +184,7 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
     if not parts:
         return EMPTY
     near = shapely.STRtree(polygons_of(full)).query(parts, predicate="dwithin", distance=SLIVER_M)[0]
-    return union_of([parts[k] for k in sorted(set(near.tolist()))])
+    return unite([parts[k] for k in sorted(set(near.tolist()))])
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
@@ -187,15 +193,15 @@ def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
     A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
-    if whole.area > LARGEST_CUPBOARD_M2 or drop_thinner(whole, RAIL_M).area < whole.area / 2:
+    if whole.area > LARGEST_CUPBOARD_M2 or drop_thin_parts(whole, RAIL_M).area < whole.area / 2:
         return False
     x1, y1, x2, y2 = part.bounds
     near = clip_to_box(walls, x1 - 1.0, y1 - 1.0, x2 + 1.0, y2 + 1.0)
     rest = subtract(near, shapely.buffer(part, 0.01, join_style="mitre"))
     if _goes_on(whole, rest):
         return False
-    box = box_of(whole)
-    between = doorway(box, rest)
+    box = box_around_polygon(whole)
+    between = doorway_around_leaf(box, rest)
     return between is None or between.thickness < LARGELY * box.thickness
 
 
@@ -205,7 +211,7 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
     on above, such as that of a facade, is none of these walls.
     """
-    if drop_thinner(part, STUB_M).area > part.area / 2:
+    if drop_thin_parts(part, STUB_M).area > part.area / 2:
         return False
-    ends = polygons_of(overlap(subtract(buffer_mitred(part, SHEET_M), part), drop_thinner(walls, SHEET_M)))
+    ends = polygons_of(intersect(subtract(buffer_mitred(part, SHEET_M), part), drop_thin_parts(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length

@@ -16,9 +16,9 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import drop_thinner, overlap, polygons_of, subtract, union_of
+from pipeline.geometry.areas import drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.meshes import footprint
-from pipeline.geometry.spaces import walkable_floor
+from pipeline.geometry.walkable_floor import walkable_floor
 from pipeline.tolerances import SLIVER_M, TINY_M2
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
@@ -29,17 +29,17 @@ UNNAMED = "object"
 def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
     """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
-    floor = union_of(spaces.rooms)
-    inside = [o for o in obstacles if overlap(o.polygon, floor).area > TINY_M2]
+    floor = unite(spaces.rooms)
+    inside = [o for o in obstacles if intersect(o.polygon, floor).area > TINY_M2]
     if not inside:
         return spaces, ()
-    taken = union_of(o.polygon for o in inside)
-    parts = [polygons_of(drop_thinner(subtract(room, taken), SLIVER_M)) for room in spaces.rooms]
+    taken = unite(o.polygon for o in inside)
+    parts = [polygons_of(drop_thin_parts(subtract(room, taken), SLIVER_M)) for room in spaces.rooms]
     left = replace(spaces, rooms=tuple(part for room in parts for part in room))
     reached = polygons_of(walkable_floor(left))
     if not reached:
         return spaces, ()
-    kept = [max(found, key=lambda p: overlap(p, reached[0]).area) for found in parts if found]
+    kept = [max(found, key=lambda p: intersect(p, reached[0]).area) for found in parts if found]
     owners = [k for k, found in enumerate(parts) if found]
     furnished = spaces.keeping(owners)
     return replace(furnished, rooms=tuple(kept)), tuple(inside)
@@ -60,8 +60,8 @@ def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:
     """R3."""
     if level.sills:
         return []
-    named = union_of(footprint(each.mesh) for each in level.furniture)
-    parts = polygons_of(drop_thinner(subtract(union_of([evidence.furniture, evidence.rails]), named), SLIVER_M))
+    named = unite(footprint(each.mesh) for each in level.furniture)
+    parts = polygons_of(drop_thin_parts(subtract(unite([evidence.furniture, evidence.rails]), named), SLIVER_M))
     return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
 
 

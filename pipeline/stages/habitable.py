@@ -11,7 +11,7 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     under eaves), unless all do. Nor is one under the sky that a fence or a lower wall bounds and that is larger than
     all the others together (a garden), nor one too low to stand in (a void under a roof). A room that the source names
     is one. What a person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.spaces``).
+R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import (
     EMPTY,
     OUTSIDE,
+    are_too_narrow,
     buffer_mitred,
     fill_enclosed,
-    overlap,
-    overlaps,
+    intersect,
+    intersect_pairs,
     polygons_of,
-    too_narrow,
-    union_of,
+    unite,
 )
 from pipeline.geometry.meshes import Mesh
-from pipeline.geometry.spaces import without_voids
+from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
@@ -54,15 +54,15 @@ from pipeline.tolerances import (
     TINY_M2,
     WALL_M,
 )
-from pipeline.values import Candidate, Evidence, Level, Planes
+from pipeline.values import ClosingCandidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
 SEVERAL = 2
 OPEN_EDGE = 0.35
 
 
-def habitable(
-    rooms: list[Polygon], candidates: list[Candidate], planes: Planes, evidence: Evidence, level: Level
+def keep_habitable_spaces(
+    rooms: list[Polygon], candidates: list[ClosingCandidate], planes: Planes, evidence: Evidence, level: Level
 ) -> list[Polygon]:
     """Return the spaces that are rooms (R9)."""
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
@@ -73,12 +73,12 @@ def habitable(
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
     doors = [c.polygon for c in candidates if c.kind in KNOWN]
     lintels = [c.polygon for c in candidates if c.kind == "lintel"]
-    walls = cache(lambda: shapely.buffer(union_of([planes.door, *doors]), CRACK_M, quad_segs=2))
-    over = cache(lambda: shapely.buffer(union_of([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
+    walls = cache(lambda: shapely.buffer(unite([planes.door, *doors]), CRACK_M, quad_segs=2))
+    over = cache(lambda: shapely.buffer(unite([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
-    house = EMPTY if planes.rails.is_empty else fill_enclosed(union_of([planes.door, planes.rails, *rooms]))
-    outer = overlap(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
-    edge = shapely.buffer(union_of([c.polygon for c in candidates if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
+    house = EMPTY if planes.rails.is_empty else fill_enclosed(unite([planes.door, planes.rails, *rooms]))
+    outer = intersect(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
+    edge = shapely.buffer(unite([c.polygon for c in candidates if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
@@ -107,11 +107,11 @@ def habitable(
 def _without_boards(planes: Planes) -> BaseGeometry:
     """Return the railings but those that stand along a wall for their whole length."""
     rails = polygons_of(planes.rails)
-    beside = overlaps(np.array(rails, dtype=np.object_), buffer_mitred(planes.door, BESIDE_M))
-    return union_of([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
+    beside = intersect_pairs(np.array(rails, dtype=np.object_), buffer_mitred(planes.door, BESIDE_M))
+    return unite([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
 
 
-def _porches(rooms: list[Polygon], candidates: list[Candidate]) -> set[int]:
+def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate]) -> set[int]:
     """Return which spaces lie open for ``OPEN_EDGE`` of their edge, under wide lintels, to the outside or each other.
 
     Where that would be all spaces, none is: a house of glass fronts that nobody drew.
@@ -136,10 +136,10 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     others = [room for k, room in enumerate(rooms) if k not in railed]
     if not (railed and others):
         return set()
-    roofed = sum(overlap(room, cover_over(room, level.walls)).area for room in others)
+    roofed = sum(intersect(room, part_under_cover(room, level.walls)).area for room in others)
     if roofed < MOST * sum(room.area for room in others):
         return set()
-    return {k for k in railed if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < MOST}
+    return {k for k in railed if _shares([rooms[k]], part_under_cover(rooms[k], level.walls))[0] < MOST}
 
 
 def _gardens(
@@ -149,12 +149,12 @@ def _gardens(
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
-    band = shapely.buffer(union_of([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
+    band = shapely.buffer(unite([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > MOST}
-    return {k for k in fenced if _shares([rooms[k]], cover_over(rooms[k], level.walls))[0] < MOST}
+    return {k for k in fenced if _shares([rooms[k]], part_under_cover(rooms[k], level.walls))[0] < MOST}
 
 
-def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
+def part_under_cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
     """Return the part of the plan around a space that lies under faces above head height."""
     corners = mesh.vertices[mesh.faces]
     corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
@@ -165,7 +165,7 @@ def cover_over(room: Polygon, mesh: Mesh) -> BaseGeometry:
 
 
 def _is_shaft(room: Polygon) -> bool:
-    return bool(too_narrow([room], SHOULDERS_M)[0])
+    return bool(are_too_narrow([room], SHOULDERS_M)[0])
 
 
 def _along(room: Polygon, band: BaseGeometry) -> float:
@@ -173,24 +173,24 @@ def _along(room: Polygon, band: BaseGeometry) -> float:
     return 0.0 if band.is_empty else float(shapely.intersection(room.exterior, band).length / room.length)
 
 
-def on_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
+def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     """Return the rooms without the voids in their floors, if the source draws most of the floors (R10)."""
     if level.below is None or level.floor is None:
         return rooms
-    covered = sum(overlap(room, level.floor).area for room in rooms)
+    covered = sum(intersect(room, level.floor).area for room in rooms)
     if covered < MOST * sum(room.area for room in rooms):
         return rooms
-    named = union_of([room.polygon for room in level.rooms if room.polygon is not None])
-    return [part for room in rooms for part in without_voids(room, level.floor, level.below, named)]
+    named = unite([room.polygon for room in level.rooms if room.polygon is not None])
+    return [part for room in rooms for part in subtract_floor_voids(room, level.floor, level.below, named)]
 
 
 def _shares(rooms: list[Polygon], area: BaseGeometry | None) -> npt.NDArray[np.float64]:
     """Return the share of each room (n,) that lies in an area."""
     if area is None or area.is_empty:
         return np.zeros(len(rooms))
-    shared = overlaps(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))
+    shared = intersect_pairs(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))
     return np.asarray(shapely.area(shared) / shapely.area(rooms))
 
 
 def _is_named(room: Polygon, level: Level) -> bool:
-    return any(overlap(room, each.polygon).area > 0.5 * room.area for each in level.rooms if each.polygon is not None)
+    return any(intersect(room, each.polygon).area > 0.5 * room.area for each in level.rooms if each.polygon is not None)

@@ -22,10 +22,10 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
-    they are one room, or names openings, and none there (``geometry.closing``, mouths). In a world that robots drive
-    through, a gap is a way though doors have names (``Level.unnamed_gaps``).
-R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.borders``), and that parts them,
-    there is an opening.
+    they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
+    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``).
+R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.room_borders``), and that parts
+    them, there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
@@ -48,35 +48,35 @@ from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
     EMPTY,
     OUTSIDE,
+    are_too_narrow,
     buffer_mitred,
-    dot,
+    dot_product,
     enclosed_pieces,
-    overlap,
+    intersect,
     polygons_of,
     subtract,
-    too_narrow,
-    union_of,
+    unite,
 )
-from pipeline.geometry.borders import borders
-from pipeline.geometry.closing import (
+from pipeline.geometry.closing_candidates import (
+    are_rooms_half_of_house,
     assign_sides,
-    closed_plane,
-    closes_most,
-    from_floor,
-    from_hall,
-    from_hull,
-    from_rooms,
-    from_wall_ends,
-    gaps,
-    grow_by_lap,
+    bands_across_hall_openings,
+    bands_around_rooms,
+    bands_at_floor_edge,
+    bands_at_open_fronts,
+    close_plane,
+    closings_between_wall_ends,
+    gap_fillings,
+    grow_to_overlap,
     minimal_separators,
     mouth_fillings,
     split_at_portals,
 )
-from pipeline.geometry.doorways import box_of, rectangle
+from pipeline.geometry.doorways import box_around_polygon, box_polygon
 from pipeline.geometry.portals import Portal
+from pipeline.geometry.room_borders import find_room_borders
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.habitable import cover_over, habitable, on_floor
+from pipeline.stages.habitable import clip_rooms_to_floor, keep_habitable_spaces, part_under_cover
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
@@ -92,7 +92,7 @@ from pipeline.tolerances import (
     SOME,
     SPECK,
 )
-from pipeline.values import Candidate, Evidence, Layout, Level, Planes
+from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
 
 KNOWN = frozenset({"door", "opening"})
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
@@ -101,23 +101,23 @@ SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
 
 
-def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
+def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = find_candidates(level, planes, config)
-    whole = enclosed_pieces(closed_plane(planes.door, pieces))
+    whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, whole[1])
 
-    def within(fixed: list[Candidate]) -> Layout:
+    def within(fixed: list[ClosingCandidate]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
-        standing = closed_plane(planes.door, fixed) if fixed else planes.door
-        ground, rooms = enclosed_pieces(closed_plane(standing, pieces)) if fixed else whole
+        standing = close_plane(planes.door, fixed) if fixed else planes.door
+        ground, rooms = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
         strips, rest = split_at_portals(standing, pieces, ground, rooms)
         strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
         if not level.sills and (
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
         ):  # R15
-            ground, rooms = enclosed_pieces(union_of([ground, *slits]))
+            ground, rooms = enclosed_pieces(unite([ground, *slits]))
         named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
         ways, ground, rooms = _at_borders(named, planes.door, ground, rooms)  # R16
         strips = strips + ways
@@ -125,21 +125,23 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
         for row in [] if gapless else mouth_fillings(rooms, ground):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
-            candidates = [Candidate(mouth, "mouth") for mouth in row]
-            closed, parts = enclosed_pieces(closed_plane(ground, candidates))
+            candidates = [ClosingCandidate(mouth, "mouth") for mouth in row]
+            closed, parts = enclosed_pieces(close_plane(ground, candidates))
             ways = split_at_portals(ground, candidates, closed, parts)[0]
             if ways:
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
-        rooms = on_floor(habitable(rooms, candidates, planes, evidence, level), level)
+        rooms = clip_rooms_to_floor(keep_habitable_spaces(rooms, candidates, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
-        fronts := [Candidate(p, "wall_ends") for p in from_hull(planes.tall, config.area_m2)]
+        fronts := [ClosingCandidate(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
     ):  # R12
         found = within(fronts)
-    if not level.sills and (openings := [Candidate(p, "wall_ends") for p in _of_hall(found, config.area_m2)]):  # R14
+    if not level.sills and (
+        openings := [ClosingCandidate(p, "wall_ends") for p in _of_hall(found, config.area_m2)]
+    ):  # R14
         found = within([*(candidate for candidate in found.candidates if candidate.kind in EDGES), *openings])
     area = _area(found)
     if area < config.area_m2:  # R8
@@ -154,25 +156,25 @@ def lay_out(level: Level, evidence: Evidence, planes: Planes, config: LayoutConf
 
 def _at_borders(
     named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[Candidate], BaseGeometry, list[Polygon]]:
+) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
     """Return the openings at the borders of named rooms, and the closed plane with its spaces (R16)."""
-    found = borders(named, union_of(rooms), walls)
+    found = find_room_borders(named, unite(rooms), walls)
     depths = [max(HAND_M - border.apart_m, 0.0) / 2 for border in found]
     strips = [border.strip(deeper_m=depth, wider_m=LAP_M) for border, depth in zip(found, depths, strict=True)]
     while strips:
-        pieces = [Candidate(strip, "opening") for strip in strips]
-        closed, parts = enclosed_pieces(closed_plane(ground, pieces))
-        held = [any(overlap(room, part).area > MOST * room.area for room in named) for part in parts]
+        pieces = [ClosingCandidate(strip, "opening") for strip in strips]
+        closed, parts = enclosed_pieces(close_plane(ground, pieces))
+        held = [any(intersect(room, part).area > MOST * room.area for room in named) for part in parts]
         ways = split_at_portals(ground, pieces, closed, parts)[0]
         parting = [way.polygon for way in ways if _parts_two(way, held)]
-        kept = [strip for strip in strips if overlap(strip, union_of(parting)).area > MOST * strip.area]
+        kept = [strip for strip in strips if intersect(strip, unite(parting)).area > MOST * strip.area]
         if len(kept) == len(strips):
             return ways, closed, parts
         strips = kept
     return [], ground, rooms
 
 
-def _parts_two(way: Candidate, held: Sequence[bool]) -> bool:
+def _parts_two(way: ClosingCandidate, held: Sequence[bool]) -> bool:
     """Return whether a way leads from one space to another, each of which holds a room (R16)."""
     if way.portal is None or OUTSIDE in way.portal.sides or way.portal.sides[0] == way.portal.sides[1]:
         return False
@@ -186,36 +188,39 @@ def _area(layout: Layout) -> float:
 def _boundaries(
     level: Level,
     planes: Planes,
-    pieces: list[Candidate],
+    pieces: list[ClosingCandidate],
     whole: tuple[BaseGeometry, list[Polygon]],
     config: LayoutConfig,
-) -> Iterator[list[Candidate]]:
+) -> Iterator[list[ClosingCandidate]]:
     """Yield what may close the house where its walls leave it open (R2, R3, R4, R11); the largest house counts.
 
     A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
     """
     rails = _railings(level, planes, *whole, config)
-    ground, rooms = enclosed_pieces(closed_plane(whole[0], rails)) if rails else whole
+    ground, rooms = enclosed_pieces(close_plane(whole[0], rails)) if rails else whole
     edges = _edges(level, ground, rooms, config)
-    if edges or closes_most(rooms, planes.tall):
+    if edges or are_rooms_half_of_house(rooms, planes.tall):
         yield [*rails, *edges]
         return
     sure = [piece for piece in pieces if piece.kind != "gate"]
-    for plane in [ground, closed_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
-        yield [*rails, *(Candidate(p, "wall_ends") for p in from_wall_ends(planes.tall, plane, config.area_m2))]
+    for plane in [ground, close_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
+        yield [
+            *rails,
+            *(ClosingCandidate(p, "wall_ends") for p in closings_between_wall_ends(planes.tall, plane, config.area_m2)),
+        ]
 
 
 def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
-    parts = [overlap(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
+    parts = [intersect(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
     large = [part for part in parts if part.area >= least_m2]
     if len(large) < 2:
         return []
-    between = [overlap(one, other) for one, other in combinations(large, 2)]
-    rest = polygons_of(subtract(room, union_of(parts)))
+    between = [intersect(one, other) for one, other in combinations(large, 2)]
+    rest = polygons_of(subtract(room, unite(parts)))
     between += [slit for slit in rest if sum(slit.distance(part) < HAIR_M for part in large) > 1]
-    return grow_by_lap([slit for shape in between for slit in polygons_of(shape)])
+    return grow_to_overlap([slit for shape in between for slit in polygons_of(shape)])
 
 
 def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
@@ -226,78 +231,82 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
     joined.add_edges_from(sorted(sides) for _, sides in portals if len(sides) == 2 and OUTSIDE not in sides)
     part = {room: k for k, rooms in enumerate(nx.connected_components(joined)) for room in rooms}
     ways = [(p, part[room]) for p, sides in portals if OUTSIDE in sides for room in sides - {OUTSIDE}]
-    return from_hall(layout.ground, ways, least_m2)
+    return bands_across_hall_openings(layout.ground, ways, least_m2)
 
 
-def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Candidate]:
+def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
     before = _before_doorways(planes) if level.names_doors else EMPTY
     lintels = subtract(planes.lintels, before)
-    low = subtract(planes.sills, union_of([planes.lintels, before]))
-    pieces = [Candidate(p, "lintel") for p in grow_by_lap(polygons_of(lintels))]
-    pieces += [Candidate(p, "sill") for p in grow_by_lap(polygons_of(low))]
-    doorways = zip(planes.doorways, grow_by_lap([d.polygon for d in planes.doorways]), strict=True)
-    pieces += [Candidate(p, "door" if d.has_door else "opening") for d, p in doorways]
+    low = subtract(planes.sills, unite([planes.lintels, before]))
+    pieces = [ClosingCandidate(p, "lintel") for p in grow_to_overlap(polygons_of(lintels))]
+    pieces += [ClosingCandidate(p, "sill") for p in grow_to_overlap(polygons_of(low))]
+    doorways = zip(planes.doorways, grow_to_overlap([d.polygon for d in planes.doorways]), strict=True)
+    pieces += [ClosingCandidate(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gaps(planes.tall, filled, config.gap_m)
-    wide = gaps(planes.tall, [*filled, *found], config.entrance_m)
-    closed = union_of([p.polygon for p in pieces] + found)
-    gates = [gap for gap in wide if box_of(gap).width > config.gap_m and not _is_closed(gap, closed)]
+    found = gap_fillings(planes.tall, filled, config.gap_m)
+    wide = gap_fillings(planes.tall, [*filled, *found], config.entrance_m)
+    closed = unite([p.polygon for p in pieces] + found)
+    gates = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    candidates = pieces + [Candidate(gap, "gap") for gap in real] + [Candidate(gap, "gate") for gap in gates]
+    candidates = (
+        pieces + [ClosingCandidate(gap, "gap") for gap in real] + [ClosingCandidate(gap, "gate") for gap in gates]
+    )
     return candidates + _gates_of_railings(level, planes, candidates, config)
 
 
 def _before_doorways(planes: Planes) -> BaseGeometry:
     """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R18)."""
-    boxes = [box_of(each.polygon) for each in planes.doorways]
-    return union_of([rectangle(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
+    boxes = [box_around_polygon(each.polygon) for each in planes.doorways]
+    return unite([box_polygon(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
 
 
-def _gates_of_railings(level: Level, planes: Planes, pieces: list[Candidate], config: LayoutConfig) -> list[Candidate]:
+def _gates_of_railings(
+    level: Level, planes: Planes, pieces: list[ClosingCandidate], config: LayoutConfig
+) -> list[ClosingCandidate]:
     """Return the gaps of a low front under a roof (R17)."""
     if level.sills or planes.rails.is_empty:
         return []
-    ground = closed_plane(planes.door, pieces)
-    ends = union_of([planes.tall, planes.rails])
-    found = gaps(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m)
+    ground = close_plane(planes.door, pieces)
+    ends = unite([planes.tall, planes.rails])
+    found = gap_fillings(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m)
     near = shapely.buffer(planes.rails, BESIDE_M)
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
         return []
-    fenced = union_of([ground, planes.rails])
-    known = union_of(enclosed_pieces(fenced)[1])
+    fenced = unite([ground, planes.rails])
+    known = unite(enclosed_pieces(fenced)[1])
     beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
     new = [
         room
-        for room in enclosed_pieces(union_of([fenced, *grow_by_lap(found)]))[1]
+        for room in enclosed_pieces(unite([fenced, *grow_to_overlap(found)]))[1]
         if room.area >= config.area_m2
         and not room.representative_point().intersects(known)
-        and overlap(room, cover_over(room, level.walls)).area > MOST * room.area
+        and intersect(room, part_under_cover(room, level.walls)).area > MOST * room.area
         and shapely.intersection(room.exterior, beside).length > MOST * room.length
     ]
     if not new:
         return []
-    around = shapely.buffer(union_of(new), BESIDE_M)
-    return [Candidate(gap, "gate") for gap in found if gap.intersects(around)]
+    around = shapely.buffer(unite(new), BESIDE_M)
+    return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
 
 
 def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
     """Return whether a door, a lintel or a narrower gap stands in a wide gap."""
-    return bool(overlap(gap, closed).area > SPECK * gap.area)
+    return bool(intersect(gap, closed).area > SPECK * gap.area)
 
 
-def _runs_along(gap: Polygon, pieces: list[Candidate]) -> bool:
+def _runs_along(gap: Polygon, pieces: list[ClosingCandidate]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
-    return box_of(gap).width > PASSABLE_M and any(
-        overlap(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
+    return box_around_polygon(gap).width > PASSABLE_M and any(
+        intersect(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
     )
 
 
 def _lies_in_room(gap: Polygon, level: Level) -> bool:
     """Return whether one room of the source continues through a gap (R1)."""
     return any(
-        overlap(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
+        intersect(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
     )
 
 
@@ -313,7 +322,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
         return
-    spanned = shapely.convex_hull(union_of(strokes)).area
+    spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)
     if inside < 0.5 * spanned and _are_side_by_side(strokes, spanned):
         raise Rejection(
@@ -328,23 +337,23 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
     """Return whether each stroke is small compared with the whole, and all lie apart, as letters do (R7)."""
     hulls = shapely.convex_hull(np.array(strokes, dtype=np.object_))
     each = shapely.area(hulls)
-    return bool(each.max() < SOME * spanned and union_of(hulls).area > MOSTLY * each.sum())
+    return bool(each.max() < SOME * spanned and unite(hulls).area > MOSTLY * each.sum())
 
 
 def _keep_separating(
     door: BaseGeometry,
     shallow_headers: BaseGeometry,
-    strips: list[Candidate],
-    rest: list[Candidate],
+    strips: list[ClosingCandidate],
+    rest: list[ClosingCandidate],
     config: LayoutConfig,
-) -> tuple[list[Candidate], BaseGeometry, list[Polygon]]:
+) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
     """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
 
     Returns what is left, and the closed plane with its spaces.
     """
     pruned = not rest
     while True:
-        plane, rooms = enclosed_pieces(closed_plane(door, strips + rest))
+        plane, rooms = enclosed_pieces(close_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
         useless = {
             k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, shallow_headers, config)
@@ -364,7 +373,11 @@ def _keep_separating(
 
 
 def _parts_nothing(
-    candidate: Candidate, rooms: list[Polygon], door: BaseGeometry, shallow_headers: BaseGeometry, config: LayoutConfig
+    candidate: ClosingCandidate,
+    rooms: list[Polygon],
+    door: BaseGeometry,
+    shallow_headers: BaseGeometry,
+    config: LayoutConfig,
 ) -> bool:
     portal = candidate.portal
     if portal is None or portal.sides[0] == portal.sides[1]:
@@ -375,7 +388,7 @@ def _parts_nothing(
         return True
     is_lintel = candidate.kind == "lintel"
     if is_lintel and portal.width > config.header_m:
-        shallow = overlap(candidate.polygon, shallow_headers)
+        shallow = intersect(candidate.polygon, shallow_headers)
         if shallow.area > MOST * candidate.polygon.area:
             return True
     if portal.width <= config.beam_m:
@@ -391,13 +404,15 @@ def _is_as_broad(portal: Portal, rooms: list[Polygon]) -> bool:
         ahead, aside = way * portal.across * AROUND_M, portal.along * broad
         window = Polygon([face - aside, face + aside, face + aside + ahead, face - aside + ahead])
         near = shapely.points(face + ahead / 10)
-        seen = [piece for piece in polygons_of(overlap(rooms[side], window)) if shapely.dwithin(piece, near, BESIDE_M)]
+        seen = [
+            piece for piece in polygons_of(intersect(rooms[side], window)) if shapely.dwithin(piece, near, BESIDE_M)
+        ]
         if portal.width < WHOLE_BREADTH * sum(piece.area for piece in seen) / AROUND_M:
             return False
     return True
 
 
-def _around_no_room(candidates: list[Candidate], rooms: list[Polygon], walled: float) -> set[int]:
+def _around_no_room(candidates: list[ClosingCandidate], rooms: list[Polygon], walled: float) -> set[int]:
     """Return the strips around the first space that hardly touches a wall (R6)."""
     for index, room in enumerate(rooms):
         around = {
@@ -411,12 +426,12 @@ def _around_no_room(candidates: list[Candidate], rooms: list[Polygon], walled: f
     return set()
 
 
-def _around_a_slot(candidates: list[Candidate], rooms: list[Polygon]) -> set[int]:
+def _around_a_slot(candidates: list[ClosingCandidate], rooms: list[Polygon]) -> set[int]:
     """Return the strips between the first space too narrow to stand in and the room to which it opens most (R6).
 
     What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
     """
-    for index in np.flatnonzero(too_narrow(rooms, PASSABLE_M)).tolist():
+    for index in np.flatnonzero(are_too_narrow(rooms, PASSABLE_M)).tolist():
         ways: dict[int, set[int]] = {}
         for k, candidate in enumerate(candidates):
             if candidate.portal is not None and index in candidate.portal.sides:
@@ -431,7 +446,7 @@ def _around_a_slot(candidates: list[Candidate], rooms: list[Polygon]) -> set[int
     return set()
 
 
-def _widest_gap_of_a_niche(candidates: list[Candidate], rooms: list[Polygon], least_m2: float) -> set[int]:
+def _widest_gap_of_a_niche(candidates: list[ClosingCandidate], rooms: list[Polygon], least_m2: float) -> set[int]:
     """Return the widest gap of the first room below ``least_m2`` that one can leave only through gaps."""
     for index, room in enumerate(rooms):
         ways = [k for k, c in enumerate(candidates) if c.portal is not None and index in c.portal.sides]
@@ -445,32 +460,32 @@ def _widest_gap_of_a_niche(candidates: list[Candidate], rooms: list[Polygon], le
 
 def _is_closet(room: Polygon, portal: Portal) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R6)."""
-    breadth = np.ptp(dot(shapely.get_coordinates(room.exterior), portal.along))
+    breadth = np.ptp(dot_product(shapely.get_coordinates(room.exterior), portal.along))
     return bool(room.area >= CLOSET_M2 and portal.width < MOSTLY * breadth)
 
 
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
-) -> list[Candidate]:
+) -> list[ClosingCandidate]:
     """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R2)."""
     if level.sills or planes.rails.is_empty:
         return []
-    known = union_of(rooms)
+    known = unite(rooms)
     fenced = [
         r
-        for r in enclosed_pieces(union_of([ground, planes.rails]))[1]
+        for r in enclosed_pieces(unite([ground, planes.rails]))[1]
         if r.area >= config.area_m2 and not r.representative_point().intersects(known)
     ]
     if not fenced:
         return []
-    near = shapely.buffer(union_of(fenced), 0.05)
-    return [Candidate(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
+    near = shapely.buffer(unite(fenced), 0.05)
+    return [ClosingCandidate(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 
-def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Candidate]:
+def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[ClosingCandidate]:
     """Return the edges of the source's rooms (R11) or of its floor (R3) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
-    if edges := from_rooms(named, ground, rooms, config.area_m2):
-        return [Candidate(p, "room_edge") for p in edges]
-    bands = from_floor(level.floor, ground, config.area_m2) if level.floor is not None else []
-    return [Candidate(p, "floor_edge") for p in bands]
+    if edges := bands_around_rooms(named, ground, rooms, config.area_m2):
+        return [ClosingCandidate(p, "room_edge") for p in edges]
+    bands = bands_at_floor_edge(level.floor, ground, config.area_m2) if level.floor is not None else []
+    return [ClosingCandidate(p, "floor_edge") for p in bands]

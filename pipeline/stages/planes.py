@@ -12,9 +12,14 @@ R4  No cut runs through coplanar faces; the heights used are recorded.
 from __future__ import annotations
 
 from pipeline.config import PlanesConfig
-from pipeline.geometry.areas import EMPTY, drop_thinner, subtract, union_of
-from pipeline.geometry.cutting import Cutter, Segments, differing, near
-from pipeline.geometry.walls import Section, section
+from pipeline.geometry.areas import EMPTY, drop_thin_parts, subtract, unite
+from pipeline.geometry.mesh_slicing import (
+    MeshSlicer,
+    SectionSegments,
+    height_or_middle_of_widest_gap,
+    segments_that_differ,
+)
+from pipeline.geometry.wall_sections import WallSection, section_from_segments
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Planes
@@ -36,16 +41,16 @@ def cut_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes
 
 def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     """R1."""
-    cutter = Cutter(level.walls)
-    door_height = near(config.door_m, cutter.heights)
-    ground_height = near(config.ground_m, cutter.heights)
+    cutter = MeshSlicer(level.walls)
+    door_height = height_or_middle_of_widest_gap(config.door_m, cutter.heights)
+    ground_height = height_or_middle_of_widest_gap(config.ground_m, cutter.heights)
     standing_cut, ground_cut = cutter.cut(door_height), cutter.cut(ground_height)
     standing = _section(standing_cut, config)
-    door = union_of([standing.walls, standing.solids])
-    ground = _section(differing(ground_cut, standing_cut), config, sheets=False).walls
+    door = unite([standing.walls, standing.solids])
+    ground = _section(segments_that_differ(ground_cut, standing_cut), config, sheets=False).walls
     return Planes(
         door=door,
-        sills=drop_thinner(subtract(ground, door), SLIVER_M),
+        sills=drop_thin_parts(subtract(ground, door), SLIVER_M),
         lintels=EMPTY,
         rails=EMPTY,
         tall=standing.walls,
@@ -53,20 +58,20 @@ def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     )
 
 
-def _section(cut: Segments, config: PlanesConfig, *, sheets: bool = True) -> Section:
-    return section(cut, sheet_m=config.sheet_m, solid_m=config.solid_m, sheets=sheets)
+def _section(cut: SectionSegments, config: PlanesConfig, *, sheets: bool = True) -> WallSection:
+    return section_from_segments(cut, sheet_m=config.sheet_m, solid_m=config.solid_m, sheets=sheets)
 
 
 def _from_evidence(evidence: Evidence) -> Planes:
     """R2."""
-    known = union_of([doorway.polygon for doorway in evidence.doorways])
+    known = unite([doorway.polygon for doorway in evidence.doorways])
     door = subtract(evidence.walls, known)
     return Planes(
         door=door,
         sills=EMPTY,
-        lintels=drop_thinner(subtract(evidence.lintels, union_of([door, known])), SLIVER_M),
-        rails=drop_thinner(subtract(evidence.rails, union_of([evidence.lintels, known])), SLIVER_M),
-        tall=union_of([evidence.tall, known]),
+        lintels=drop_thin_parts(subtract(evidence.lintels, unite([door, known])), SLIVER_M),
+        rails=drop_thin_parts(subtract(evidence.rails, unite([evidence.lintels, known])), SLIVER_M),
+        tall=unite([evidence.tall, known]),
         heights=evidence.heights,
         doorways=evidence.doorways,
         leaves=evidence.leaves,

@@ -15,35 +15,35 @@ import shapely
 from shapely import Polygon
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.areas import each_opened, polygons_of, subtract, union_of
-from pipeline.geometry.spaces import fit_to_rooms
-from pipeline.geometry.straighten import straighten
-from pipeline.geometry.walls import close_cracks
+from pipeline.geometry.areas import drop_thin_parts_of_each, polygons_of, subtract, unite
+from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms
+from pipeline.geometry.straighten import straighten_outlines
+from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, SLIVER_M
 from pipeline.values import Spaces
 
 
-def refine(spaces: Spaces, config: RefineConfig) -> Spaces:
+def straighten_rooms(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
     whole = _without_spurs(spaces.rooms)
-    straight = straighten(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
+    straight = straighten_outlines(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
     rooms = _disjoint(straight, list(spaces.rooms))
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
-    portals = fit_to_rooms([p.portal for p in spaces.passages], rooms)  # R2
+    portals = fit_portals_to_rooms([p.portal for p in spaces.passages], rooms)  # R2
     passages = [replace(p, portal=portal) for p, portal in zip(spaces.passages, portals, strict=True)]
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 
 def _without_spurs(rooms: Sequence[Polygon]) -> list[Polygon]:
-    parts = [polygons_of(each) for each in each_opened(rooms, CRACK_M)]
+    parts = [polygons_of(each) for each in drop_thin_parts_of_each(rooms, CRACK_M)]
     return [found[0] if found else room for room, found in zip(rooms, parts, strict=True)]
 
 
 def _meeting(room: Polygon, other: Polygon) -> Polygon:
-    both = union_of([room, other])
+    both = unite([room, other])
     between = subtract(close_cracks(both, SLIVER_M), both)
-    return polygons_of(union_of([room, between]))[0]
+    return polygons_of(unite([room, between]))[0]
 
 
 def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:

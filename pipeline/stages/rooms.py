@@ -17,7 +17,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
-from pipeline.geometry.areas import overlap, polygons_of, subtract, union_of
+from pipeline.geometry.areas import intersect, polygons_of, subtract, unite
 from pipeline.tolerances import PATCH_M2, SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
@@ -29,7 +29,7 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     rooms = [part for room in spaces.rooms for part in _divide_by_source(room, drawn)]
     named = [NamedRoom(room) for room in rooms]
     for source in drawn:  # R2
-        shares = [overlap(room, source.polygon).area for room in rooms]
+        shares = [intersect(room, source.polygon).area for room in rooms]
         best = int(np.argmax(shares))
         if source.polygon is not None and shares[best] > SOME * source.polygon.area:
             named[best] = _with_name(named[best], source)
@@ -46,21 +46,21 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """Return a space as its source divides it, or the space itself if the source does not (R1)."""
     inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
-    inside = [p for p in inside if overlap(p, room).area > max(PATCH_M2, SOME * p.area)]
+    inside = [p for p in inside if intersect(p, room).area > max(PATCH_M2, SOME * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []
-    taken = union_of([])
+    taken = unite([])
     for polygon in sorted(inside, key=lambda p: (p.area, p.bounds)):
-        core = subtract(overlap(polygon, room), taken)
+        core = subtract(intersect(polygon, room), taken)
         if core.area > PATCH_M2:
             cores.append(polygons_of(core)[0])
-            taken = union_of([taken, cores[-1]])
+            taken = unite([taken, cores[-1]])
     parts = [[core] for core in cores]
     for scrap in polygons_of(subtract(room, taken)):
         touching = [shapely.intersection(scrap.buffer(1e-6), core).area for core in cores]
         parts[int(np.argmax(touching))].append(scrap)
-    grown = [polygons_of(shapely.buffer(union_of(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
+    grown = [polygons_of(shapely.buffer(unite(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
     return [g[0] for g in grown]
 
 

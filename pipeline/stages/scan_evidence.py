@@ -10,38 +10,38 @@ from __future__ import annotations
 from shapely import Polygon
 
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.areas import EMPTY, overlap, subtract, union_of
-from pipeline.geometry.known_doors import judge_leaves, known_doorways
+from pipeline.geometry.areas import EMPTY, intersect, subtract, unite
+from pipeline.geometry.known_doors import find_known_doorways, judge_leaves
 from pipeline.geometry.meshes import footprint
-from pipeline.geometry.scan_columns import columns_of, columns_of_points
-from pipeline.geometry.scan_walls import area_of, top_of_walls, wall_masks
+from pipeline.geometry.scan_columns import columns_of_mesh, columns_of_points
+from pipeline.geometry.scan_walls import find_wall_masks, mask_to_area, wall_top_height
 from pipeline.tolerances import THIN_WALL_M
 from pipeline.values import Evidence, Level
 
 CELL_M = 0.025
 
 
-def gather_scan(level: Level, config: EvidenceConfig) -> Evidence:
+def gather_scan_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     """Decide what each thing in a scanned level is."""
     mesh, top = level.walls, max(level.ceiling_m, config.head_m)
     if mesh.is_cloud:
         columns = columns_of_points(mesh.vertices, THIN_WALL_M, top, CELL_M)
     else:
-        columns = columns_of(mesh, THIN_WALL_M, top, CELL_M)
-    masks = wall_masks(columns)
-    closed = area_of(masks.walls, masks.raster)
-    doorways = union_of([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
-    walls, lintels = subtract(closed, doorways), overlap(closed, doorways)
+        columns = columns_of_mesh(mesh, THIN_WALL_M, top, CELL_M)
+    masks = find_wall_masks(columns)
+    closed = mask_to_area(masks.walls, masks.raster)
+    doorways = unite([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
+    walls, lintels = subtract(closed, doorways), intersect(closed, doorways)
     judged = judge_leaves([], walls, lintels)
-    known, leaves = known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
+    known, leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     return Evidence(
         walls=walls,
         tall=walls,
         lintels=lintels,
         rails=EMPTY,
-        furniture=union_of([footprint(each.mesh) for each in level.furniture]),
+        furniture=unite([footprint(each.mesh) for each in level.furniture]),
         doorways=tuple(known),
         leaves=tuple(leaves),
-        heights={"columns": [THIN_WALL_M, round(top_of_walls(columns), 4)]},
+        heights={"columns": [THIN_WALL_M, round(wall_top_height(columns), 4)]},
         scanned=True,
     )

@@ -20,8 +20,8 @@ from houseexpo.inference.tiling import Points, faces_between, grid_rings
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.categories import UNLABELLED
 from houseexpo.tolerances import GRID_M
-from pipeline.geometry.areas import OUTSIDE, polygons_of, union_of
-from pipeline.geometry.spaces import opening_polygons
+from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
+from pipeline.geometry.rooms_and_passages import portal_polygons
 from pipeline.tolerances import AROUND_M, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
@@ -81,13 +81,13 @@ class _Tiles:
 def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     """Return rooms and doors on the grid; if they form several parts, those of the largest part."""
     inner = [p for p in spaces.passages if not p.leads_outside]
-    openings = opening_polygons([p.portal for p in inner], spaces.rooms)
+    openings = portal_polygons([p.portal for p in inner], spaces.rooms)
     room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
-    outline = polygons_of(union_of([*room_shapes, *door_shapes]))[0]
+    outline = polygons_of(unite([*room_shapes, *door_shapes]))[0]
     rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
     entrances = [p for p in spaces.passages if p.leads_outside]
-    for entrance, strip in zip(entrances, opening_polygons([p.portal for p in entrances], spaces.rooms), strict=True):
+    for entrance, strip in zip(entrances, portal_polygons([p.portal for p in entrances], spaces.rooms), strict=True):
         if strip.distance(outline) < STAND_M:
             passages.append(entrance)
             shapes.append(strip)
@@ -129,7 +129,7 @@ def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Poly
 
 def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     """Return the faces of one shape in one piece; a shape that vanishes on the grid is returned rounded."""
-    found = polygons_of(union_of(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
+    found = polygons_of(unite(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
     return found[0] if found else shape
 
 

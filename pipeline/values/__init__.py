@@ -4,21 +4,21 @@
 (meshes, closing candidates, doorways, spaces) are its own and are named here too.
 """
 
-from pipeline.geometry.closing import Candidate, CandidateKind
+from pipeline.geometry.closing_candidates import CandidateKind, ClosingCandidate
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
-from pipeline.geometry.spaces import JoinedPair, Passage, Spaces
+from pipeline.geometry.rooms_and_passages import JoinedPoints, Passage, Spaces
 from pipeline.values.source import MADE, Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
 from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 
 __all__ = [
     "MADE",
-    "Candidate",
     "CandidateKind",
+    "ClosingCandidate",
     "Doorway",
     "Evidence",
     "Input",
-    "JoinedPair",
+    "JoinedPoints",
     "Layout",
     "Level",
     "Mesh",

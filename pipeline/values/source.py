@@ -16,7 +16,7 @@ from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import union_of
+from pipeline.geometry.areas import unite
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
@@ -99,7 +99,7 @@ class Level:
         """The source's floor with its rooms, which may cover the void of a stair; None if it has no floor."""
         if self.floor is None:
             return None
-        return union_of([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
+        return unite([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
 
     @property
     def names_doors(self) -> bool:

@@ -9,7 +9,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.closing import Candidate
+from pipeline.geometry.closing_candidates import ClosingCandidate
 from pipeline.geometry.doorways import Doorway
 
 
@@ -70,7 +70,7 @@ class Layout:
 
     door: BaseGeometry
     ground: BaseGeometry
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[ClosingCandidate, ...]
     rooms: tuple[Polygon, ...]
 
 

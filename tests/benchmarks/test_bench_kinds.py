@@ -32,8 +32,8 @@ from shapely import Polygon
 
 from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
-from pipeline.stages.confidence import models
-from pipeline.stages.evidence import gather
+from pipeline.stages.confidence import load_models
+from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import find_candidates
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Level
@@ -140,7 +140,7 @@ def without_candidate(level: Level, doors: Sequence[npt.ArrayLike], zones: Seque
     """Count doors, and points along the edges of zones, in the source's plan axes; and those without a candidate."""
     found: Counter[str] = Counter()
     config = PipelineConfig()
-    evidence = gather(level, config.evidence)
+    evidence = gather_evidence(level, config.evidence)
     planes = cut_planes(level, evidence, config.planes)
     closing = [each.polygon for each in find_candidates(level, planes, config.layout)]
     shapes = shapely.union_all([*closing, *evidence.leaves, *(d.polygon for d in evidence.doorways)])
@@ -201,7 +201,7 @@ def test_confidence_tells_true_parts_from_false_ones(request: pytest.FixtureRequ
     kinds = option("--kinds").split(",") if option("--kinds") else list(KINDS)
     seed = option("--seed") or FITTED_SEED + 1
     parts = collect_parts(kinds, option("--members"), seed, None, None)
-    Console(width=120).print(table_of(parts, models()))
+    Console(width=120).print(table_of(parts, load_models()))
     assert {part.part for part in parts} == {"door", "entrance", "room"}
 
 

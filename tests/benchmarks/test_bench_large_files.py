@@ -20,7 +20,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pipeline.algorithm import stages
+from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import suncg
@@ -69,7 +69,7 @@ def test_where_the_time_of_a_house_goes(tmp_path: Path) -> None:
         for level in levels:
             start = time.process_time()
             try:
-                for snapshot in stages(level, PipelineConfig(), np.random.default_rng(0)):
+                for snapshot in run_stages(level, PipelineConfig(), np.random.default_rng(0)):
                     spent[snapshot.stage].append(time.process_time() - start)
                     start = time.process_time()
             except Rejection:

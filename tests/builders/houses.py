@@ -12,7 +12,7 @@ import trimesh
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
-from pipeline.algorithm import Snapshot, plan_house, stages
+from pipeline.algorithm import StageResult, plan_largest_building, run_stages
 from pipeline.config import PipelineConfig
 from pipeline.values import Level, Mesh, Spaces
 from tests.builders.meshes import Rectangle, box, joined, sheet
@@ -114,14 +114,14 @@ def three_rooms(first: Sequence[Hole] = (), second: Sequence[Hole] = ()) -> Part
 def plan_of(house: Level | Iterable[trimesh.Trimesh], config: PipelineConfig | None = None, seed: int = 0) -> FloorPlan:
     """Run all of Algorithm 1."""
     house = house if isinstance(house, Level) else level(house)
-    return plan_house(house, config or PipelineConfig(), np.random.default_rng(seed))
+    return plan_largest_building(house, config or PipelineConfig(), np.random.default_rng(seed))
 
 
-def snapshots(house: Level | Iterable[trimesh.Trimesh], config: PipelineConfig | None = None) -> dict[str, Any]:
+def stage_values(house: Level | Iterable[trimesh.Trimesh], config: PipelineConfig | None = None) -> dict[str, Any]:
     """Return what each stage made, by its name."""
     house = house if isinstance(house, Level) else level(house)
-    found: Iterable[Snapshot] = stages(house, config or PipelineConfig(), np.random.default_rng(0))
-    return {snapshot.stage: snapshot.value for snapshot in found}
+    found: Iterable[StageResult] = run_stages(house, config or PipelineConfig(), np.random.default_rng(0))
+    return {result.stage: result.value for result in found}
 
 
 def difference(a: shapely.Geometry, b: shapely.Geometry) -> float:

@@ -15,7 +15,7 @@ import shapely.affinity
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.algorithm import plan_house, plan_level
+from pipeline.algorithm import plan_largest_building, plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import ifc, mesh_file
@@ -95,7 +95,7 @@ def plans_nearest(path: Path, floor_z: float) -> list[FloorPlan]:
 
 def planned(level: Level, config: PipelineConfig | None = None) -> FloorPlan:
     """The plan of a level, with all defaults where no configuration is given."""
-    return plan_house(level, config or PipelineConfig(), np.random.default_rng(0))
+    return plan_largest_building(level, config or PipelineConfig(), np.random.default_rng(0))
 
 
 def as_json(plan: FloorPlan) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.json_codec import encode
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.values import Level
 from tests.builders.houses import Hole, Parts, level, shell, two_rooms, window
@@ -31,7 +31,7 @@ def house(parts: Parts) -> tuple[Level, Storey]:
 
 
 def planned(found: Level) -> dict[str, Any]:
-    plan = plan_house(found, PipelineConfig(), np.random.default_rng(0))
+    plan = plan_largest_building(found, PipelineConfig(), np.random.default_rng(0))
     return json.loads(encode(plan))
 
 

@@ -6,7 +6,7 @@ import shapely
 
 from houseexpo.floorplan import decode
 from houseexpo.plan.json_codec import encode
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_largest_building
 from pipeline.config import EvidenceConfig, LayoutConfig, PipelineConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.values import Mesh, SourceObject, SourceRoom
@@ -20,7 +20,7 @@ from tests.builders.houses import (
     plan_of,
     sheet_wall,
     shell,
-    snapshots,
+    stage_values,
     two_rooms,
     wall,
     window,
@@ -45,7 +45,7 @@ def test_two_rooms_and_a_door_come_out_to_the_centimetre() -> None:
 
 
 def test_the_stages_come_in_the_papers_order() -> None:
-    assert list(snapshots(two_rooms(DOOR))) == [
+    assert list(stage_values(two_rooms(DOOR))) == [
         "evidence", "planes", "layout", "doors", "contour", "cells", "isolated", "connectivity", "refine", "plan",
     ]  # fmt: skip
 
@@ -234,4 +234,4 @@ def test_what_is_no_house_is_rejected_with_its_reason(parts: Parts, reason: Reas
 def test_the_configuration_reaches_every_stage() -> None:
     config = PipelineConfig(layout=LayoutConfig(area_m2=50.0))
     with pytest.raises(Rejection, match=r"expected at least 50 m2"):
-        plan_house(level(two_rooms(DOOR)), config, np.random.default_rng(0))
+        plan_largest_building(level(two_rooms(DOOR)), config, np.random.default_rng(0))

@@ -15,7 +15,7 @@ from pipeline.geometry.known_doors import find_leaves
 from pipeline.geometry.meshes import Bodies
 from pipeline.sources.meshes.formats import Convention
 from pipeline.sources.storeys.size import Wish, detect
-from pipeline.stages.evidence import gather
+from pipeline.stages.evidence import gather_evidence
 from pipeline.values import Mesh
 from tests.builders.houses import (
     CEILING,
@@ -254,7 +254,7 @@ def lamp(x: float, y: float) -> trimesh.Trimesh:
 
 def test_a_lamp_over_a_table_is_no_window_and_a_window_is_wall() -> None:
     table = box((1.0, 1.0, 2.2, 2.0), 0.0, 0.75)
-    walls = gather(level([*two_rooms(window(1.0, 2.0)), table, lamp(1.6, 1.5)]), EvidenceConfig()).walls
+    walls = gather_evidence(level([*two_rooms(window(1.0, 2.0)), table, lamp(1.6, 1.5)]), EvidenceConfig()).walls
     assert not walls.intersects(shapely.box(1.0, 1.0, 2.2, 2.0))
     assert walls.contains(shapely.Point(4.1, 1.5))
 
@@ -264,7 +264,7 @@ def test_a_wardrobe_leaves_no_crease_that_parts_the_floor(degrees: float) -> Non
     wardrobe = box((0.0, 0.0, 2.0, 0.6), 0.0, 1.9)
     wardrobe.apply_transform(trimesh.transformations.rotation_matrix(np.deg2rad(degrees), [0, 0, 1]))
     wardrobe.apply_translation((1.2, 0.1, 0.0))
-    found = gather(level([*two_rooms(DOOR), wardrobe]), EvidenceConfig())
+    found = gather_evidence(level([*two_rooms(DOOR), wardrobe]), EvidenceConfig())
     assert not found.walls.intersects(shapely.box(0.01, 0.01, 3.99, 2.99))
     assert found.furniture.area == pytest.approx(1.2, abs=0.05)
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.geometry.areas import dot
-from tests.builders.houses import gap, level, snapshots, three_rooms, window
+from pipeline.geometry.areas import dot_product
+from tests.builders.houses import gap, level, stage_values, three_rooms, window
 from tests.builders.houses import wall as wall_of
 from tests.builders.meshes import joined, turned
 
@@ -25,8 +25,8 @@ def test_dot_is_the_sum_of_the_products() -> None:
     rng = np.random.default_rng(0)
     points, way = rng.normal(size=(50, 2)), rng.normal(size=2)
     expected = [x * way[0] + y * way[1] for x, y in points.tolist()]
-    assert dot(points, way).tolist() == expected
-    assert float(dot(points[0], way)) == expected[0]
+    assert dot_product(points, way).tolist() == expected
+    assert float(dot_product(points[0], way)) == expected[0]
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="kernels of another family")
@@ -50,7 +50,7 @@ def digest(degrees: float = 31.0) -> str:
             *wall_of((4.0, 3.2, 4.1, 7.0), gap(1.9, 3.6)),
         ]
     )
-    spaces = snapshots(level(turned(mesh, degrees)))["refine"]
+    spaces = stage_values(level(turned(mesh, degrees)))["refine"]
     outlines = [room.wkb for room in spaces.rooms]
     middles = [np.asarray(passage.portal.centre).tobytes() for passage in spaces.passages]
     return hashlib.sha256(b"".join([*outlines, *middles])).hexdigest()

@@ -14,7 +14,7 @@ from PIL import Image
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
 from pipeline.overrides import Override
-from pipeline.quality import GROUNDS, check_quality, main_grounds, score_quality
+from pipeline.quality import GROUNDS, check_quality, main_grounds_in_words, score_quality
 from pipeline.rejection import Reason, Rejection
 from tests.builders.batch import doubting, lines, one_room, run_build
 from tests.builders.judged import NAMES, Judged, area_under_curve, fit, precision_at, split, threshold
@@ -50,11 +50,11 @@ def test_grounds_are_kept_to_four_digits_and_unknown_ones_weigh_nothing() -> Non
 
 def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     heaviest = min(GROUNDS, key=lambda ground: ground.weight)
-    said = main_grounds(score_quality({ground.name: 1.0 for ground in GROUNDS}), most=2)
+    said = main_grounds_in_words(score_quality({ground.name: 1.0 for ground in GROUNDS}), most=2)
     assert len(said) == 2
     assert said[0] == f"{heaviest.about}: 1.00"
-    assert main_grounds(score_quality({})) == []
-    assert main_grounds(score_quality({heaviest.name: 0.001})) == []
+    assert main_grounds_in_words(score_quality({})) == []
+    assert main_grounds_in_words(score_quality({heaviest.name: 0.001})) == []
 
 
 def test_a_plan_less_sure_than_asked_for_is_refused_with_its_grounds() -> None:

@@ -36,7 +36,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.geometry.areas import buffer_mitred, fill_enclosed, union_of
+from pipeline.geometry.areas import buffer_mitred, fill_enclosed, unite
 from pipeline.sources.ifc.model import Building, Part, Storey
 from pipeline.sources.ifc.rooms_and_openings import footprint, is_room, merge_parts
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
@@ -243,7 +243,7 @@ def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
 
 
 def _enclosed_area(walls: Iterable[Part]) -> float:
-    return float(fill_enclosed(union_of(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
+    return float(fill_enclosed(unite(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 
 def _is_in(space: Part, storey: Storey, floor: float) -> bool:

@@ -31,8 +31,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import areas, buffer_mitred, dot, drop_thinner, polygons_of
-from pipeline.geometry.straighten import straighten
+from pipeline.geometry.areas import buffer_mitred, dot_product, drop_lines_and_points, drop_thin_parts, polygons_of
+from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOut, check_file, single_input
@@ -217,7 +217,7 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
         outline = _largest(shapely.difference(whole, doorways), edges)
         if outline.area >= edges.room_m2:
             raw[number] = outline
-    straight = straighten(list(raw.values()), offset_m=edges.straight_m, angle_deg=ANGLE_DEG)
+    straight = straighten_outlines(list(raw.values()), offset_m=edges.straight_m, angle_deg=ANGLE_DEG)
     found: dict[int, Polygon] = {}
     by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
     for number, outline in by_size:
@@ -231,14 +231,14 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
 
 def _largest(area: BaseGeometry, edges: _Edges) -> Polygon:
     """Return the largest piece of an area without what noise leaves beside it; an empty polygon if nothing is left."""
-    return max(polygons_of(drop_thinner(area, edges.narrowest_m)), key=lambda piece: piece.area, default=Polygon())
+    return max(polygons_of(drop_thin_parts(area, edges.narrowest_m)), key=lambda piece: piece.area, default=Polygon())
 
 
 def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
     """R1: an area without what noise does to its edge, and without small holes."""
     narrow = edges.narrowest_m
     closed = buffer_mitred(buffer_mitred(whole, narrow / 2), -narrow / 2)
-    parts = [shapely.simplify(part, edges.straight_m / 2) for part in polygons_of(drop_thinner(closed, narrow))]
+    parts = [shapely.simplify(part, edges.straight_m / 2) for part in polygons_of(drop_thin_parts(closed, narrow))]
     kept = [
         Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= edges.clutter_m2])
         for part in parts
@@ -265,7 +265,7 @@ def _flatten_doorways(
         wall = slot.between(low, high, JAMB_M)
         for number, span in ((first, (one[0] - STEP_M, low)), (second, (high, other[1] + STEP_M))):
             step = slot.between(*span) if span[1] - span[0] > GRID_M else Polygon()
-            with_step = areas(shapely.union(rooms[number], step, grid_size=GRID_M))
+            with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=GRID_M))
             whole = shapely.difference(with_step, wall, grid_size=GRID_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
@@ -295,7 +295,9 @@ def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
     for share in (-0.9, 0.0, 0.9):
         start = slot.middle + share * slot.half
         lane = LineString([start - REACH_M * slot.across, start + REACH_M * slot.across])
-        met = [dot(shapely.get_coordinates(part) - start, slot.across) for part in shapely.get_parts(room_ & lane)]
+        met = [
+            dot_product(shapely.get_coordinates(part) - start, slot.across) for part in shapely.get_parts(room_ & lane)
+        ]
         nearest = min(((float(t.min()), float(t.max())) for t in met if len(t)), key=_from_zero, default=None)
         if nearest is not None:
             ends.append(nearest)

@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
-from pipeline.geometry.areas import dot
+from pipeline.geometry.areas import dot_product
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces
 from pipeline.sources.tolerances import (
@@ -211,9 +211,9 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
     found = []
     for k, others in zip(chosen, near, strict=True):
         away = points[k] - points[others]
-        deep = dot(away, outward[k])
-        beside = np.abs(dot(away, np.array([-outward[k, 1], outward[k, 0]])))
-        parallel = np.abs(dot(normals[others], outward[k])) > FACING
+        deep = dot_product(away, outward[k])
+        beside = np.abs(dot_product(away, np.array([-outward[k, 1], outward[k, 0]])))
+        parallel = np.abs(dot_product(normals[others], outward[k])) > FACING
         found.append(bool(((deep > THINNEST_WALL_M) & (beside < SAMPLE_M) & parallel).any()))
     return _share(np.asarray(found))
 

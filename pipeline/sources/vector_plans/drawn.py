@@ -25,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import dot, drop_thinner, polygons_of
+from pipeline.geometry.areas import dot_product, drop_thin_parts, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
@@ -126,7 +126,7 @@ def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
     body = shapely.union_all(list(shapes), grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
-    slits = [void for void in voids if drop_thinner(void, THICKEST_WALL_M).is_empty]
+    slits = [void for void in voids if drop_thin_parts(void, THICKEST_WALL_M).is_empty]
     return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
 
 
@@ -193,7 +193,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     for probe in probes:
         ray = LineString([probe - across * DEEPEST_WALL_M, probe + across * DEEPEST_WALL_M])
         for part in shapely.get_parts(shapely.intersection(walls, ray)):
-            ends = dot(shapely.get_coordinates(part) - probe, across)
+            ends = dot_product(shapely.get_coordinates(part) - probe, across)
             if (
                 len(ends)
                 and ends.min() <= OFF_LINE_M

@@ -10,15 +10,15 @@ from shapely import Polygon
 from pipeline.geometry.areas import (
     OUTSIDE,
     WALL,
-    areas,
-    drop_thinner,
+    drop_lines_and_points,
+    drop_thin_parts,
     enclosed_pieces,
-    locate,
-    overlap,
+    intersect,
+    locate_points,
     polygons_of,
     subtract,
     triangulate,
-    union_of,
+    unite,
 )
 
 FRAME = shapely.box(0, 0, 8, 5).difference(
@@ -28,12 +28,12 @@ FRAME = shapely.box(0, 0, 8, 5).difference(
 
 def test_overlays_leave_neither_lines_nor_points_behind() -> None:
     a, b = shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 1)
-    assert overlap(a, b).is_empty
-    assert overlap(a, b).geom_type in {"Polygon", "MultiPolygon"}
+    assert intersect(a, b).is_empty
+    assert intersect(a, b).geom_type in {"Polygon", "MultiPolygon"}
     assert subtract(a, b).area == 1.0
-    assert union_of([a, b]).area == 2.0
+    assert unite([a, b]).area == 2.0
     mixed = shapely.GeometryCollection([a, shapely.LineString([(0, 0), (5, 5)]), shapely.MultiPolygon([b])])
-    assert areas(mixed).area == 2.0
+    assert drop_lines_and_points(mixed).area == 2.0
     assert [p.area for p in polygons_of(shapely.MultiPolygon([a, shapely.box(5, 5, 8, 8)]))] == [9.0, 1.0]
 
 
@@ -46,14 +46,14 @@ def test_what_walls_close_all_round() -> None:
 
 def test_a_pillar_is_no_space_and_a_room_goes_round_it() -> None:
     pillar = shapely.box(5, 2, 5.4, 2.4)
-    rooms = enclosed_pieces(union_of([FRAME, pillar]))[1]
+    rooms = enclosed_pieces(unite([FRAME, pillar]))[1]
     assert rooms[0].area == pytest.approx(4.6 * 4.6 - 0.16)
     assert len(rooms[0].interiors) == 1
 
 
 def test_a_room_within_a_room_is_a_space_of_its_own() -> None:
     ring = shapely.box(4.5, 1.5, 6.5, 3.5).difference(shapely.box(4.6, 1.6, 6.4, 3.4))
-    assert sorted(round(r.area, 2) for r in enclosed_pieces(union_of([FRAME, ring]))[1]) == [3.24, 12.88, 17.16]
+    assert sorted(round(r.area, 2) for r in enclosed_pieces(unite([FRAME, ring]))[1]) == [3.24, 12.88, 17.16]
 
 
 def test_specks_between_pieces_of_one_wall_are_wall() -> None:
@@ -64,16 +64,16 @@ def test_specks_between_pieces_of_one_wall_are_wall() -> None:
 
 
 def test_opening_drops_what_is_thin_and_keeps_corners() -> None:
-    shape = union_of([shapely.box(0, 0, 2, 2), shapely.box(2, 0.9, 5, 0.95)])
-    assert drop_thinner(shape, 0.1).symmetric_difference(shapely.box(0, 0, 2, 2)).area < 1e-4
-    assert drop_thinner(shapely.box(0, 0, 3, 0.05), 0.1).is_empty
+    shape = unite([shapely.box(0, 0, 2, 2), shapely.box(2, 0.9, 5, 0.95)])
+    assert drop_thin_parts(shape, 0.1).symmetric_difference(shapely.box(0, 0, 2, 2)).area < 1e-4
+    assert drop_thin_parts(shapely.box(0, 0, 3, 0.05), 0.1).is_empty
 
 
 def test_locating_points() -> None:
     walls, rooms = enclosed_pieces(FRAME)
     points = np.array([(1.0, 1.0), (5.0, 1.0), (3.1, 1.0), (-1.0, 0.0)])
-    assert locate(points, rooms, walls).tolist() == [1, 0, WALL, OUTSIDE]
-    assert locate(np.zeros((0, 2)), rooms, walls).shape == (0,)
+    assert locate_points(points, rooms, walls).tolist() == [1, 0, WALL, OUTSIDE]
+    assert locate_points(np.zeros((0, 2)), rooms, walls).shape == (0,)
 
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]

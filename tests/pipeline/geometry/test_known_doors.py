@@ -5,7 +5,7 @@ import pytest
 import shapely
 import trimesh
 
-from pipeline.geometry.doorways import doorway
+from pipeline.geometry.doorways import doorway_around_leaf
 from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, leaves_in_recesses
 from pipeline.geometry.meshes import Bodies, Box
 from pipeline.values import SourceObject
@@ -100,14 +100,14 @@ LEAF = Box(np.array([2.0, 0.0]), np.array([1.0, 0.0]), 0.9, 0.04, 0.0, 2.0)
 
 def test_a_leaf_between_two_jambs_stands_in_a_doorway_as_deep_as_the_wall() -> None:
     walls = shapely.union_all([shapely.box(0, -0.1, 1.5, 0.1), shapely.box(2.5, -0.1, 4, 0.1)])
-    found = doorway(LEAF, walls)
+    found = doorway_around_leaf(LEAF, walls)
     assert found is not None
     assert (found.width, found.thickness) == (pytest.approx(1.0), pytest.approx(0.2))
 
 
 def test_a_leaf_between_two_posts_thinner_than_it_looks_into_them_stands_in_none() -> None:
     posts = shapely.union_all([shapely.box(1.47, -0.1, 1.5, 0.1), shapely.box(2.5, -0.1, 2.53, 0.1)])
-    assert doorway(LEAF, posts) is None
+    assert doorway_around_leaf(LEAF, posts) is None
 
 
 def _askew(degrees: float, beside_m: float = 0.0) -> shapely.Geometry:
@@ -117,7 +117,7 @@ def _askew(degrees: float, beside_m: float = 0.0) -> shapely.Geometry:
 
 
 def test_a_doorway_lies_along_the_wall_that_its_leaf_is_askew_to() -> None:  # R1
-    found = doorway(LEAF, _askew(8.0))
+    found = doorway_around_leaf(LEAF, _askew(8.0))
     assert found is not None
     assert np.rad2deg(np.arctan2(*found.along[::-1])) == pytest.approx(8.0, abs=0.2)
     assert found.centre == pytest.approx([2.0, 0.0], abs=0.01)
@@ -125,7 +125,7 @@ def test_a_doorway_lies_along_the_wall_that_its_leaf_is_askew_to() -> None:  # R
 
 
 def test_a_doorway_between_two_walls_side_by_side_is_not_turned() -> None:  # R2
-    found = doorway(LEAF, _askew(0.0, beside_m=0.08))
+    found = doorway_around_leaf(LEAF, _askew(0.0, beside_m=0.08))
     assert found is not None
     assert found.along == pytest.approx([1.0, 0.0])
     assert found.thickness == pytest.approx(0.2)

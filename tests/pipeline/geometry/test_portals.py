@@ -5,9 +5,10 @@ import pytest
 import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
-from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_rows
-from pipeline.geometry.spaces import erode_floor, fit_to_rooms, opening_polygons, piece_of, sample, walkable_floor
+from pipeline.geometry.doorway_cuts import CutRules, find_cuts_near_lines
+from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_portals_in_rows
+from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms, portal_polygons
+from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.values import Passage, Spaces
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
@@ -83,7 +84,7 @@ def test_what_stands_in_a_strip_divides_it() -> None:
 def test_neighbours_in_a_row_are_one_portal(apart: float, sides: tuple[int, int], number: int) -> None:
     first = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
     second = Portal(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
-    result = join_rows([first, second], shapely.Polygon())
+    result = join_portals_in_rows([first, second], shapely.Polygon())
     assert len(result) == number
     if number == 1:
         assert result[0].width == pytest.approx(2.0 + apart)
@@ -110,31 +111,31 @@ def portal(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Portal:
 
 def test_a_portal_reaches_from_face_to_face() -> None:
     for x, depth in ((4.1, 0.3), (4.08, 0.1), (4.12, 0.22)):
-        (found,) = fit_to_rooms([portal(x, depth)], ROOMS)
+        (found,) = fit_portals_to_rooms([portal(x, depth)], ROOMS)
         assert found.centre == pytest.approx([4.1, 1.5])
         assert found.depth == pytest.approx(0.2)
 
 
 def test_on_the_outside_it_stays_where_it_was() -> None:
-    (found,) = fit_to_rooms([portal(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
+    (found,) = fit_portals_to_rooms([portal(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
     assert (found.centre[0] - found.depth / 2, found.centre[0] + found.depth / 2) == pytest.approx((7.2, 7.37))
 
 
 def test_the_opening_lies_between_the_two_faces() -> None:
-    (opening,) = opening_polygons([portal(4.1, 0.2)], ROOMS)
+    (opening,) = portal_polygons([portal(4.1, 0.2)], ROOMS)
     assert opening.symmetric_difference(shapely.box(4.0, 1.1, 4.2, 1.9)).area < 1e-6
 
 
 def test_the_opening_follows_faces_that_are_not_parallel() -> None:
     wedge = shapely.Polygon([(4.2, 0), (7.2, 0), (7.2, 3), (4.3, 3)])
-    (opening,) = opening_polygons([portal(4.13, 0.25)], [ROOMS[0], wedge])
+    (opening,) = portal_polygons([portal(4.13, 0.25)], [ROOMS[0], wedge])
     assert opening.area == pytest.approx(0.8 * (0.2 + 0.1 * 0.5), rel=0.01)
     assert opening.touches(wedge) or opening.intersection(wedge).area < 1e-6
 
 
 def test_a_house_without_passages_needs_no_fitting() -> None:
-    assert fit_to_rooms([], ROOMS) == []
-    assert opening_polygons([], ROOMS) == []
+    assert fit_portals_to_rooms([], ROOMS) == []
+    assert portal_polygons([], ROOMS) == []
 
 
 TWO_ROOMS = (shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3))
@@ -160,17 +161,17 @@ def test_pieces_come_largest_first_without_specks() -> None:
 
 def test_samples_are_uniform_and_every_piece_has_one() -> None:
     pieces = erode_floor(walkable_floor(spaces(0.3)), 0.2)
-    points = sample(pieces, 1000, np.random.default_rng(3))
+    points = sample_points(pieces, 1000, np.random.default_rng(3))
     assert points.shape == (1002, 2)
     assert shapely.contains_xy(shapely.union_all(pieces).buffer(1e-9), *points.T).all()
-    share = (piece_of(points, pieces) == 0).mean()
+    share = (nearest_piece(points, pieces) == 0).mean()
     assert share == pytest.approx(3.6 / 6.2, abs=0.05)
-    assert set(piece_of(points[:2], pieces).tolist()) == {0, 1}
+    assert set(nearest_piece(points[:2], pieces).tolist()) == {0, 1}
 
 
 def test_a_seed_gives_the_same_points() -> None:
     pieces = erode_floor(TWO_ROOMS[0], 0.2)
-    first, second = (sample(pieces, 50, np.random.default_rng(5)) for _ in range(2))
+    first, second = (sample_points(pieces, 50, np.random.default_rng(5)) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
@@ -183,7 +184,9 @@ RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
 def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
 ) -> list[Portal]:
-    return [cut for _, cut in cuts_on_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)]
+    return [
+        cut for _, cut in find_cuts_near_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)
+    ]
 
 
 def test_a_cut_is_where_the_line_meets_the_wall_and_at_right_angles_to_it() -> None:
@@ -226,7 +229,7 @@ def test_no_wall_is_cut_that_a_robot_gets_around() -> None:
 
 def test_each_cut_comes_with_its_line() -> None:
     lines = np.array([[(2, 0.5), (6, 0.5)], [(2, 2.5), (6, 2.5)], [(2.1, 2.5), (6, 2.5)]])
-    found = list(cuts_on_lines(lines, erode_floor(FLOOR, 0.2), FLOOR, WALLS, RULES))
+    found = list(find_cuts_near_lines(lines, erode_floor(FLOOR, 0.2), FLOOR, WALLS, RULES))
     assert [line[0].tolist() for line, _ in found] == [
         [2.0, 0.5],
         [2.0, 2.5],

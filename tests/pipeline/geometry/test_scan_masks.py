@@ -9,8 +9,8 @@ import trimesh
 from shapely import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.scan_columns import Raster, columns_of, is_scan
-from pipeline.geometry.scan_walls import WallMasks, area_of, wall_masks, with_corners
+from pipeline.geometry.scan_columns import Raster, columns_of_mesh, is_scan
+from pipeline.geometry.scan_walls import WallMasks, add_unseen_corners, find_wall_masks, mask_to_area
 from pipeline.values import Mesh
 
 HEIGHT_M, HEAD_M = 2.6, 2.0
@@ -49,9 +49,9 @@ def surface(upright: list[Sheet], missing: list[tuple[float, float, float, float
 
 
 def judged(mesh: Mesh) -> tuple[BaseGeometry, list[Polygon], WallMasks]:
-    masks = wall_masks(columns_of(mesh, 0.15, HEIGHT_M, 0.025))
+    masks = find_wall_masks(columns_of_mesh(mesh, 0.15, HEIGHT_M, 0.025))
     doorways = [Polygon(masks.raster.level_points(corners)) for corners in masks.doorways]
-    return area_of(masks.walls, masks.raster), doorways, masks
+    return mask_to_area(masks.walls, masks.raster), doorways, masks
 
 
 def rooms_of(walls: BaseGeometry) -> list[Polygon]:
@@ -112,8 +112,8 @@ def test_walls_are_not_continued_over_ground() -> None:  # holes R4
     raster, walls = Raster(np.zeros(2), 0.025, (120, 120), np.array([1.0, 0.0])), np.zeros((120, 120), bool)
     walls[10:13, 32:110] = walls[32:110, 10:13] = True  # both end half a metre before their corner
     nothing = np.zeros_like(walls)
-    assert np.array_equal(with_corners(walls, nothing, raster), walls)
-    met = with_corners(walls, ~nothing, raster)
+    assert np.array_equal(add_unseen_corners(walls, nothing, raster), walls)
+    met = add_unseen_corners(walls, ~nothing, raster)
     assert met[10:13, 10:110].all()
     assert met[10:110, 10:13].all()
     assert not (met & ~walls)[15:, 15:].any()

@@ -9,8 +9,8 @@ import pytest
 import shapely
 from shapely import box
 
-from pipeline.geometry.scan_columns import columns_of_points, denoise
-from pipeline.geometry.scan_walls import area_of, wall_masks
+from pipeline.geometry.scan_columns import columns_of_points, denoise_points
+from pipeline.geometry.scan_walls import find_wall_masks, mask_to_area
 
 HEIGHT_M = 2.5
 
@@ -35,8 +35,8 @@ def room(x1, y1, x2, y2, **options):
 
 
 def walls_of(points):
-    masks = wall_masks(columns_of_points(points, 0.15, HEIGHT_M, 0.025))
-    return area_of(masks.walls, masks.raster), masks
+    masks = find_wall_masks(columns_of_points(points, 0.15, HEIGHT_M, 0.025))
+    return mask_to_area(masks.walls, masks.raster), masks
 
 
 def rooms_of(walls):
@@ -100,7 +100,7 @@ def test_noise_is_drawn_in_and_outliers_are_dropped():
     faces = np.concatenate([sheet((0.0, y), (4.0, y), 0.0, 1.2) for y in (0.0, 0.1)])
     noisy = faces + rng.normal(0.0, 0.02, faces.shape) * (0.0, 1.0, 0.0)
     wild = rng.random((300, 3)) * (4.0, 3.0, 1.2) + (0.0, 0.5, 0.0)
-    found = denoise(np.concatenate([noisy, wild]))
+    found = denoise_points(np.concatenate([noisy, wild]))
     off = np.minimum(np.abs(found[:, 1]), np.abs(found[:, 1] - 0.1))
     assert np.quantile(off, 0.9) < 0.015  # before: 0.033
     assert (found[:, 1] > 0.5).sum() < 30
@@ -108,4 +108,4 @@ def test_noise_is_drawn_in_and_outliers_are_dropped():
 
 
 def test_no_points_are_none():
-    assert len(denoise(np.empty((0, 3)))) == 0
+    assert len(denoise_points(np.empty((0, 3)))) == 0

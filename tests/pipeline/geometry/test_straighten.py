@@ -3,14 +3,14 @@ import pytest
 import shapely
 from shapely.affinity import rotate
 
-from pipeline.geometry.straighten import straighten
+from pipeline.geometry.straighten import straighten_outlines
 
 ROOM = shapely.box(0, 0, 5, 4)
 L_ROOM = shapely.Polygon([(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)])
 
 
 def straight(*rooms: shapely.Polygon) -> list[shapely.Polygon]:
-    return straighten(list(rooms), offset_m=0.03, angle_deg=2.0)
+    return straighten_outlines(list(rooms), offset_m=0.03, angle_deg=2.0)
 
 
 def corners(room: shapely.Polygon) -> set[tuple[float, float]]:

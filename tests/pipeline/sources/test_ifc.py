@@ -14,8 +14,8 @@ import shapely
 pytest.importorskip("ifcopenshell")
 
 from houseexpo.errors import ConfigError
-from pipeline.geometry.cutting import Cutter
-from pipeline.geometry.walls import section as wall_section
+from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.wall_sections import section_from_segments as wall_section
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import ifc, mesh_file
 from pipeline.sources.ifc.model import Soundness, open_model
@@ -49,7 +49,7 @@ def in_source_axes(level: Level, shape: shapely.Geometry) -> shapely.Geometry:
 
 def section_area(level: Level, height: float) -> shapely.Geometry:
     """What stands at a height, as areas."""
-    found = wall_section(Cutter(level.walls).cut(height), sheet_m=0.05, solid_m=0.7)
+    found = wall_section(MeshSlicer(level.walls).cut(height), sheet_m=0.05, solid_m=0.7)
     return shapely.union_all([found.walls, found.solids])
 
 

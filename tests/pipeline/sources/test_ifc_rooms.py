@@ -9,8 +9,8 @@ import shapely
 
 pytest.importorskip("ifcopenshell")
 
-from pipeline.geometry.cutting import Cutter
-from pipeline.geometry.walls import section
+from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.wall_sections import section_from_segments
 from pipeline.sources import ifc
 from pipeline.sources.ifc.rooms_and_openings import floor_of
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
@@ -269,7 +269,7 @@ WINDOW = (1, 0.0, 0.9, 2, 0.2, 2.5)
 
 def standing(level: Level, plan: tuple[float, float, float, float], height: float) -> float:
     """Which share of a rectangle stands at a height."""
-    walls = section(Cutter(level.walls).cut(height), sheet_m=0.05, solid_m=0.7).walls
+    walls = section_from_segments(MeshSlicer(level.walls).cut(height), sheet_m=0.05, solid_m=0.7).walls
     return float(walls.intersection(shapely.box(*plan)).area / shapely.box(*plan).area)
 
 

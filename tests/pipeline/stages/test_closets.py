@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from houseexpo.floorplan import FloorPlan
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.sources import mesh_file
 from tests.builders.meshes import Rectangle, box
@@ -33,7 +33,7 @@ def plan_of(
         scene.add_geometry(box(leaf, 0.01, HEAD_M - 0.01))
     scene.export(path)
     (level,) = mesh_file.read(next(mesh_file.find(str(path), up="z", units="m")))
-    return plan_house(level, PipelineConfig(), np.random.default_rng(0))
+    return plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("deep_m", [0.5, 0.65])

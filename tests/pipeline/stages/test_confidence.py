@@ -12,14 +12,21 @@ from shapely import Polygon, box
 
 from houseexpo.floorplan import FloorPlan, load_plan
 from houseexpo.plan import DoorKind, Frame
-from pipeline.algorithm import plan_house
+from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
 from pipeline.sources import find, reader
-from pipeline.stages.confidence import Model, Planned, models, passage_features, rate, room_features
+from pipeline.stages.confidence import (
+    FinalBuilding,
+    LogisticModel,
+    add_confidences,
+    load_models,
+    passage_features,
+    room_features,
+)
 from pipeline.stages.connectivity import NO_EVIDENCE
-from pipeline.values import Candidate, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
+from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
 from research.confidence_fit import Part, fit, measures, weights_of
 from tests.builders.kinds.registry import make_member
 
@@ -40,11 +47,11 @@ def passage(kind: DoorKind = "door", closed_by: str = "lintel", width: float = 0
     return Passage(Portal(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides), kind, why, closed_by)
 
 
-def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> Planned:
+def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> FinalBuilding:
     """Two rooms side by side with these passages."""
     evidence = evidence or Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING)
     layout = Layout(WALLS, box(-0.2, -0.2, 8.4, 4.2).difference(shapely.union_all(ROOMS)), (), ROOMS)
-    return Planned(level, evidence, layout, Spaces(WALLS, ROOMS, passages), tuple(map(NamedRoom, ROOMS)), {})
+    return FinalBuilding(level, evidence, layout, Spaces(WALLS, ROOMS, passages), tuple(map(NamedRoom, ROOMS)), {})
 
 
 def features(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> dict[str, float]:
@@ -90,7 +97,7 @@ def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
     assert left == right
     drawn = replace(whole, level=replace(LEVEL, rooms=(SourceRoom((), (), polygon=box(0, 0, 4, 2)),)))
     assert [room_features(drawn)[k]["unlike_drawn"] for k in (0, 1)] == [0.5, 1.0]
-    open_side = Candidate(box(8.2, 0, 8.4, 4), "wall_ends")
+    open_side = ClosingCandidate(box(8.2, 0, 8.4, 4), "wall_ends")
     given = replace(whole, layout=replace(whole.layout, candidates=(open_side,)))
     assert room_features(given)[0]["given_edge"] == 0.0
     assert room_features(given)[1]["given_edge"] == pytest.approx(0.25, abs=0.01)
@@ -99,13 +106,13 @@ def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
 
 
 def test_a_model_is_a_logistic_function_of_its_features() -> None:
-    model = Model(1.0, {"narrow": -2.0})
+    model = LogisticModel(1.0, {"narrow": -2.0})
     assert [model.confidence({"narrow": x}) for x in (0.0, 0.5, 1.0)] == [0.73, 0.5, 0.27]
     assert model.confidence({"unheard of": 1.0}) == 0.73
 
 
 def test_a_known_door_is_surer_than_a_lintels_and_that_surer_than_a_bare_cut() -> None:
-    door = models()["door"]
+    door = load_models()["door"]
     sure = [
         door.confidence(features(p)) for p in (passage(closed_by="door"), passage(), passage("cut", why=NO_EVIDENCE))
     ]
@@ -114,7 +121,7 @@ def test_a_known_door_is_surer_than_a_lintels_and_that_surer_than_a_bare_cut() -
 
 def test_a_house_with_sills_is_not_rated() -> None:
     whole = planned(passage(), level=replace(LEVEL, sills=True))
-    assert rate(whole) is whole
+    assert add_confidences(whole) is whole
 
 
 def plan_of(path: Path) -> FloorPlan:
@@ -122,7 +129,7 @@ def plan_of(path: Path) -> FloorPlan:
     (item,) = find(str(path))
     level = next(iter(reader(item.reader).read(item)))
     assert isinstance(level, Level)
-    return plan_house(level, PipelineConfig(), np.random.default_rng(0))
+    return plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
 
 
 def test_the_parts_of_a_plain_house_are_sure_and_say_so_in_the_file(tmp_path: Path) -> None:

@@ -10,12 +10,12 @@ import shapely
 
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import union_of
-from pipeline.geometry.spaces import erode_floor, walkable_floor
+from pipeline.geometry.areas import unite
+from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect
+from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
 from pipeline.values import Doorway, Evidence, Spaces
-from tests.builders.houses import Hole, kinds, level, shell, snapshots, three_rooms, two_rooms, wall
+from tests.builders.houses import Hole, kinds, level, shell, stage_values, three_rooms, two_rooms, wall
 
 CONFIG = ConnectivityConfig()
 
@@ -23,7 +23,7 @@ CONFIG = ConnectivityConfig()
 def connected(
     spaces: Spaces, config: ConnectivityConfig = CONFIG, seed: int = 0, evidence: Evidence | None = None
 ) -> Spaces:
-    return connect(spaces, config, 2.0, np.random.default_rng(seed), evidence)
+    return connect_rooms(spaces, config, 2.0, np.random.default_rng(seed), evidence)
 
 
 def seen(**places) -> Evidence:
@@ -33,7 +33,7 @@ def seen(**places) -> Evidence:
 
 
 def before(parts: list) -> Spaces:
-    return snapshots(level(parts))["isolated"]
+    return stage_values(level(parts))["isolated"]
 
 
 def drawn(walls: shapely.Geometry, *rooms: shapely.Polygon) -> Spaces:
@@ -53,7 +53,7 @@ def test_where_a_storey_shows_no_door_each_cut_stands_for_an_unknown_one() -> No
 
 def test_an_entrance_says_nothing_of_the_doors_inside() -> None:
     front = [*shell((0.0, 0.0, 7.2, 3.0), front=[Hole(1.0, 1.9)]), *wall((4.0, 0.0, 4.2, 3.0))]
-    stages = snapshots(level(front))
+    stages = stage_values(level(front))
     found = connected(stages["isolated"], evidence=stages["evidence"])
     assert sorted((passage.kind, passage.why) for passage in found.passages) == [("cut", UNKNOWN), ("entrance", "")]
 
@@ -159,7 +159,7 @@ def test_buildings_a_metre_apart_are_joined_through_the_air() -> None:
 
 
 def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
-    room = shapely.box(0, 0, 8, 3).difference(union_of([shapely.box(3.9, 0, 4.1, 1.3), shapely.box(3.9, 1.6, 4.1, 3)]))
+    room = shapely.box(0, 0, 8, 3).difference(unite([shapely.box(3.9, 0, 4.1, 1.3), shapely.box(3.9, 1.6, 4.1, 3)]))
     walls = shapely.box(-0.2, -0.2, 8.2, 3.2).difference(room)
     found = connected(drawn(walls, room))
     assert found.passages == ()
@@ -169,7 +169,7 @@ def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
 
 def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
     """A corner of 0.9 m x 0.9 m behind a slit of 0.3 m."""
-    shelf = union_of([shapely.box(0.9, 0, 1.0, 0.6), shapely.box(0, 0.9, 1.0, 1.0)])
+    shelf = unite([shapely.box(0.9, 0, 1.0, 0.6), shapely.box(0, 0.9, 1.0, 1.0)])
     room = shapely.box(0, 0, 5, 4).difference(shelf)
     walls = shapely.box(-0.2, -0.2, 5.2, 4.2).difference(room)
     found = connected(drawn(walls, room))
@@ -182,7 +182,7 @@ def test_a_pocket_that_nobody_gets_into_is_filled() -> None:
 def test_a_pocket_is_filled_in_the_smaller_room_of_a_house_too() -> None:
     """The way through both rooms is one piece, whose middle lies in the larger one."""
     rooms = before(two_rooms(Hole(1, 1.9)))
-    shelf = union_of([shapely.box(6.2, 0, 6.3, 0.6), shapely.box(6.2, 0.9, 7.2, 1.0)])
+    shelf = unite([shapely.box(6.2, 0, 6.3, 0.6), shapely.box(6.2, 0.9, 7.2, 1.0)])
     spaces = replace(rooms, rooms=tuple(shapely.difference(room, shelf) for room in rooms.rooms))
     found = connected(spaces)
     assert found.notes["filled_pockets"] == 1
@@ -193,7 +193,7 @@ def test_a_wall_on_the_way_between_two_walls_is_cut_at_right_angles() -> None:
     oblique = shapely.affinity.rotate(shapely.box(3.95, -2, 4.05, 6), 20)
     room = shapely.box(0, 0, 8, 4)
     left, right = sorted(room.difference(oblique).geoms, key=lambda p: p.bounds)
-    walls = union_of([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
+    walls = unite([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
     (cut,) = connected(drawn(walls, left, right)).passages
     assert abs(cut.portal.along @ [-np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))]) == pytest.approx(1, abs=1e-6)
     assert cut.portal.depth == pytest.approx(0.1, abs=1e-6)

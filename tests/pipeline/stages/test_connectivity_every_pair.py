@@ -1,4 +1,4 @@
-"""``connect`` skips pairs that are known to be connected; planning every pair gives the same cuts.
+"""``connect_rooms`` skips pairs that are known to be connected; planning every pair gives the same cuts.
 
 The twin below is Algorithm 1, lines 9-17, word for word: no labelling decides whether there is a path.
 """
@@ -8,11 +8,11 @@ import pytest
 
 from houseexpo.analysis.geodesic import shortest_way
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.cuts import CutRules, cuts_on_lines
-from pipeline.geometry.spaces import erode_floor, sample, walkable_floor
-from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect
+from pipeline.geometry.doorway_cuts import CutRules, find_cuts_near_lines
+from pipeline.geometry.walkable_floor import erode_floor, sample_points, walkable_floor
+from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect_rooms
 from pipeline.values import Spaces
-from tests.builders.houses import Hole, Parts, level, shell, snapshots, three_rooms, two_rooms, wall
+from tests.builders.houses import Hole, Parts, level, shell, stage_values, three_rooms, two_rooms, wall
 
 CONFIG = ConnectivityConfig(samples=24)
 
@@ -20,14 +20,14 @@ CONFIG = ConnectivityConfig(samples=24)
 def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, rng: np.random.Generator) -> Spaces:
     """Take all pairs by increasing distance, plan each; where there is none, cut on the line and plan again."""
     radius = config.robot_radius_m
-    points = sample(erode_floor(walkable_floor(spaces), radius), config.samples, rng)
+    points = sample_points(erode_floor(walkable_floor(spaces), radius), config.samples, rng)
     pairs = [(i, j) for i in range(len(points)) for j in range(i + 1, len(points))]
     for i, j in sorted(pairs, key=lambda pair: np.hypot(*(points[pair[0]] - points[pair[1]]))):
         while shortest_way(walkable_floor(spaces).buffer(-radius), points[i], points[j]) is None:
             floor = walkable_floor(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
             pieces = erode_floor(floor, radius)
-            on_line = cuts_on_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
+            on_line = find_cuts_near_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
             cut = next((cut for _, cut in on_line if _joins_pieces(cut, pieces, floor, radius)), None)
             if cut is None:  # no clean cut near this line: another pair's will do
                 break
@@ -62,8 +62,8 @@ HOUSES = {
 @pytest.mark.parametrize("name", HOUSES)
 @pytest.mark.slow
 def test_planning_every_pair_makes_the_same_cuts(name: str, seed: int) -> None:
-    spaces = snapshots(level(HOUSES[name]))["isolated"]
-    quick = connect(spaces, CONFIG, 2.0, np.random.default_rng(seed))
+    spaces = stage_values(level(HOUSES[name]))["isolated"]
+    quick = connect_rooms(spaces, CONFIG, 2.0, np.random.default_rng(seed))
     slow = connect_by_planning_every_pair(spaces, CONFIG, np.random.default_rng(seed))
     assert len(quick.passages) == len(slow.passages)
     for one, other in zip(quick.passages, slow.passages, strict=True):

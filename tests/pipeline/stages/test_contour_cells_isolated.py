@@ -5,11 +5,11 @@ import pytest
 import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
-from pipeline.geometry.areas import union_of
+from pipeline.geometry.areas import unite
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import connected_rooms
+from pipeline.geometry.rooms_and_passages import connected_rooms
 from pipeline.rejection import Rejection
-from pipeline.stages.cells import fill_cells
+from pipeline.stages.cells import drop_small_cells
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.isolated import erase_isolated
 from pipeline.values import Passage, Spaces
@@ -22,7 +22,7 @@ def door(first: int, second: int) -> Passage:
 def house(*rooms: tuple[float, float, float, float], passages: tuple[Passage, ...] = (), **values: object) -> Spaces:
     """Rooms of which each has a wall of 0.1 m all round."""
     boxes = [shapely.box(*r) for r in rooms]
-    walls = union_of([b.buffer(0.1, join_style="mitre") for b in boxes]).difference(union_of(boxes))
+    walls = unite([b.buffer(0.1, join_style="mitre") for b in boxes]).difference(unite(boxes))
     return Spaces(walls, tuple(boxes), passages, **values)
 
 
@@ -36,7 +36,7 @@ def test_the_contour_is_the_outside_of_each_part_largest_first() -> None:
 
 def test_a_court_is_inside_and_a_garden_wall_has_no_contour() -> None:
     ring = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 6, 6))
-    walls = union_of([shapely.box(-0.1, -0.1, 9.1, 9.1).difference(ring), shapely.box(20, 0, 30, 0.2)])
+    walls = unite([shapely.box(-0.1, -0.1, 9.1, 9.1).difference(ring), shapely.box(20, 0, 30, 0.2)])
     (outline,) = trace_contour(Spaces(walls, (ring,), ())).outlines
     assert outline.area == pytest.approx(9.2**2)
 
@@ -50,7 +50,7 @@ def test_cells_are_rooms_that_can_be_reached_from_each_other() -> None:
 
 def test_a_closed_cell_under_the_threshold_is_filled() -> None:
     spaces = house((0, 0, 4, 3), (4.1, 0, 5.1, 1.9), (6, 0, 8, 2))
-    found = fill_cells(spaces, CellsConfig())
+    found = drop_small_cells(spaces, CellsConfig())
     assert [r.area for r in found.rooms] == [12.0, 4.0]
     assert found.notes == {"filled_cells": 1}
 
@@ -59,17 +59,17 @@ def test_a_closed_cell_under_the_threshold_is_filled() -> None:
 def test_a_small_room_with_a_way_out_stays(joined: str) -> None:
     how = {"passages": (door(0, 1),)} if joined == "door" else {"joins": ((0, 1),)}
     spaces = house((0, 0, 4, 3), (4.1, 0, 5.1, 1), **how)
-    assert fill_cells(spaces, CellsConfig()) is spaces
+    assert drop_small_cells(spaces, CellsConfig()) is spaces
 
 
 def test_an_entrance_is_no_way_from_room_to_room() -> None:
     spaces = house((0, 0, 4, 3), (4.1, 0, 5.1, 1), passages=(door(1, -1),))
-    assert len(fill_cells(spaces, CellsConfig()).rooms) == 1
+    assert len(drop_small_cells(spaces, CellsConfig()).rooms) == 1
 
 
 def test_passages_follow_their_rooms() -> None:
     spaces = house((0, 0, 1, 1), (2, 0, 6, 3), (7, 0, 11, 3), passages=(door(2, 1), door(2, -1)))
-    found = fill_cells(spaces, CellsConfig())
+    found = drop_small_cells(spaces, CellsConfig())
     assert [p.portal.sides for p in found.passages] == [(1, 0), (1, -1)]
 
 

@@ -7,13 +7,25 @@ import shapely
 from pipeline.config import DoorsConfig, PipelineConfig
 from pipeline.stages.doors import find_doors
 from pipeline.values import SourceOpening, Spaces
-from tests.builders.houses import Hole, Parts, gap, kinds, level, shell, snapshots, three_rooms, two_rooms, wall, window
+from tests.builders.houses import (
+    Hole,
+    Parts,
+    gap,
+    kinds,
+    level,
+    shell,
+    stage_values,
+    three_rooms,
+    two_rooms,
+    wall,
+    window,
+)
 from tests.builders.meshes import box
 
 
 def doors(parts: Parts, config: DoorsConfig | None = None, **values: object) -> Spaces:
     house = level(parts, **values)
-    return snapshots(house, PipelineConfig(doors=config or DoorsConfig()))["doors"]
+    return stage_values(house, PipelineConfig(doors=config or DoorsConfig()))["doors"]
 
 
 def test_a_door_has_its_place_width_and_rooms() -> None:
@@ -116,7 +128,7 @@ def test_an_open_front_is_no_entrance() -> None:
 
 def test_the_stage_alone_needs_a_layout_only() -> None:
     house = level(two_rooms(Hole(1, 1.9)))
-    made = snapshots(house)
+    made = stage_values(house)
     layout = made["layout"]
     found = find_doors(house, made["planes"], layout, DoorsConfig())
     np.testing.assert_array_equal([r.area for r in found.rooms], [r.area for r in layout.rooms])

@@ -6,7 +6,7 @@ import pytest
 import shapely
 
 from pipeline.config import EvidenceConfig
-from pipeline.stages.evidence import gather
+from pipeline.stages.evidence import gather_evidence
 from pipeline.values import Evidence
 from tests.builders.houses import Hole, Parts, gap, level, shell, wall
 
@@ -15,7 +15,7 @@ LEFT, RIGHT = (1.0, -T, 1.8, 0.0), (2.9, -T, 3.7, 0.0)
 
 
 def evidence(parts: Parts) -> Evidence:
-    return gather(level(parts), EvidenceConfig())
+    return gather_evidence(level(parts), EvidenceConfig())
 
 
 def test_piers_under_a_band_of_glass_are_wall() -> None:
@@ -54,6 +54,6 @@ def test_a_corner_of_the_wall_under_a_higher_facade_is_wall() -> None:
 
 def test_what_the_source_names_wall_is_no_cupboard() -> None:
     house = level([*shell((0, 0, 6, 4), T, front=[Hole(1.8, 2.7)]), *wall((2.9, 0.0, 3.9, 0.5), top=2.1)])
-    found = gather(replace(house, only_walls=True), EvidenceConfig())
+    found = gather_evidence(replace(house, only_walls=True), EvidenceConfig())
     assert found.furniture.is_empty
     assert found.walls.covers(shapely.box(3.0, 0.1, 3.8, 0.4))

@@ -7,8 +7,8 @@ import shapely
 from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.evidence import gather
-from pipeline.stages.layout import lay_out
+from pipeline.stages.evidence import gather_evidence
+from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Layout, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
@@ -17,8 +17,8 @@ from tests.builders.meshes import box
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
     house = level(parts, **values)
-    evidence = gather(house, EvidenceConfig())
-    return lay_out(house, evidence, cut_planes(house, evidence, PlanesConfig()), config or LayoutConfig())
+    evidence = gather_evidence(house, EvidenceConfig())
+    return close_openings(house, evidence, cut_planes(house, evidence, PlanesConfig()), config or LayoutConfig())
 
 
 def areas(found: Layout) -> list[float]:

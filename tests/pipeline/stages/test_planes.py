@@ -7,7 +7,7 @@ import trimesh
 
 from pipeline.config import EvidenceConfig, PlanesConfig
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.evidence import gather
+from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Level, Planes, SourceObject
 from tests.builders.houses import Hole, level, sheet_wall, shell, two_rooms, wall, window
@@ -18,7 +18,7 @@ CONFIG = PlanesConfig()
 
 
 def cut(house: Level, config: PlanesConfig = CONFIG) -> Planes:
-    return cut_planes(house, gather(house, EvidenceConfig()), config)
+    return cut_planes(house, gather_evidence(house, EvidenceConfig()), config)
 
 
 def planes(parts: list, **values: object) -> Planes:
@@ -115,4 +115,4 @@ def test_a_scene_of_objects_only_has_no_layout(n_objects: int) -> None:
 def test_other_heights_can_be_asked_for() -> None:
     parts = [*wall((0, 0, 4, 0.2), Hole(1, 2, 0.0, 0.5)), *shell((0, 0, 4, 3))]
     assert cut(level(parts, sills=True), PlanesConfig(door_m=0.6)).heights["door"] == 0.6
-    assert gather(level(parts), EvidenceConfig(breast_m=1.3)).heights["breast"] == 1.3
+    assert gather_evidence(level(parts), EvidenceConfig(breast_m=1.3)).heights["breast"] == 1.3

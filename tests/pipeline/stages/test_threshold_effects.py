@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry import closing
+from pipeline.geometry import closing_candidates
 from pipeline.stages import doors, evidence
 from research.threshold_effects import (
     Number,
@@ -78,7 +78,8 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    assert {"tolerances.LAP_M", "geometry.closing.WIDER", "stages.layout.SLIT_M"} <= {number.title for number in found}
+    named = {"tolerances.LAP_M", "geometry.closing_candidates.WIDER", "stages.layout.SLIT_M"}
+    assert named <= {number.title for number in found}
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
 
@@ -88,17 +89,17 @@ def test_a_name_stands_for_one_number_in_geometry_and_stages():
 
 
 def test_a_number_moves_wherever_it_was_imported_and_comes_back():
-    old = closing.LAP_M
+    old = closing_candidates.LAP_M
     with moved(Number("pipeline.tolerances", "LAP_M"), 10.0):
-        assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
-    assert closing.LAP_M == doors.LAP_M == evidence.LAP_M == old
+        assert closing_candidates.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
+    assert closing_candidates.LAP_M == doors.LAP_M == evidence.LAP_M == old
 
 
 def test_a_default_moves_too():
-    assert closing._ends_of.__defaults__ == (closing.THICK_WALL_M,)
+    assert closing_candidates._ends_of.__defaults__ == (closing_candidates.THICK_WALL_M,)
     with moved(Number("pipeline.tolerances", "THICK_WALL_M"), 0.0):
-        assert closing._ends_of.__defaults__ == (0.0,)
-    assert closing._ends_of.__defaults__ == (closing.THICK_WALL_M,)
+        assert closing_candidates._ends_of.__defaults__ == (0.0,)
+    assert closing_candidates._ends_of.__defaults__ == (closing_candidates.THICK_WALL_M,)
 
 
 @pytest.mark.parametrize(

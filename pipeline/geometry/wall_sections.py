@@ -16,17 +16,17 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import (
     EMPTY,
     Shapes,
-    areas,
     buffer_mitred,
     clip_to_box,
-    drop_thinner,
-    overlap,
+    drop_lines_and_points,
+    drop_thin_parts,
+    intersect,
     polygons_of,
     subtract,
-    union_of,
+    unite,
 )
-from pipeline.geometry.cutting import Cutter, Segments, winding_number
-from pipeline.geometry.doorways import box_of
+from pipeline.geometry.doorways import box_around_polygon
+from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
 from pipeline.geometry.meshes import Mesh
 from pipeline.tolerances import (
     BESIDE_M,
@@ -75,7 +75,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class WallSection:
     """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall.
 
     ``closets`` are what of the walls is known to be space after all: over the heads of doors it is closed all round.
@@ -86,7 +86,7 @@ class Section:
     closets: BaseGeometry = EMPTY
 
 
-def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> Section:
+def section_from_segments(cut: SectionSegments, *, sheet_m: float, solid_m: float, sheets: bool = True) -> WallSection:
     """Walls and solids of a plane's segments.
 
     Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab.
@@ -95,21 +95,21 @@ def section(cut: Segments, *, sheet_m: float, solid_m: float, sheets: bool = Tru
     real = np.any(snapped[:, 0] != snapped[:, 1], axis=1)
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):
-        return Section(EMPTY, EMPTY)
+        return WallSection(EMPTY, EMPTY)
     if _is_dense(snapped):
         return _arrange(replace(cut, ends=snapped, body=body), _lines_of(snapped), sheet_m, solid_m, sheets=sheets)
-    rings, rest = closed_rings(snapped, body, POINT_M, solid_m / 2)
+    rings, rest = chain_closed_rings(snapped, body, POINT_M, solid_m / 2)
     if rings is None:
         return _arrange(
             replace(cut, ends=snapped, body=body), shapely.linestrings(snapped), sheet_m, solid_m, sheets=sheets
         )
     strips = shapely.orient_polygons(_strips(rings.polygons(rings.thickness < NEARLY_ALL * sheet_m), sheet_m))
-    thin = united_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
+    thin = unite_rings(rings.rings + [shapely.get_coordinates(s)[:-1] for s in strips], CRACK_M)
     if not rest.any():
-        return Section(thin, EMPTY)
+        return WallSection(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arrange(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    return Section(close_cracks(union_of([thin, others.walls])), others.solids, others.closets)
+    return WallSection(close_cracks(unite([thin, others.walls])), others.solids, others.closets)
 
 
 def _is_dense(segments: Floats) -> bool:
@@ -152,26 +152,28 @@ def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     return np.atleast_1d(shapely.linestrings(np.stack([middles[rows, first], middles[rows, first + 2]], axis=1)))
 
 
-def _arrange(cut: Segments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool) -> Section:
+def _arrange(
+    cut: SectionSegments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool
+) -> WallSection:
     lines = shapely.get_parts(shapely.union_all(drawn, grid_size=POINT_M))
     lines = lines[shapely.get_type_id(lines) == 1]
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
-    solids = union_of(faces[solid])
-    massive = drop_thinner(solids, solid_m)
+    solids = unite(faces[solid])
+    massive = drop_thin_parts(solids, solid_m)
     thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > CM_M)
-    body = union_of([*_not_too_slim(faces[thin], sheet_m), drop_thinner(subtract(solids, massive), CRACK_M)])
+    body = unite([*_not_too_slim(faces[thin], sheet_m), drop_thin_parts(subtract(solids, massive), CRACK_M)])
     if not sheets:
-        return Section(close_cracks(body), massive)
-    closed = union_of([*faces[thin], solids])
+        return WallSection(close_cracks(body), massive)
+    closed = unite([*faces[thin], solids])
     loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
-    walls = close_cracks(union_of([body, thicken(loose, sheet_m)]))
-    return Section(walls, massive, closets(faces[thin], solids, cut.ends))
+    walls = close_cracks(unite([body, thicken_lines(loose, sheet_m)]))
+    return WallSection(walls, massive, find_closets(faces[thin], solids, cut.ends))
 
 
-def thicken(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
+def thicken_lines(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
     """Half the thickness on each side of every line, corners mitred, ends flat (round ones would narrow doors)."""
     if lines.is_empty:
         return EMPTY
@@ -200,10 +202,10 @@ def _turning_points(lines: BaseGeometry) -> npt.NDArray[np.object_]:
 def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
     """Join walls that nearly touch; corners stay as they are."""
     grown = buffer_mitred(walls, width_m / 2, limit=3.0)
-    return areas(buffer_mitred(grown, -width_m / 2, limit=3.0))
+    return drop_lines_and_points(buffer_mitred(grown, -width_m / 2, limit=3.0))
 
 
-def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bool_]:
+def _inside(points: npt.NDArray[np.object_], cut: SectionSegments) -> npt.NDArray[np.bool_]:
     """R2: return which points lie in a closed body: all round, above and below."""
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
@@ -218,7 +220,7 @@ def _inside(points: npt.NDArray[np.object_], cut: Segments) -> npt.NDArray[np.bo
 
 
 @dataclass(frozen=True, eq=False)
-class Rings:
+class MeasuredRings:
     """Rings (n, 2), unclosed; for each its signed area (m2, counter-clockwise positive) and its thickness (m).
 
     The thickness of a long strip is just that; of any convex ring it is at least the radius of the largest disc in it.
@@ -229,7 +231,7 @@ class Rings:
     thickness: Floats
 
     @classmethod
-    def of(cls, rings: list[Floats]) -> Rings:
+    def of(cls, rings: list[Floats]) -> MeasuredRings:
         """Measure them all at once."""
         length = np.array([len(ring) for ring in rings])
         start = np.cumsum(length) - length
@@ -250,9 +252,9 @@ class Rings:
         return np.asarray(shapely.polygons(shapely.linearrings(np.concatenate(chosen), indices=of_ring)))
 
 
-def closed_rings(
+def chain_closed_rings(
     ends: Floats, body: npt.NDArray[np.int64], grid_m: float, thickest_m: float = np.inf
-) -> tuple[Rings | None, npt.NDArray[np.bool_]]:
+) -> tuple[MeasuredRings | None, npt.NDArray[np.bool_]]:
     """The counter-clockwise rings of oriented segments (n, 2, 2), body by body, and which segments (n,) are in none.
 
     Ends are the same where they round to the same place of the grid. A body is left out as a whole where a segment of
@@ -277,14 +279,14 @@ def closed_rings(
     cycles = [cycle for cycle in _cycles(np.sort(order).tolist(), after.tolist()) if len(cycle) > 2]
     if not cycles:
         return None, ~good[body]
-    rings = Rings.of(_parts(ends[np.concatenate(cycles), 0], [len(cycle) for cycle in cycles]))
+    rings = MeasuredRings.of(_parts(ends[np.concatenate(cycles), 0], [len(cycle) for cycle in cycles]))
     of_ring = body[[cycle[0] for cycle in cycles]]
     good[of_ring[(rings.area <= 0) | (rings.thickness >= thickest_m)]] = False
     kept = np.flatnonzero(good[of_ring])
     rest = ~good[body]
     if not len(kept):
         return None, rest
-    return Rings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
+    return MeasuredRings([rings.rings[k] for k in kept], rings.area[kept], rings.thickness[kept]), rest
 
 
 def _are_in_sorted(keys: npt.NDArray[np.int64], ordered: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
@@ -313,17 +315,17 @@ def _cycles(segments: list[int], after: list[int]) -> list[list[int]]:
     return found
 
 
-def united_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
+def unite_rings(rings: list[Floats], crack_m: float) -> BaseGeometry:
     """Return the area of all rings together, with cracks up to ``crack_m`` wide closed and corners kept."""
     section = manifold3d.CrossSection(rings, manifold3d.FillRule.Positive)
     mitre = manifold3d.JoinType.Miter
     closed = section.offset(crack_m / 2, mitre, 3.0).offset(-crack_m / 2, mitre, 3.0)
     if closed.is_empty():
         return EMPTY
-    found = Rings.of(closed.to_polygons())
+    found = MeasuredRings.of(closed.to_polygons())
     shells = [ring for ring, area in zip(found.rings, found.area, strict=True) if area > 0]
     holes = [ring for ring, area in zip(found.rings, found.area, strict=True) if area <= 0]
-    return union_of(_with_holes(shells, holes))
+    return unite(_with_holes(shells, holes))
 
 
 def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
@@ -346,7 +348,9 @@ def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]) -> BaseGeometry:
+def find_closets(
+    faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]
+) -> BaseGeometry:
     """Return those of the narrow ``faces`` of a section that are spaces.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
@@ -358,10 +362,10 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
     spaces = faces[wide & (winds == 0)]
     if not len(spaces):
         return EMPTY
-    walls = union_of([*faces[winds > 0], solids])
+    walls = unite([*faces[winds > 0], solids])
     around = shapely.difference(buffer_mitred(spaces, CRACK_M), spaces)
-    closed = np.array([overlap(band, walls).area > NEARLY_ALL * band.area for band in around], np.bool_)
-    return union_of(spaces[closed])
+    closed = np.array([intersect(band, walls).area > NEARLY_ALL * band.area for band in around], np.bool_)
+    return unite(spaces[closed])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -374,30 +378,30 @@ def closets(faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def joined_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
+def fill_slits_between_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
-    thick = drop_thinner(walls, LIKE_A_SHEET * sheet_m)
-    sheets = drop_thinner(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
+    thick = drop_thin_parts(walls, LIKE_A_SHEET * sheet_m)
+    sheets = drop_thin_parts(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
     if sheets.area < SPECK_M2:
         return walls
-    slits = union_of(p for p in _gaps_between_sheets(sheets, walls) if _walled_share(p, walls) > SOME)  # R1
+    slits = unite(p for p in _gaps_between_sheets(sheets, walls) if _walled_share(p, walls) > SOME)  # R1
     if slits.is_empty:
         return walls
     around = buffer_mitred(slits, sheet_m + POINT_M)
-    outer = overlap(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
-    more = drop_thinner(subtract(walls, buffer_mitred(slits, sheet_m + 2 * POINT_M)), SLIVER_M)
-    left = subtract(union_of([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
+    outer = intersect(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
+    more = drop_thin_parts(subtract(walls, buffer_mitred(slits, sheet_m + 2 * POINT_M)), SLIVER_M)
+    left = subtract(unite([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
     return close_cracks(left, sheet_m / 2 + HALF_CM_M)  # R3
 
 
-def long_gaps_between_sheets(walls: BaseGeometry) -> BaseGeometry:
+def long_slits_between_sheets(walls: BaseGeometry) -> BaseGeometry:
     """Return the slits between walls that are longer than any is wide."""
-    return union_of(p for p in _gaps_between_sheets(walls, walls) if box_of(p).width > WALL_M)
+    return unite(p for p in _gaps_between_sheets(walls, walls) if box_around_polygon(p).width > WALL_M)
 
 
 def _gaps_between_sheets(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = buffer_mitred(buffer_mitred(faces, WALL_M / 2), -WALL_M / 2)
-    return polygons_of(drop_thinner(subtract(closed, walls), CM_M))
+    return polygons_of(drop_thin_parts(subtract(closed, walls), CM_M))
 
 
 def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
@@ -413,34 +417,34 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Sections:
+class MeshSections:
     """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
 
     ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
     """
 
-    cutter: Cutter
+    cutter: MeshSlicer
     sheet_m: float
     solid_m: float
     prisms: bool = False
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
-    _layers: dict[int, tuple[Section, BaseGeometry]] = field(default_factory=dict)
+    _layers: dict[int, tuple[WallSection, BaseGeometry]] = field(default_factory=dict)
     _of_layers: dict[int, BaseGeometry] = field(default_factory=dict)
 
     def foot(self, height: float) -> BaseGeometry:
         """Return all that stands at a height near the floor, massive bodies included."""
         found, walls = self._section(height, upright_only=False)
-        return union_of([walls, found.solids])
+        return unite([walls, found.solids])
 
-    def _section(self, height: float, *, upright_only: bool) -> tuple[Section, BaseGeometry]:
+    def _section(self, height: float, *, upright_only: bool) -> tuple[WallSection, BaseGeometry]:
         """Return a section, and its walls without the slits between their sheets."""
         layer = self._layer(height)
         if layer in self._layers:
             return self._layers[layer]
         cut = self.cutter.cut(height, upright_only=upright_only)
-        found = section(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
-        made = found, joined_sheets(found.walls, self.sheet_m)
+        found = section_from_segments(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
+        made = found, fill_slits_between_sheets(found.walls, self.sheet_m)
         if self.prisms:
             self._layers[layer] = made
         return made
@@ -459,15 +463,15 @@ class Sections:
             self._closets[height] = found.closets
             layer = self._layer(height)
             if not (self.prisms and layer in self._of_layers):
-                massive = [part for part in polygons_of(found.solids) if overlap(part, foot).area > MOST * part.area]
-                self._of_layers[layer] = union_of([walls, *massive]) if massive else walls
+                massive = [part for part in polygons_of(found.solids) if intersect(part, foot).area > MOST * part.area]
+                self._of_layers[layer] = unite([walls, *massive]) if massive else walls
             self._made[height] = self._of_layers[layer]
         return self._made[height]
 
     @property
     def closets(self) -> BaseGeometry:
         """What of all sections made so far is narrow space in a closed body, and no wall."""
-        return union_of([closet for closet in self._closets.values() if not closet.is_empty])
+        return unite([closet for closet in self._closets.values() if not closet.is_empty])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -479,44 +483,46 @@ LIKE_A_SHEET = 1.3
 HEADROOM_M = (1.0, 1.9)
 
 
-def hanging_free(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
+def find_overhangs(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
     """What hangs over what does not stand, in sections ``above`` each other, up to where the walls beside it end."""
     found: list[BaseGeometry] = []
     higher, kept, closing, walls = EMPTY, EMPTY, EMPTY, EMPTY
     for here in reversed(above):
         if here is not higher:  # sections of one layer are one geometry
-            closing = drop_thinner(subtract(here, standing), SLIVER_M)
-            walls = overlap(here, standing)
-        ending = EMPTY if kept is closing else drop_thinner(subtract(closing, kept), SLIVER_M)
-        house_goes_on = here is higher or overlap(walls, higher).area > GOES_ON * walls.area
+            closing = drop_thin_parts(subtract(here, standing), SLIVER_M)
+            walls = intersect(here, standing)
+        ending = EMPTY if kept is closing else drop_thin_parts(subtract(closing, kept), SLIVER_M)
+        house_goes_on = here is higher or intersect(walls, higher).area > GOES_ON * walls.area
         loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
-        kept = subtract(closing, union_of(loose)) if loose else closing
+        kept = subtract(closing, unite(loose)) if loose else closing
         found.append(kept)
         higher = here
-    return drop_thinner(union_of(found), SLIVER_M) if found else EMPTY
+    return drop_thin_parts(unite(found), SLIVER_M) if found else EMPTY
 
 
 @dataclass(frozen=True, eq=False)
-class Ending:
+class LowPiece:
     """A piece of what stands that ends; ``stood_m`` is the height of the last section in which it is there."""
 
     part: Polygon
     stood_m: float
 
 
-def ending_below(standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]) -> list[Ending]:
+def find_pieces_below_wall_tops(
+    standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]
+) -> list[LowPiece]:
     """Return the pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
 
     ``heights`` are those of what stands and of the sections above it.
     """
-    found: list[Ending] = []
+    found: list[LowPiece] = []
     present = standing
     for here, below_m in zip(above, heights, strict=False):
-        still = overlap(present, here)
+        still = intersect(present, here)
         house_goes_on = still.area > 0.5 * present.area
         found += [
-            Ending(part, below_m)
-            for part in polygons_of(drop_thinner(subtract(present, still), SLIVER_M))
+            LowPiece(part, below_m)
+            for part in polygons_of(drop_thin_parts(subtract(present, still), SLIVER_M))
             if _walls_go_on(part, subtract(_around(part, present), part), here, alone=house_goes_on)
         ]
         present = still
@@ -533,23 +539,23 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
 
     Under a sloped roof the wall on one side of a door goes on and the other does not: both have to.
     """
-    beside = overlap(shapely.buffer(part, BESIDE_M, quad_segs=2), _around(part, walls))
+    beside = intersect(shapely.buffer(part, BESIDE_M, quad_segs=2), _around(part, walls))
     if beside.is_empty:
         return alone
-    return bool(overlap(beside, _around(part, higher)).area > GOES_ON * beside.area)
+    return bool(intersect(beside, _around(part, higher)).area > GOES_ON * beside.area)
 
 
-def without_headroom(mesh: Mesh) -> BaseGeometry:
+def find_low_headroom(mesh: Mesh) -> BaseGeometry:
     """Return where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
     corners = mesh.vertices[mesh.faces]
     top = corners[:, :, 2].max(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     plan_m2 = np.abs(normal[:, 2]) / 2
     low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > PATCH_M2)
-    return union_of(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
+    return unite(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
-def meets_slope(part: Polygon, cutter: Cutter, stood_m: float = FOOT_M) -> bool:
+def ends_at_sloped_roof(part: Polygon, cutter: MeshSlicer, stood_m: float = FOOT_M) -> bool:
     """Return whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
     meets = cutter.caps.slopes_over(inside, WALL_M, stood_m)
@@ -562,5 +568,5 @@ def _places(part: Polygon) -> list[shapely.Point]:
     along_x = x2 - x1 >= y2 - y1
     edges = np.linspace(x1 if along_x else y1, x2 if along_x else y2, LOOKS + 1)
     boxes = [shapely.box(a, y1, b, y2) if along_x else shapely.box(x1, a, x2, b) for a, b in pairwise(edges)]
-    pieces = [overlap(part, box) for box in boxes]
+    pieces = [intersect(part, box) for box in boxes]
     return [piece.representative_point() for piece in pieces if not piece.is_empty]

@@ -18,14 +18,14 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, overlap, polygons_of
+from pipeline.geometry.areas import buffer_mitred, intersect, polygons_of
 from pipeline.tolerances import NEARLY_ALL, SHEET_M, SHOULDERS_M, STAND_M, THICK_WALL_M, THIN_WALL_M
 
 Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
+class RoomBorder:
     """A straight border: ``middle`` (2,), unit ``along`` it, its ``width_m``; the rooms are ``apart_m`` apart."""
 
     middle: Floats
@@ -46,7 +46,7 @@ class Border:
         return Polygon([a - aside, b - aside, b + aside, a + aside])
 
 
-def borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[Border]:
+def find_room_borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[RoomBorder]:
     """Return the borders between drawn rooms, in the order of the rooms.
 
     Parameters
@@ -64,14 +64,14 @@ def borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -
     for one, other in sorted((i, j) for i, j in pairs if i < j):
         apart = float(rooms[one].distance(rooms[other]))
         near = [buffer_mitred(rooms[k], apart / 2 + SHEET_M) for k in (one, other)]
-        for piece in polygons_of(overlap(overlap(near[0], near[1]), free)):
+        for piece in polygons_of(intersect(intersect(near[0], near[1]), free)):
             border = _straight(piece, apart)
             if border is not None and _is_between(border, (rooms[one], rooms[other]), walls):
                 found.append(border)
     return found
 
 
-def _straight(piece: Polygon, apart: float) -> Border | None:
+def _straight(piece: Polygon, apart: float) -> RoomBorder | None:
     """R1."""
     box = shapely.oriented_envelope(piece)
     if box.geom_type != "Polygon" or piece.area < NEARLY_ALL * box.area:
@@ -82,10 +82,10 @@ def _straight(piece: Polygon, apart: float) -> Border | None:
     k = int(lengths[1] > lengths[0])
     if lengths[k] < SHOULDERS_M or lengths[1 - k] > 2 * SHEET_M + STAND_M:
         return None
-    return Border(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
+    return RoomBorder(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
 
 
-def _is_between(border: Border, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
+def _is_between(border: RoomBorder, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
     """R2."""
     sides = [(border.middle + sign * border.along * border.width_m / 2, sign * border.along) for sign in (-1, 1)]
     if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), SHEET_M) for end, out in sides):

@@ -18,24 +18,24 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import (
     OUTSIDE,
     WALL,
-    Outlines,
+    OutlineCorners,
     Shapes,
-    areas,
     buffer_mitred,
-    dot,
-    drop_thinner,
-    each_opened,
+    dot_product,
+    drop_lines_and_points,
+    drop_thin_parts,
+    drop_thin_parts_of_each,
     enclosed_pieces,
     fill_enclosed,
-    locate,
-    outlines,
-    overlap,
-    overlaps,
+    intersect,
+    intersect_pairs,
+    locate_points,
     polygons_of,
     subtract,
-    union_of,
+    trace_outlines,
+    unite,
 )
-from pipeline.geometry.portals import Portal, find_portals, strips_of
+from pipeline.geometry.portals import Portal, find_portals, portal_strips
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
@@ -78,7 +78,7 @@ GAPS: Final = frozenset({"gap", "gate", "mouth"})
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class ClosingCandidate:
     """A closing candidate: a piece of the closed plane P_g that does not stand in the door plane P_d.
 
     ``portal`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
@@ -90,30 +90,30 @@ class Candidate:
     portal: Portal | None = None
 
 
-def grow_by_lap(pieces: list[Polygon]) -> list[Polygon]:
+def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
     """Return the pieces of one plane, grown a little, so that they meet the walls of the other."""
     return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
 def split_at_portals(
-    door: BaseGeometry, pieces: list[Candidate], plane: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[Candidate], list[Candidate]]:
+    door: BaseGeometry, pieces: list[ClosingCandidate], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[ClosingCandidate], list[ClosingCandidate]]:
     """Take each piece apart into its portals and the rest of it, in the ``plane`` that all of them close.
 
     A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
     be judged for itself, and what hangs over one room only is freed.
     """
-    found: list[Candidate] = []
-    rest: list[Candidate] = []
+    found: list[ClosingCandidate] = []
+    rest: list[ClosingCandidate] = []
     for piece, strips in zip(pieces, find_portals([p.polygon for p in pieces], rooms, plane, door), strict=True):
-        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
-        found += [Candidate(lap, piece.kind, portal) for lap, portal in zip(laps, strips, strict=True)]
+        laps = list(portal_strips(strips, deeper_m=LAP_M, wider_m=LAP_M))
+        found += [ClosingCandidate(lap, piece.kind, portal) for lap, portal in zip(laps, strips, strict=True)]
         if piece.kind != "gate":  # of which nothing closes by itself
-            rest += [Candidate(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
+            rest += [ClosingCandidate(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
     if not rest:
         return found, []
     found_portals = [c.portal for c in found if c.portal is not None]
-    in_line = union_of(strips_of(found_portals, deeper_m=LAP_M, wider_m=AROUND_M))
+    in_line = unite(portal_strips(found_portals, deeper_m=LAP_M, wider_m=AROUND_M))
     return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
@@ -125,17 +125,21 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > HAIR_M * HAIR_M]
 
 
-def _divide_at_crossing(piece: Candidate, in_line: BaseGeometry) -> list[Candidate]:
+def _divide_at_crossing(piece: ClosingCandidate, in_line: BaseGeometry) -> list[ClosingCandidate]:
     """A rest where beams cross: what goes on in line with a portal, and what leads away from it."""
     if not piece.polygon.intersects(in_line):
         return [piece]
-    parts = polygons_of(overlap(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
-    return [Candidate(p, piece.kind) for p in parts]
+    parts = polygons_of(intersect(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
+    return [ClosingCandidate(p, piece.kind) for p in parts]
 
 
 def minimal_separators(
-    door: BaseGeometry, kept: list[Candidate], pieces: list[Candidate], plane: BaseGeometry, rooms: list[Polygon]
-) -> list[Candidate]:
+    door: BaseGeometry,
+    kept: list[ClosingCandidate],
+    pieces: list[ClosingCandidate],
+    plane: BaseGeometry,
+    rooms: list[Polygon],
+) -> list[ClosingCandidate]:
     """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
     ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
@@ -143,9 +147,9 @@ def minimal_separators(
     as that holds no two spaces, the outside being one of them.
     """
     spaces = [*rooms, _outside(plane)]
-    others = union_of(candidate.polygon for candidate in kept)
+    others = unite(candidate.polygon for candidate in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
-    shapes = [areas(shape) for shape in each_opened(bare, 4 * HAIR_M)]
+    shapes = [drop_lines_and_points(shape) for shape in drop_thin_parts_of_each(bare, 4 * HAIR_M)]
     grown = shapely.buffer(shapes, MM_M, join_style="mitre")
     meets = networkx.Graph()
     meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
@@ -166,9 +170,9 @@ def minimal_separators(
     return [pieces[k] for k in sorted(left)]
 
 
-def closed_plane(door: BaseGeometry, candidates: Iterable[Candidate]) -> BaseGeometry:
+def close_plane(door: BaseGeometry, candidates: Iterable[ClosingCandidate]) -> BaseGeometry:
     """Return the door plane with these pieces in it."""
-    return union_of([door, *(c.polygon for c in candidates)])
+    return unite([door, *(c.polygon for c in candidates)])
 
 
 def _outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
@@ -181,14 +185,16 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     """Return which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
     tree = shapely.STRtree(others)
     pairs = tree.query(grown, predicate="intersects")
-    shared = shapely.area(overlaps(grown[pairs[0]], tree.geometries[pairs[1]]))
+    shared = shapely.area(intersect_pairs(grown[pairs[0]], tree.geometries[pairs[1]]))
     return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
 
 
-def assign_sides(candidates: list[Candidate], rooms: list[Polygon], plane: BaseGeometry) -> list[Candidate]:
+def assign_sides(
+    candidates: list[ClosingCandidate], rooms: list[Polygon], plane: BaseGeometry
+) -> list[ClosingCandidate]:
     """The same pieces, the sides of their portals looked up in ``rooms``: seen from three places along each face."""
     looks = [_before_faces(candidate.portal) for candidate in candidates if candidate.portal is not None]
-    faces = locate(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
+    faces = locate_points(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
     for candidate in candidates:
         if candidate.portal is None:
@@ -254,18 +260,18 @@ class WallEnd:
         """Return whether two ends look at each other in one line, as those of one wall do."""
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
-        beside = abs(dot(other.centre - self.centre, aside))
-        return bool(dot(other.out, self.out) < -PARALLEL and max(abs(width - other_width), beside) < STAND_M)
+        beside = abs(dot_product(other.centre - self.centre, aside))
+        return bool(dot_product(other.out, self.out) < -PARALLEL and max(abs(width - other_width), beside) < STAND_M)
 
 
 def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
     """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
     parts = polygons_of(walls)
     if parts:
-        yield from (end for end in _ends_of(outlines(parts, LAP_M)) if nibs or not end.is_nib)
+        yield from (end for end in _ends_of(trace_outlines(parts, LAP_M)) if nibs or not end.is_nib)
 
 
-def _ends_of(walls: Outlines, thickest_m: float = THICK_WALL_M) -> Iterator[WallEnd]:
+def _ends_of(walls: OutlineCorners, thickest_m: float = THICK_WALL_M) -> Iterator[WallEnd]:
     """Yield all that looks like an end, ring by ring."""
     points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
@@ -282,16 +288,16 @@ def _ends_of(walls: Outlines, thickest_m: float = THICK_WALL_M) -> Iterator[Wall
         yield WallEnd(points[k], points[after[k]], out, is_nib=not long[k])
 
 
-def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
+def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
-    inner = (end.a + aside, end.b - aside) if dot(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
+    inner = (end.a + aside, end.b - aside) if dot_product(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
     far = []
     for point in (*inner, (end.a + end.b) / 2):  # the other wall may stand a little aside
         ray = shapely.linestrings([point + 1e-3 * end.out, point + reach_m * end.out])
         hit = shapely.intersection(ray, walls)
         if not hit.is_empty:
-            far.append(float(np.min(dot(shapely.get_coordinates(hit) - point, end.out))))
+            far.append(float(np.min(dot_product(shapely.get_coordinates(hit) - point, end.out))))
     if not far:
         return None
     step = end.out * (max(far) + 0.01)  # a little into the wall that it meets, so that they touch
@@ -299,7 +305,7 @@ def gap_at(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
+def gap_fillings(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
@@ -318,7 +324,7 @@ def gaps(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -
     for k, end in enumerate(ends):
         if k in taken:
             continue
-        gap = gap_at(end, tall, reach_m)
+        gap = gap_beyond_wall_end(end, tall, reach_m)
         facing = _between_ends(gap or _strip_before_end(end, reach_m), end, ends, reach_m)
         if facing is not None:  # R1
             found.append(facing)
@@ -332,13 +338,13 @@ def _each_once(found: Sequence[Polygon]) -> list[int]:
     """A gap between two ends is found from both; the first stands for what lies mostly in it. Return those kept."""
     kept: list[int] = []
     for k, gap in enumerate(found):
-        if not any(overlap(gap, found[j]).area > MOST * min(gap.area, found[j].area) for j in kept):
+        if not any(intersect(gap, found[j]).area > MOST * min(gap.area, found[j].area) for j in kept):
             kept.append(k)
     return kept
 
 
 def _width(gap: Polygon, end: WallEnd) -> float:
-    return float(np.ptp(dot(shapely.get_coordinates(gap), end.out)))
+    return float(np.ptp(dot_product(shapely.get_coordinates(gap), end.out)))
 
 
 def _strip_before_end(end: WallEnd, reach_m: float) -> Polygon:
@@ -351,11 +357,11 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
     near = shapely.buffer(gap, HAND_M, cap_style="square", join_style="mitre")
     found = []
     for other in ends:
-        if dot(other.out, end.out) >= -PARALLEL:
+        if dot_product(other.out, end.out) >= -PARALLEL:
             continue
         if not shapely.intersects(near, shapely.linestrings([other.a, other.b])):
             continue
-        away = dot(other.centre - end.centre, end.out)
+        away = dot_product(other.centre - end.centre, end.out)
         if not 0 < away <= reach_m + CM_M:
             continue
         sure = end.faces(other) or not (end.is_nib or other.is_nib)  # R3
@@ -367,14 +373,14 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
 def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
     aside = np.array([-end.out[1], end.out[0]])
-    (a, b), (c, d) = (np.sort([dot(side, aside) for side in (each.a, each.b)]) for each in (end, other))
+    (a, b), (c, d) = (np.sort([dot_product(side, aside) for side in (each.a, each.b)]) for each in (end, other))
     low, high = max(a, c), min(b, d)
     if low - high > HAND_M:
         return None
     if high - low < SOME * min(b - a, d - c):
         low, high = min(a, c), max(b, d)
-    start = min(dot(end.a, end.out), dot(end.b, end.out)) - 0.005
-    stop = max(dot(other.a, end.out), dot(other.b, end.out)) + 0.01
+    start = min(dot_product(end.a, end.out), dot_product(end.b, end.out)) - 0.005
+    stop = max(dot_product(other.a, end.out), dot_product(other.b, end.out)) + 0.01
     corners = [(start, low), (stop, low), (stop, high), (start, high)]
     return Polygon([step * end.out + side * aside for step, side in corners])
 
@@ -416,7 +422,7 @@ class _Mouth:
         """Return whether two mouths lie in one wall."""
         off = other.middle - self.middle
         aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
-        return bool(aside < BESIDE_M and abs(dot(self.along, other.along)) > PARALLEL)
+        return bool(aside < BESIDE_M and abs(dot_product(self.along, other.along)) > PARALLEL)
 
 
 def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
@@ -427,7 +433,7 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
     solid = polygons_of(walls)
     if not (solid and rooms):
         return []
-    ends = list(_ends_of(outlines(solid, LAP_M), BLOCK_M))
+    ends = list(_ends_of(trace_outlines(solid, LAP_M), BLOCK_M))
     every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > HAIR_M]
     every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
     every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
@@ -448,7 +454,7 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
 
 
 def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
-    strip = gap_at(end, walls, HALL_M)
+    strip = gap_beyond_wall_end(end, walls, HALL_M)
     if strip is None:
         return None
     depth, width = float(np.hypot(*(end.b - end.a))), _width(strip, end) - 0.015
@@ -463,7 +469,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
 
 def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
     """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
-    parts = [p for p in polygons_of(subtract(room, union_of(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
+    parts = [p for p in polygons_of(subtract(room, unite(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
     if len(parts) < 2:
         return None
     narrowest, between = 0.0, set()
@@ -489,7 +495,7 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
     look = float(np.clip(mouth.width, *LOOK_M))
     far = HALL_M / MOST * mouth.along
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
-    seen = [piece for piece in polygons_of(overlap(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
+    seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
     wide = WIDER * mouth.width
     if mouth.depth > THICK_WALL_M and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
         return None
@@ -504,7 +510,7 @@ FARTHEST_M = 10.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 
 
-def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+def bands_at_floor_edge(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
@@ -513,7 +519,7 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
     out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
     a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer.
     """
-    open_floor = polygons_of(drop_thinner(subtract(floor, fill_enclosed(ground)), 0.5))
+    open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
     if not large:
         return []
@@ -527,52 +533,54 @@ def from_floor(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> li
             continue
         bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
         going_on = [
-            gap for end in ends if (gap := gap_at(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
+            gap
+            for end in ends
+            if (gap := gap_beyond_wall_end(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
         ]
         bands += going_on
-        rest = shapely.difference(bare, shapely.buffer(union_of(going_on), BESIDE_M, cap_style="flat"))
+        rest = shapely.difference(bare, shapely.buffer(unite(going_on), BESIDE_M, cap_style="flat"))
         if rest.length > BESIDE_M:
             lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
             band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
-            bands += polygons_of(subtract(band, union_of([floor, ground])))
+            bands += polygons_of(subtract(band, unite([floor, ground])))
             inside = part.representative_point()
-            if walled > LARGELY and not fill_enclosed(union_of([ground, *bands])).contains(inside):
+            if walled > LARGELY and not fill_enclosed(unite([ground, *bands])).contains(inside):
                 bands += _in_cracks(bands, ground)
     return bands
 
 
 def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
     """Return what fills the cracks between bands and the walls beside them."""
-    house = union_of([ground, *bands])
+    house = unite([ground, *bands])
     whole = shapely.buffer(buffer_mitred(house, CRACK_M), -CRACK_M, join_style="mitre")
-    near = shapely.buffer(union_of(bands), 2 * CRACK_M)
-    return grow_by_lap(polygons_of(overlap(subtract(whole, house), near)))
+    near = shapely.buffer(unite(bands), 2 * CRACK_M)
+    return grow_to_overlap(polygons_of(intersect(subtract(whole, house), near)))
 
 
-def from_rooms(named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float) -> list[Polygon]:
+def bands_around_rooms(
+    named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float
+) -> list[Polygon]:
     """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
 
     ``ground`` is the closed plane so far and ``rooms`` what it encloses.
     """
     if not named:
         return []
-    known = union_of(rooms)
-    lying_open = [room for room in named if room.area >= least_m2 and overlap(room, known).area < MOST * room.area]
+    known = unite(rooms)
+    lying_open = [room for room in named if room.area >= least_m2 and intersect(room, known).area < MOST * room.area]
     if not lying_open:
         return []
-    return polygons_of(
-        subtract(union_of(buffer_mitred(room, HAND_M) for room in lying_open), union_of([*named, ground]))
-    )
+    return polygons_of(subtract(unite(buffer_mitred(room, HAND_M) for room in lying_open), unite([*named, ground])))
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
-    return bool(overlap(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
+    return bool(intersect(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
 
 
-def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
     ends = list(wall_ends(tall))
-    straight = [gap_at(end, ground, FARTHEST_M) for end in ends]
+    straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
     slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
     candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
@@ -581,7 +589,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     for candidate in candidates:
         if so_far > MOST * hull:
             break
-        trial = union_of([ground, candidate])
+        trial = unite([ground, candidate])
         area = enclosed_area(trial)
         if area >= so_far + least_m2:
             kept.append(candidate)
@@ -589,7 +597,7 @@ def from_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) ->
     return kept
 
 
-def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
+def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
 
     There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
@@ -604,10 +612,12 @@ def from_hull(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
         return []
     bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
-    return [part for band in bands for part in polygons_of(subtract(band, union_of([inner, tall])))]
+    return [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
 
 
-def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float) -> list[Polygon]:
+def bands_across_hall_openings(
+    ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float
+) -> list[Polygon]:
     """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
 
     ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
@@ -619,9 +629,9 @@ def from_hall(ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], le
     air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
     for radius in DISCS_M:
         wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
-        reached = shapely.buffer(union_of(wide), radius + HAIR_M)
+        reached = shapely.buffer(unite(wide), radius + HAIR_M)
         bands: list[Polygon] = []
-        for hall in polygons_of(drop_thinner(subtract(air, reached), 2 * BESIDE_M)):
+        for hall in polygons_of(drop_thin_parts(subtract(air, reached), 2 * BESIDE_M)):
             into = {part for way, part in ways if way.distance(hall) < BESIDE_M}
             if hall.area < least_m2 or len(into) < GROUP:
                 continue
@@ -659,6 +669,6 @@ def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) ->
     return polygons_of(shapely.buffer(line, HAND_M / 2, cap_style="square"))[0]
 
 
-def closes_most(rooms: list[Polygon], tall: BaseGeometry) -> bool:
+def are_rooms_half_of_house(rooms: list[Polygon], tall: BaseGeometry) -> bool:
     """Return whether the rooms fill half of what the walls span: then the house counts as closed."""
     return bool(sum(r.area for r in rooms) > MOST * shapely.convex_hull(tall).area)

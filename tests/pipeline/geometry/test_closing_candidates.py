@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.areas import enclosed_pieces, outlines, union_of
-from pipeline.geometry.closing import (
+from pipeline.geometry.areas import enclosed_pieces, trace_outlines, unite
+from pipeline.geometry.closing_candidates import (
+    are_rooms_half_of_house,
     assign_sides,
-    closes_most,
+    bands_at_floor_edge,
+    bands_at_open_fronts,
+    closings_between_wall_ends,
     enclosed_area,
-    from_floor,
-    from_hull,
-    from_wall_ends,
-    gap_at,
-    gaps,
+    gap_beyond_wall_end,
+    gap_fillings,
     minimal_separators,
     split_at_portals,
     wall_ends,
 )
-from pipeline.values import Candidate
+from pipeline.values import ClosingCandidate
 
 FLOOR = shapely.box(0, 0, 5, 4)
 
@@ -26,44 +26,44 @@ FLOOR = shapely.box(0, 0, 5, 4)
 def u_shape(thickness: float) -> shapely.Geometry:
     """Three walls round the floor, open below."""
     t = thickness
-    return union_of([shapely.box(-t, 0, 0, 4 + t), shapely.box(-t, 4, 5 + t, 4 + t), shapely.box(5, 0, 5 + t, 4 + t)])
+    return unite([shapely.box(-t, 0, 0, 4 + t), shapely.box(-t, 4, 5 + t, 4 + t), shapely.box(5, 0, 5 + t, 4 + t)])
 
 
 @pytest.mark.parametrize("thickness", [0.05, 0.1, 0.2, 0.4])
 def test_wall_ends_of_any_thickness_are_closed_across_an_open_front(thickness: float) -> None:
     walls = u_shape(thickness)
     assert enclosed_area(walls) == 0
-    bands = from_wall_ends(walls, walls, 2.0)
-    assert enclosed_area(union_of([walls, *bands])) == pytest.approx(20.0, rel=0.02)
+    bands = closings_between_wall_ends(walls, walls, 2.0)
+    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0, rel=0.02)
 
 
 def test_a_closed_house_gets_nothing() -> None:
-    walls = union_of([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
-    assert from_wall_ends(walls, walls, 2.0) == []
-    assert closes_most([FLOOR], walls)
+    walls = unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
+    assert closings_between_wall_ends(walls, walls, 2.0) == []
+    assert are_rooms_half_of_house([FLOOR], walls)
 
 
 def test_walls_far_apart_are_no_house() -> None:
-    far = union_of([shapely.box(0, 0, 0.2, 4), shapely.box(30, 0, 30.2, 4)])
-    assert from_wall_ends(far, far, 2.0) == []
-    assert not closes_most([], far)
+    far = unite([shapely.box(0, 0, 0.2, 4), shapely.box(30, 0, 30.2, 4)])
+    assert closings_between_wall_ends(far, far, 2.0) == []
+    assert not are_rooms_half_of_house([], far)
 
 
 def test_the_edge_of_the_floor_closes_a_front_and_leaves_the_floor_free() -> None:
     walls = u_shape(0.2)
-    bands = from_floor(FLOOR, walls, 2.0)
-    assert enclosed_area(union_of([walls, *bands])) == pytest.approx(20.0, rel=0.01)
-    assert union_of(bands).intersection(FLOOR).area < 0.01
+    bands = bands_at_floor_edge(FLOOR, walls, 2.0)
+    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0, rel=0.01)
+    assert unite(bands).intersection(FLOOR).area < 0.01
 
 
 def test_a_slab_in_a_garden_is_no_room() -> None:
     walls = shapely.box(-0.2, -0.2, 0, 4)  # one wall along it
-    assert from_floor(FLOOR, walls, 2.0) == []
+    assert bands_at_floor_edge(FLOOR, walls, 2.0) == []
 
 
 def test_a_floor_that_is_closed_already_gets_nothing() -> None:
-    walls = union_of([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
-    assert from_floor(FLOOR, walls, 2.0) == []
+    walls = unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
+    assert bands_at_floor_edge(FLOOR, walls, 2.0) == []
 
 
 @pytest.mark.parametrize(("depth", "fronts"), [(6.0, 1), (2.5, 0)])
@@ -71,14 +71,14 @@ def test_what_walls_leave_open_around_a_deep_room_is_its_front_and_around_a_stag
     depth: float, fronts: int
 ) -> None:
     walls = shapely.box(0, 0, depth + 0.2, 4.4).difference(shapely.box(-1, 0.2, depth, 4.2))
-    bands = from_hull(walls, 2.0)
+    bands = bands_at_open_fronts(walls, 2.0)
     assert len(bands) == fronts
     assert all(band.distance(shapely.Point(0.0, 2.0)) < 0.2 for band in bands)
 
 
 def test_a_corner_has_no_front() -> None:
     corner = shapely.box(0, 0, 4, 4).difference(shapely.box(0.2, 0.2, 5, 5))
-    assert from_hull(corner, 2.0) == []
+    assert bands_at_open_fronts(corner, 2.0) == []
 
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
@@ -88,8 +88,12 @@ LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 CORNICE = shapely.box(4.2, 2.8, 7.2, 3.0)
 
 
-def in_its_plane(door: shapely.Geometry, piece: shapely.Geometry) -> tuple[list[Candidate], list[Candidate]]:
-    return split_at_portals(door, [Candidate(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece])))
+def in_its_plane(
+    door: shapely.Geometry, piece: shapely.Geometry
+) -> tuple[list[ClosingCandidate], list[ClosingCandidate]]:
+    return split_at_portals(
+        door, [ClosingCandidate(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece]))
+    )
 
 
 def test_a_piece_is_taken_apart_into_its_portal_and_the_rest() -> None:
@@ -107,7 +111,7 @@ def test_a_piece_over_one_room_only_has_no_portal() -> None:
 
 
 def test_only_what_parts_two_spaces_is_needed() -> None:
-    lintel, cornice = Candidate(LINTEL, "lintel"), Candidate(CORNICE, "lintel")
+    lintel, cornice = ClosingCandidate(LINTEL, "lintel"), ClosingCandidate(CORNICE, "lintel")
     closed = enclosed_pieces(shapely.union_all([DOOR, LINTEL, CORNICE]))
     assert minimal_separators(DOOR, [], [lintel, cornice], *closed) == [lintel]
     assert minimal_separators(DOOR, [lintel], [cornice], *closed) == []
@@ -144,68 +148,68 @@ def test_a_wall_that_meets_another_ends_once() -> None:
 def test_the_gap_reaches_into_the_wall_it_points_at() -> None:
     two = walls((0, 0, 2, 0.2), (3, 0, 5, 0.2))
     end = next(e for e in wall_ends(two) if e.out[0] > 0.9 and e.a[0] < 2.5)
-    gap = gap_at(end, two, 1.5)
+    gap = gap_beyond_wall_end(end, two, 1.5)
     assert gap is not None
     assert gap.intersection(shapely.box(2, 0, 3, 0.2)).area == pytest.approx(0.2)
     assert gap.intersection(two).area > 0
-    assert gap_at(end, two, 0.9) is None
+    assert gap_beyond_wall_end(end, two, 0.9) is None
 
 
 @pytest.mark.parametrize(("width", "found"), [(0.025, 1), (0.9, 1), (1.2, 1), (1.6, 0)])
 def test_a_gap_in_a_wall_is_one_up_to_its_widest(width: float, found: int) -> None:
     two = walls((0, 0, 2, 0.2), (2 + width, 0, 6, 0.2))
-    assert len(gaps(two, [two], 1.5)) == found
+    assert len(gap_fillings(two, [two], 1.5)) == found
 
 
 @pytest.mark.parametrize(("width", "found"), [(0.9, 1), (1.4, 0)])
 def test_a_gap_beside_a_crossing_wall_is_as_wide_as_a_door_at_most(width: float, found: int) -> None:
     crossing = walls((0, 0, 2, 0.2), (2 + width, -3, 2.2 + width, 3))
-    assert len(gaps(crossing, [crossing], 1.5)) == found
+    assert len(gap_fillings(crossing, [crossing], 1.5)) == found
 
 
 def test_a_gap_that_a_lintel_fills_is_none() -> None:
     two = walls((0, 0, 2, 0.2), (3, 0, 5, 0.2))
-    assert gaps(two, [two, shapely.box(2, 0, 3, 0.2)], 1.5) == []
+    assert gap_fillings(two, [two, shapely.box(2, 0, 3, 0.2)], 1.5) == []
 
 
 def test_walls_of_two_thicknesses_share_one_gap() -> None:
     two = walls((0, 0, 2, 0.2), (3, 0.05, 5, 0.15))
-    assert len(gaps(two, [two], 1.5)) == 1
+    assert len(gap_fillings(two, [two], 1.5)) == 1
 
 
 def test_gaps_come_shortest_first() -> None:
     three = walls((0, 0, 2, 0.2), (3.2, 0, 5, 0.2), (5.8, 0, 8, 0.2))
-    assert [round(g.bounds[0], 1) for g in gaps(three, [three], 1.5)] == [5.0, 2.0]
+    assert [round(g.bounds[0], 1) for g in gap_fillings(three, [three], 1.5)] == [5.0, 2.0]
 
 
 def test_a_wall_may_end_close_to_a_corner() -> None:
     hook = walls((0, 0, 3, 0.15), (3, 0, 3.15, 4), (3.15, 0, 3.3, 0.15), (4.2, 0, 6, 0.15))  # a stub of 0.15 m
-    assert [round(g.bounds[0], 1) for g in gaps(hook, [hook], 1.5)] == [3.3]
+    assert [round(g.bounds[0], 1) for g in gap_fillings(hook, [hook], 1.5)] == [3.3]
 
 
 def test_a_nib_faces_the_end_of_its_wall() -> None:
     nib = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.7, 0, 5, 0.15))
-    assert len(gaps(nib, [nib], 1.5)) == 1
+    assert len(gap_fillings(nib, [nib], 1.5)) == 1
 
 
 def test_two_nibs_face_each_other() -> None:
     nibs = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.3, 0, 1.45, 0.15), (1.45, -3, 1.6, 3))
-    assert len(gaps(nibs, [nibs], 1.5)) == 1
+    assert len(gap_fillings(nibs, [nibs], 1.5)) == 1
 
 
 def test_a_pilaster_parts_no_corridor() -> None:
     pilaster = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.3, -3, 1.45, 3))
-    assert gaps(pilaster, [pilaster], 1.5) == []
+    assert gap_fillings(pilaster, [pilaster], 1.5) == []
 
 
 def test_pillars_in_a_row_are_no_wall() -> None:
     row = walls(*((x, 0, x + 0.3, 0.3) for x in range(4)))
-    assert gaps(row, [row], 1.5) == []
+    assert gap_fillings(row, [row], 1.5) == []
 
 
 def test_a_nib_and_an_end_out_of_line_leave_no_gap() -> None:
     aside = walls((0, -3, 0.15, 3), (0.15, 0, 0.3, 0.15), (1.7, 0.1, 5, 0.25))
-    assert gaps(aside, [aside], 1.5) == []
+    assert gap_fillings(aside, [aside], 1.5) == []
 
 
 def tee(middle_y: float) -> shapely.Polygon:
@@ -217,28 +221,28 @@ def tee(middle_y: float) -> shapely.Polygon:
 def test_a_point_in_the_middle_of_an_edge_is_no_corner() -> None:
     wall = tee(2.00001)
     assert len(wall.simplify(0.002).exterior.coords) - 1 == 9  # what simplifying alone leaves
-    found = outlines([wall], 0.002).points
+    found = trace_outlines([wall], 0.002).points
     assert len(found) == 8
     assert shapely.Polygon(found).symmetric_difference(wall).area < 1e-5
     assert [np.round(end.out, 6).tolist() for end in wall_ends(wall) if end.out[1] > 0.9] == [[0.0, 1.0]]
 
 
 def test_details_larger_than_asked_for_stay() -> None:
-    found = outlines([tee(2.005)], 0.002).points
+    found = trace_outlines([tee(2.005)], 0.002).points
     assert len(found) == 9
     nib = shapely.union(shapely.box(0, 0, 2, 0.2), shapely.box(1.0, 0.2, 1.5, 0.21))
-    assert len(outlines([nib], 0.002).points) == 8
+    assert len(trace_outlines([nib], 0.002).points) == 8
 
 
 @pytest.mark.parametrize("size_m", [0.001, 0.003, 1.0])
 def test_of_a_rectangle_all_corners_stay(size_m: float) -> None:
-    found = outlines([shapely.box(0, 0, size_m, size_m)], 0.002).points
+    found = trace_outlines([shapely.box(0, 0, size_m, size_m)], 0.002).points
     assert len(found) >= 3
 
 
 def test_each_corner_knows_its_ring_its_area_and_its_neighbours() -> None:
     yard = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 4, 4))
-    found = outlines([shapely.box(20, 0, 21, 1), yard], 0.002)
+    found = trace_outlines([shapely.box(20, 0, 21, 1), yard], 0.002)
     assert found.ring.tolist() == [0] * 4 + [1] * 4 + [2] * 4
     assert found.area.tolist() == [0] * 4 + [1] * 8
     assert found.after.tolist() == [1, 2, 3, 0, 5, 6, 7, 4, 9, 10, 11, 8]

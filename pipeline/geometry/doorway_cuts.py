@@ -12,10 +12,10 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clip_to_box, dot, polygons_of
-from pipeline.geometry.doorways import box_of
+from pipeline.geometry.areas import clip_to_box, dot_product, polygons_of
+from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.spaces import Passage
+from pipeline.geometry.rooms_and_passages import Passage
 from pipeline.tolerances import (
     ALMOST_ALL,
     AROUND_M,
@@ -53,7 +53,7 @@ class CutRules:
     slide_m: float = BLOCK_M
 
 
-def cuts_on_lines(
+def find_cuts_near_lines(
     lines: Floats, pieces: list[Polygon], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Iterator[tuple[Floats, Portal]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
@@ -86,7 +86,7 @@ def _straight_cut(
     if along is None:
         return None
     across = np.array([-along[1], along[0]])
-    if dot(across, end - start) < 0:
+    if dot_product(across, end - start) < 0:
         along, across = -along, -across
     reach = rules.deepest_m + BLOCK_M + 1.0
     near = _clip_around(start, floor, reach)
@@ -129,7 +129,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
     rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
     points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
     depth = np.full(len(feet), np.inf)
-    np.minimum.at(depth, ray, dot(points - feet[ray], across))
+    np.minimum.at(depth, ray, dot_product(points - feet[ray], across))
     return np.where(np.isfinite(depth), depth, 0.0)
 
 
@@ -188,7 +188,7 @@ def cut_places(
 def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[CutPlace]:
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
-        box = box_of(shape)
+        box = box_around_polygon(shape)
         if not DOORWAY_M[0] <= box.width <= DOORWAY_M[1] or len(ways.query(shape, "dwithin", BESIDE_M)):
             continue
         yield CutPlace(_line(box.centre, box.across, AROUND_M), why)

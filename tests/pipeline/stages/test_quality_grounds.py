@@ -12,8 +12,8 @@ from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
 from pipeline.quality import GROUNDS
-from pipeline.stages.grounds import measure_grounds, walls_far_from_rooms
-from pipeline.values import Candidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
+from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
+from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
 
 ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4), box(0, 4.2, 8.2, 8.2))
 NOTHING = Polygon()
@@ -42,7 +42,7 @@ def grounds(
     level: Level = LEVEL, evidence: Evidence = EVIDENCE, layout: Layout = LAYOUT, spaces: Spaces = SPACES
 ) -> dict[str, float]:
     """The grounds that are more than nothing, and every one of them is known to the model."""
-    found = measure_grounds(level, evidence, layout, spaces)
+    found = measure_quality_grounds(level, evidence, layout, spaces)
     assert set(found) == {ground.name for ground in GROUNDS}
     assert all(0 <= value <= 1 for value in found.values())
     return {name: round(value, 3) for name, value in found.items() if value > 1e-9}
@@ -63,8 +63,8 @@ def test_cuts_count_against_doors_and_against_the_rooms_that_they_alone_lead_int
 
 def test_pieces_that_nobody_passes_mend_walls_with_holes() -> None:
     patch, way = (
-        Candidate(box(4.0, 1, 4.2, 1.9), "gap"),
-        Candidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal),
+        ClosingCandidate(box(4.0, 1, 4.2, 1.9), "gap"),
+        ClosingCandidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal),
     )
     assert grounds(layout=replace(LAYOUT, candidates=(patch, way))) == {"patch_share": 0.5}
     assert grounds(layout=replace(LAYOUT, candidates=(way,))) == {}
@@ -76,7 +76,7 @@ def test_an_open_house_was_given_its_edge() -> None:
 
 def test_a_lintel_that_the_plan_has_no_door_under() -> None:
     lintels = shapely.union_all([box(4, 1, 4.2, 1.9), box(1, 4, 1.9, 4.2), box(2.5, 4, 2.8, 4.2)])  # the last is narrow
-    under = Candidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal)
+    under = ClosingCandidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal)
     evidence = replace(EVIDENCE, lintels=lintels)
     assert grounds(evidence=evidence, layout=replace(LAYOUT, candidates=(under,))) == {"idle_lintel_share": 0.5}
     elsewhere = replace(EVIDENCE, lintels=box(20, 0, 21, 0.2))
@@ -147,8 +147,8 @@ def test_the_walls_of_several_buildings_are_measured_once() -> None:
     evidence = replace(EVIDENCE, walls=shapely.union_all([WALLS, alone]))
     far = walls_far_from_rooms(evidence.walls, LAYOUT.rooms)
     anew, known = (
-        measure_grounds(LEVEL, evidence, LAYOUT, SPACES),
-        measure_grounds(LEVEL, evidence, LAYOUT, SPACES, far),
+        measure_quality_grounds(LEVEL, evidence, LAYOUT, SPACES),
+        measure_quality_grounds(LEVEL, evidence, LAYOUT, SPACES, far),
     )
     assert anew["roomless_wall_share"] == alone.area / evidence.walls.area
     assert known == anew

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.geometry.meshes import Mesh, closed_pieces, label_pieces
+from pipeline.geometry.meshes import Mesh, are_pieces_closed, label_pieces
 from pipeline.tolerances import FOOT_M, HALF_CM_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -31,7 +31,7 @@ LYING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Segments:
+class SectionSegments:
     """A section: ``ends`` (n, 2, 2) metres, the body's inside to the left of each; ``body`` (n,) numbers the bodies.
 
     ``height`` and ``caps`` tell what lies over and under a point of it.
@@ -40,11 +40,11 @@ class Segments:
     ends: npt.NDArray[np.float64]
     body: npt.NDArray[np.int64]
     height: float
-    caps: Caps
+    caps: EndCaps
 
 
 @dataclass(frozen=True, eq=False)
-class Cutter:
+class MeshSlicer:
     """A mesh made ready for many horizontal cuts."""
 
     mesh: Mesh
@@ -95,7 +95,7 @@ class Cutter:
         """(n,) vertex heights, metres above the level's floor."""
         return self._z
 
-    def cut(self, height: float, *, upright_only: bool = False) -> Segments:
+    def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
         """Return the section at ``height``, metres above the level's floor.
 
         ``upright_only`` leaves floors, ceilings and roofs out, so that what is cut above head height is wall (R3).
@@ -103,7 +103,7 @@ class Cutter:
         low, high = self._span
         faces = np.flatnonzero((low < height) & (high > height))
         if not len(faces):
-            return Segments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self.caps)
+            return SectionSegments(np.zeros((0, 2, 2)), np.zeros(0, np.int64), height, self.caps)
         segments = _crossings(self.mesh, faces, height)
         along = segments[:, 1] - segments[:, 0]
         normal = self._normals[faces]
@@ -111,7 +111,7 @@ class Cutter:
         backwards = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1] < 0
         segments[backwards] = segments[backwards, ::-1]
         kept = self._of_walls(segments, faces) if upright_only else slice(None)
-        return Segments(np.ascontiguousarray(segments[kept]), self._body[faces][kept], height, self.caps)
+        return SectionSegments(np.ascontiguousarray(segments[kept]), self._body[faces][kept], height, self.caps)
 
     def _of_walls(self, segments: npt.NDArray[np.float64], face: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """R3: return which segments (n, 2, 2) of these faces are of walls."""
@@ -124,13 +124,13 @@ class Cutter:
     @cached_property
     def _is_closed(self) -> npt.NDArray[np.bool_]:
         """Which bodies are closed all round."""
-        return closed_pieces(self.mesh.faces, self._body)
+        return are_pieces_closed(self.mesh.faces, self._body)
 
     @cached_property
-    def caps(self) -> Caps:
+    def caps(self) -> EndCaps:
         """The faces that are not upright."""
         lying = np.abs(self._normals[:, 2]) > LYING
-        return Caps(self.mesh.vertices[self.mesh.faces[lying]])
+        return EndCaps(self.mesh.vertices[self.mesh.faces[lying]])
 
 
 def _crossings(mesh: Mesh, faces: npt.NDArray[np.int64], height: float) -> npt.NDArray[np.float64]:
@@ -154,7 +154,7 @@ def _crossings(mesh: Mesh, faces: npt.NDArray[np.int64], height: float) -> npt.N
     return ends
 
 
-def differing(cut: Segments, other: Segments) -> Segments:
+def segments_that_differ(cut: SectionSegments, other: SectionSegments) -> SectionSegments:
     """Segments of ``cut`` without the bodies that ``other`` cuts in the very same way: upright walls without a hole."""
     bodies = int(max(cut.body.max(initial=0), other.body.max(initial=0))) + 1
     moved = np.abs(_signature(cut, bodies) - _signature(other, bodies)).max(axis=0)
@@ -162,7 +162,7 @@ def differing(cut: Segments, other: Segments) -> Segments:
     return replace(cut, ends=cut.ends[keep], body=cut.body[keep])
 
 
-def _signature(cut: Segments, bodies: int) -> npt.NDArray[np.float64]:
+def _signature(cut: SectionSegments, bodies: int) -> npt.NDArray[np.float64]:
     """(5, bodies): the number of segments of each body, and sums over their middles that a moved end would change."""
     x, y = cut.ends.sum(axis=1).T
     return np.stack([np.bincount(cut.body, w, bodies) for w in (np.ones(len(x)), x, y, x * x, y * y)])
@@ -203,7 +203,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Caps:
+class EndCaps:
     """The end caps of bodies: triangles (n, 3, 3) that are not upright, wound as in the mesh; metres."""
 
     triangles: Floats
@@ -283,13 +283,13 @@ def _height_at(triangles: Floats, point: Floats) -> Floats:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def distinct_heights(z: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
+def distinct_vertex_heights(z: npt.NDArray[np.float64], low: float, high: float) -> npt.NDArray[np.float64]:
     """Vertex heights between ``low`` and ``high`` (metres), sorted, to the millimetre."""
     inside = z[(z > low - 1e-9) & (z < high + 1e-9)]
     return np.unique(np.round(inside, 3))
 
 
-def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
+def height_or_middle_of_widest_gap(wanted: float, z: npt.NDArray[np.float64]) -> float:
     """Return ``wanted``, or the middle of the largest gap between vertex heights within half of it to either side.
 
     Parameters
@@ -302,7 +302,7 @@ def near(wanted: float, z: npt.NDArray[np.float64]) -> float:
     if not z.size or np.abs(z - wanted).min() >= LAP_M:
         return wanted
     low, high = 0.5 * wanted, 1.5 * wanted
-    edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
+    edges = np.concatenate([[low], distinct_vertex_heights(z, low, high), [high]])
     widest = int(np.argmax(np.diff(edges)))
     return float(edges[widest] + edges[widest + 1]) / 2
 
@@ -311,7 +311,7 @@ CLEAR_STEPS = 20
 """A height that is free of vertices is looked for in such steps up and down, and in so many."""
 
 
-def clear_of(wanted: float, z: npt.NDArray[np.float64]) -> float:
+def nearest_clear_height(wanted: float, z: npt.NDArray[np.float64]) -> float:
     """Return the height nearest to ``wanted``, in steps, that keeps its distance from every vertex height.
 
     A scan has a vertex at every height: there ``wanted`` itself is as good as any.
@@ -335,17 +335,17 @@ def section_heights(
     """
     if high <= low:
         return []
-    edges = np.concatenate([[low], distinct_heights(z, low, high), [high]])
+    edges = np.concatenate([[low], distinct_vertex_heights(z, low, high), [high]])
     gaps = np.diff(edges)
     wide = np.flatnonzero(gaps >= smallest_gap)
     if len(wide) and gaps[wide].sum() > 0.5 * (high - low):
         others = wide[:-1][np.argsort(-gaps[wide[:-1]], kind="stable")[: most - 1]]
         return [float(edges[k] + edges[k + 1]) / 2 for k in sorted([*others, wide[-1]])]
     spread = np.linspace(low, high, most + 2)[1:-1]
-    return [near_gap(float(h), edges) for h in spread]
+    return [move_off_vertex_height(float(h), edges) for h in spread]
 
 
-def near_gap(wanted: float, edges: npt.NDArray[np.float64]) -> float:
+def move_off_vertex_height(wanted: float, edges: npt.NDArray[np.float64]) -> float:
     """Move a height off a vertex height by the smallest step that keeps it clear."""
     if np.abs(edges - wanted).min() >= LAP_M / 2:
         return wanted

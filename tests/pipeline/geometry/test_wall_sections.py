@@ -7,16 +7,16 @@ import trimesh
 from shapely import box as area
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.cutting import Cutter, winding_number
-from pipeline.geometry.walls import (
-    Section,
-    Sections,
+from pipeline.geometry.mesh_slicing import MeshSlicer, winding_number
+from pipeline.geometry.wall_sections import (
+    MeshSections,
+    WallSection,
     close_cracks,
-    ending_below,
-    hanging_free,
-    meets_slope,
-    section,
-    thicken,
+    ends_at_sloped_roof,
+    find_overhangs,
+    find_pieces_below_wall_tops,
+    section_from_segments,
+    thicken_lines,
 )
 from pipeline.values import Mesh
 from tests.builders.houses import sheet_wall, shell, wall, window
@@ -30,9 +30,9 @@ OVERLAPPING = [
 UNION = 8 * 6 - (3.8 * 2.8 + 3.8 * 2.6 + 3.6 * 5.6)
 
 
-def cut(parts: list[trimesh.Trimesh] | Mesh, height: float = 1.0) -> Section:
+def cut(parts: list[trimesh.Trimesh] | Mesh, height: float = 1.0) -> WallSection:
     mesh = parts if isinstance(parts, Mesh) else joined(parts)
-    return section(Cutter(mesh).cut(height), sheet_m=0.05, solid_m=0.7)
+    return section_from_segments(MeshSlicer(mesh).cut(height), sheet_m=0.05, solid_m=0.7)
 
 
 def soup(mesh: Mesh) -> Mesh:
@@ -145,12 +145,12 @@ def test_an_empty_cut_has_no_walls() -> None:
 
 
 def test_a_segment_of_no_length_is_nothing() -> None:
-    assert thicken(shapely.LineString(), 0.05).is_empty
+    assert thicken_lines(shapely.LineString(), 0.05).is_empty
 
 
 def test_near_the_floor_a_lone_edge_is_no_wall() -> None:
-    cutter = Cutter(joined(sheet_wall((0, 0), (4, 0))))
-    assert section(cutter.cut(0.01), sheet_m=0.05, solid_m=0.7, sheets=False).walls.is_empty
+    cutter = MeshSlicer(joined(sheet_wall((0, 0), (4, 0))))
+    assert section_from_segments(cutter.cut(0.01), sheet_m=0.05, solid_m=0.7, sheets=False).walls.is_empty
 
 
 def test_winding_numbers() -> None:
@@ -164,8 +164,8 @@ def test_winding_numbers() -> None:
 
 def test_walls_that_stand_upright_are_cut_once_between_two_heights_of_vertices() -> None:
     """The head of a window, at 2.1 m, and its sill, at 0.9 m, part three layers."""
-    cutter = Cutter(joined(shell((0.0, 0.0, 5.0, 4.0), front=[window(2.0, 3.0)])))
-    once, each = (Sections(cutter, 0.05, 0.7, prisms=prisms) for prisms in (True, False))
+    cutter = MeshSlicer(joined(shell((0.0, 0.0, 5.0, 4.0), front=[window(2.0, 3.0)])))
+    once, each = (MeshSections(cutter, 0.05, 0.7, prisms=prisms) for prisms in (True, False))
     foot = once.foot(0.1)
     heights = (0.2, 0.5, 1.2, 1.9, 2.3)
     assert [once.at(h, foot).area for h in heights] == pytest.approx([each.at(h, foot).area for h in heights])
@@ -190,26 +190,26 @@ def gable() -> trimesh.Trimesh:
     return made
 
 
-def cutter(*parts: trimesh.Trimesh) -> Cutter:
+def cutter(*parts: trimesh.Trimesh) -> MeshSlicer:
     mesh = joined(list(parts))
-    return Cutter(Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)))
+    return MeshSlicer(Mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces)))
 
 
 def test_a_wall_that_ends_at_a_slope_meets_it() -> None:
-    assert meets_slope(PIECE, cutter(gable()))
+    assert ends_at_sloped_roof(PIECE, cutter(gable()))
 
 
 def test_a_window_in_a_gable_does_not_hide_that_the_wall_over_it_meets_the_slope() -> None:
     house = cutter(gable(), box((4.4, 0.1, 5.6, 0.2), 0.9, 2.3))
-    assert not meets_slope(PIECE, house)
-    assert meets_slope(PIECE, house, stood_m=3.1)
+    assert not ends_at_sloped_roof(PIECE, house)
+    assert ends_at_sloped_roof(PIECE, house, stood_m=3.1)
 
 
 def test_a_cupboard_under_a_slope_does_not_meet_it() -> None:
     roof = gable()
     roof.apply_scale((1.0, 10.0, 1.0))
     roof.apply_translation((0.0, 0.0, 1.0))
-    assert not meets_slope(area(4.5, 1.0, 5.5, 2.0), cutter(roof, box((4.5, 1.0, 5.5, 2.0), 0.0, 0.9)))
+    assert not ends_at_sloped_roof(area(4.5, 1.0, 5.5, 2.0), cutter(roof, box((4.5, 1.0, 5.5, 2.0), 0.0, 0.9)))
 
 
 @pytest.mark.parametrize(("size", "low", "meets"), [(0.6, 0.7, False), (2.0, 0.7, True), (0.6, 2.0, True)])
@@ -219,16 +219,16 @@ def test_the_top_of_a_cushion_is_no_roof(size: float, low: float, meets: bool) -
     points = np.array(wedge.vertices)
     points[(points[:, 2] == low) & (points[:, 1] > 0), 2] += size / 2
     made = trimesh.Trimesh(points, wedge.faces, process=False)
-    assert meets_slope(area(0.1, 0.1, size - 0.1, size - 0.1), cutter(made)) == meets
+    assert ends_at_sloped_roof(area(0.1, 0.1, size - 0.1, size - 0.1), cutter(made)) == meets
 
 
 def test_what_ends_knows_the_last_height_at_which_it_stands() -> None:
     wall, cupboard = area(0, 0, 5, 0.3), area(5, 0, 6, 0.3)
     both = wall.union(cupboard)
-    (found,) = ending_below(both, [both, wall], [1.7, 1.9, 2.4])
+    (found,) = find_pieces_below_wall_tops(both, [both, wall], [1.7, 1.9, 2.4])
     assert found.part.symmetric_difference(cupboard).area < 1e-6
     assert found.stood_m == 1.9
 
 
 def test_where_nothing_stands_above_head_height_nothing_hangs() -> None:
-    assert hanging_free([EMPTY, EMPTY], area(0, 0, 1, 1)).is_empty
+    assert find_overhangs([EMPTY, EMPTY], area(0, 0, 1, 1)).is_empty

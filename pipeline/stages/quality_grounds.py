@@ -30,9 +30,9 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, overlap, polygons_of, subtract, union_of
-from pipeline.geometry.doorways import box_of
-from pipeline.geometry.spaces import misshapen_rooms, with_loose_ends
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
+from pipeline.geometry.doorways import box_around_polygon
+from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
 from pipeline.tolerances import CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
@@ -42,14 +42,14 @@ USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 
 
-def measure_grounds(
+def measure_quality_grounds(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, far_walls: BaseGeometry | None = None
 ) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made.
 
     ``far_walls`` are the ``walls_far_from_rooms``, if they are known already: those of several buildings are the same.
     """
-    rooms, inner = union_of(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
+    rooms, inner = unite(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
     left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
@@ -62,8 +62,8 @@ def measure_grounds(
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
-        "odd_room_share": float(misshapen_rooms(list(spaces.rooms)).mean()),
-        "loose_end_share": float(with_loose_ends(list(spaces.rooms)).mean()),
+        "odd_room_share": float(are_rooms_misshapen(list(spaces.rooms)).mean()),
+        "loose_end_share": float(have_loose_wall_ends(list(spaces.rooms)).mean()),
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
@@ -95,7 +95,7 @@ def _floors(
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = subtract(subtract(overlap(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
+    between = subtract(subtract(intersect(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0,
         "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
@@ -104,7 +104,7 @@ def _floors(
 
 def walls_far_from_rooms(walls: BaseGeometry, rooms: Sequence[BaseGeometry]) -> BaseGeometry:
     """Return the walls that stand beside none of the rooms (R5). A wall is at most ``THICK_WALL_M`` thick."""
-    return subtract(walls, buffer_mitred(union_of(rooms), THICK_WALL_M))
+    return subtract(walls, buffer_mitred(unite(rooms), THICK_WALL_M))
 
 
 def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, far_walls: BaseGeometry | None) -> float:
@@ -120,12 +120,12 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     """R6."""
     x1, y1, x2, y2 = rooms.bounds
     here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
-    wide = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and box_of(p).width > SHOULDERS_M]
+    wide = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and box_around_polygon(p).width > SHOULDERS_M]
     wide = [p for p in wide if p.intersects(here)]
     if not wide:
         return 0.0
-    used = union_of(candidate.polygon for candidate in layout.candidates)
-    return _share(sum(overlap(p, used).area < SOME * p.area for p in wide), len(wide))
+    used = unite(candidate.polygon for candidate in layout.candidates)
+    return _share(sum(intersect(p, used).area < SOME * p.area for p in wide), len(wide))
 
 
 def _odd_doors(passages: tuple[Passage, ...]) -> float:

@@ -1,0 +1,158 @@
+"""Hold a house as rooms and passages (``Spaces``), fit passages to the faces of rooms, and find connected rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import networkx as nx
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from houseexpo.plan import DoorKind
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    dot_product,
+    drop_lines_and_points,
+    polygons_of,
+    subtract_pairs,
+)
+from pipeline.geometry.portals import Portal, Vector, portal_strips
+from pipeline.tolerances import (
+    THIN_WALL_M,
+)
+
+# ---------------------------------------------------------------------------------------------------------------------
+# A house as rooms and the ways between them.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A way through a wall; the ``sides`` of its portal are indices into the rooms of the same value, or OUTSIDE.
+
+    ``closed_by`` is the kind of the closing candidate that stands in its place, "" for a cut, of which ``why`` says
+    what speaks for its place. ``confidence`` is the probability that a passage is there, None if nobody has rated it.
+    """
+
+    portal: Portal
+    kind: DoorKind
+    why: str = ""
+    closed_by: str = ""
+    confidence: float | None = None
+
+    @property
+    def leads_outside(self) -> bool:
+        """Whether one side is the outside; such a passage stays closed in the outline."""
+        return OUTSIDE in self.portal.sides
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedPoints:
+    """Two points (2, 2), metres, that a cut connected, and the radius of the disc that can go from one to the other."""
+
+    points: npt.NDArray[np.float64]
+    radius_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Spaces:
+    """From stage ``doors`` on: a house as rooms and ways between them.
+
+    ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
+    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are
+    the pairs of points that cuts were made for. ``notes`` counts what the rules did, by rule.
+    """
+
+    walls: BaseGeometry
+    rooms: tuple[Polygon, ...]
+    passages: tuple[Passage, ...]
+    joins: tuple[tuple[int, int], ...] = ()
+    outlines: tuple[Polygon, ...] = ()
+    joined: tuple[JoinedPoints, ...] = ()
+    notes: Mapping[str, int | str] = field(default_factory=dict)
+
+    def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:
+        """Return only these rooms, in this order, and the passages whose rooms are all kept or outside."""
+        new = {old: k for k, old in enumerate(keep)} | {OUTSIDE: OUTSIDE}
+        passages = []
+        for p in self.passages:
+            a, b = p.portal.sides
+            if a in new and b in new:
+                passages.append(replace(p, portal=replace(p.portal, sides=(new[a], new[b]))))
+        return replace(
+            self,
+            rooms=tuple(self.rooms[k] for k in keep),
+            passages=tuple(passages),
+            joins=tuple((new[a], new[b]) for a, b in self.joins if a in new and b in new),
+            notes={**self.notes, **notes},
+        )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Rooms that can be reached from each other.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def connected_rooms(spaces: Spaces) -> list[list[int]]:
+    """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
+    graph = nx.Graph()
+    graph.add_nodes_from(range(len(spaces.rooms)))
+    graph.add_edges_from(p.portal.sides for p in spaces.passages if not p.leads_outside)
+    graph.add_edges_from(spaces.joins)
+    return sorted(sorted(part) for part in nx.connected_components(graph))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Passages fitted between the faces of the two spaces that each joins.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def fit_portals_to_rooms(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Portal]:
+    """Return the portals with their faces where the rooms' are now; on the outside, where they were."""
+    limits = [[-portal.depth / 2, portal.depth / 2] for portal in portals]
+    ends = [(i, k) for i, portal in enumerate(portals) for k in (0, 1) if portal.sides[k] != OUTSIDE]
+    facing = np.array([rooms[portals[i].sides[k]] for i, k in ends], dtype=np.object_)
+    rays = shapely.linestrings(np.array([_ray(portals[i], k) for i, k in ends]).reshape(-1, 2, 2))
+    for (i, k), hit in zip(ends, shapely.intersection(rays, facing), strict=True):
+        if not hit.is_empty:
+            at = dot_product(shapely.get_coordinates(hit) - portals[i].centre, portals[i].across)
+            limits[i][k] = float(at.max() if k == 0 else at.min())
+    return [_between_faces(portal, low, high) for portal, (low, high) in zip(portals, limits, strict=True)]
+
+
+def _ray(portal: Portal, k: int) -> list[Vector]:
+    """From one face of a portal across to its other one, number ``k``, and ``THIN_WALL_M`` further."""
+    near, far = -portal.depth / 2, portal.depth / 2
+    ends = (far, near - THIN_WALL_M) if k == 0 else (near, far + THIN_WALL_M)
+    return [portal.centre + at * portal.across for at in ends]
+
+
+def _between_faces(portal: Portal, low: float, high: float) -> Portal:
+    """The portal with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
+    if high - low < 1e-3:
+        return portal
+    return replace(portal, centre=portal.centre + portal.across * (low + high) / 2, depth=high - low)
+
+
+def portal_polygons(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Polygon]:
+    """The area between the two faces of each portal, corner to corner, also where they are not quite parallel."""
+    entrance = np.array([OUTSIDE in portal.sides for portal in portals], np.bool_)
+    strips = np.where(entrance, portal_strips(portals), portal_strips(portals, deeper_m=THIN_WALL_M))
+    rest = strips.copy()
+    for k in (0, 1):
+        inner = [i for i, portal in enumerate(portals) if portal.sides[k] != OUTSIDE]
+        rest[inner] = subtract_pairs(rest[inner], np.array([rooms[portals[i].sides[k]] for i in inner], np.object_))
+    return [
+        _holding(portal, polygons_of(drop_lines_and_points(r)) or [s])
+        for portal, r, s in zip(portals, rest, strips, strict=True)
+    ]
+
+
+def _holding(portal: Portal, pieces: list[Polygon]) -> Polygon:
+    """Return the piece that holds a portal's centre, else the largest."""
+    centre = shapely.points(portal.centre)
+    return next((piece for piece in pieces if len(pieces) > 1 and piece.distance(centre) < 1e-6), pieces[0])
