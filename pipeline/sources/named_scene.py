@@ -3,7 +3,8 @@
 R1  A piece called door that is no door by its shape (6 m wide, a wall with a hole) stays with the walls.
 R2  A part called floor is evidence for floors where it is flat; its faces stay with the walls, as those do that are
     called wall, ceiling, roof or nothing.
-R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house.
+R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house. What
+    is left out and reaches beyond the house is dropped all the same: a sky is much larger.
 R4  Ground that ends with the house is its floor.
 R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
 R6  A part called threshold, flat, on the floor and as narrow as a doorway, is an opening where one can walk across it:
@@ -358,15 +359,13 @@ class _Sorter:
     def _drop(self, role: Role) -> None:
         """R3."""
         for _, faces in self._each(role):
-            if not any(self._fills(piece) for piece in pieces(self.mesh, faces)):
+            if self._reaches_beyond(faces) or not any(self._fills(piece) for piece in pieces(self.mesh, faces)):
                 self.out[faces] = True
 
     def _terrain(self) -> None:
         """R4."""
         for _, faces in self._each(Role.TERRAIN):
-            low, high = box(self.mesh, faces)
-            beyond = (high - low)[:2] > TERRAIN_BEYOND * (self.high - self.low)[:2]
-            if beyond.any():
+            if self._reaches_beyond(faces):
                 self.out[faces] = True
             elif is_floor(self.surfaces, faces):
                 self.floor[faces] = True
@@ -390,6 +389,10 @@ class _Sorter:
             self.out[faces] = True
             if is_space(self.mesh, faces):
                 yield NamedBody(room_words(part), take_faces(self.mesh, faces))
+
+    def _reaches_beyond(self, faces: Indices) -> bool:
+        low, high = box(self.mesh, faces)
+        return bool(((high - low)[:2] > TERRAIN_BEYOND * (self.high - self.low)[:2]).any())
 
     def _fills(self, faces: Indices) -> bool:
         return fills(self.mesh, faces, self.low, self.high)

@@ -41,7 +41,7 @@ class Role(StrEnum):
     OPENING = "opening"  # the body that was taken out of a wall
     THRESHOLD = "threshold"  # the floor in a doorway
     TERRAIN = "terrain"  # ground, streets
-    LEFT_OUT = "left_out"  # lamps, people, cars, trees, pictures, handles
+    LEFT_OUT = "left_out"  # lamps, people, cars, trees, pictures, handles, the sky, what a game collides with
 
 
 def _set(text: str) -> frozenset[str]:
@@ -103,6 +103,7 @@ GERMANIC: Final[Mapping[Role, frozenset[str]]] = {
         bottle cup bowl toy teddy socket switch outlet annotation text label icon dimension logo baseboard
         skirting cornice moulding molding tablecloth bird cat dog bin trashcan basket toothbrush lampe leuchte
         licht mensch fahrzeug baum pflanze blume vorhang gardine jalousie bild tischdecke bettdecke griff
+        skysphere backdrop himmel collider collision hitbox navmesh trigger
         tuergriff klinke spiegel uhr buch steckdose schalter fussleiste mens gordijn schilderij
     """),
 }
@@ -145,7 +146,7 @@ ROMANCE: Final[Mapping[Role, frozenset[str]]] = {
     Role.LEFT_OUT: _set("""
         lampada lampara luminaria luminaire lustre lampadario voiture macchina coche carro arbre albero arbol
         arvore plante pianta planta rideau tenda cortina tableau quadro cuadro poignee maniglia manija
-        macaneta miroir specchio espejo espelho personne persona pessoa deng dengju diaodeng zhiwu huapen
+        macaneta miroir specchio espejo espelho personne persona pessoa ciel cielo ceu deng dengju diaodeng zhiwu huapen
         chuanglian guahua shexiangji
     """),
 }
@@ -215,7 +216,7 @@ def tokens(name: str) -> list[str]:
     for umlaut, spelled in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
         parted = parted.replace(umlaut, spelled)
     plain = unicodedata.normalize("NFKD", parted).encode("ascii", "ignore").decode().lower()
-    joined = re.sub(r"\bifc (?=space|opening)", "ifc", plain)
+    joined = re.sub(r"\b(ifc (?=space|opening)|back (?=drop))", lambda found: found[0].strip(), plain)
     return re.findall(r"[a-z]+", joined)
 
 

@@ -4,9 +4,9 @@ The paper cuts at one height, which serves SUNCG: its furniture is known, and ev
 neither, so that each thing is judged by where it begins and where it ends.
 
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
-R2  Below and above a window stands wall too: what stands at sill height and goes on over the opening, and touches
-    wall (a lamp over a table does not). Glazing from the floor up, too wide for a door, is wall as deep as the lintel
-    over it.
+R2  Below and above a window stands wall too: what stands at sill height, or at any height above a threshold's, and
+    goes on over the opening, and touches wall (a lamp over a table does not). Glazing from the floor up, too wide for
+    a door, is wall as deep as the lintel over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
     the slit between them is filled.
@@ -64,6 +64,7 @@ from pipeline.stages.scan_evidence import gather_scan_evidence
 from pipeline.tolerances import (
     CM_M,
     CRACK_M,
+    FOOT_M,
     HAND_M,
     LAP_M,
     LARGELY,
@@ -109,7 +110,8 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     if judged.walls:
         again = MeshSections(MeshSlicer(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
         full = close_cracks(unite([full, again.foot(heights.breast)]))
-    windows = _in_walls(drop_thin_parts(intersect(hanging, foot), SLIVER_M), full)  # R2
+    sills = unite([foot, sections.foot(heights.step)])
+    windows = _in_walls(drop_thin_parts(intersect(hanging, sills), SLIVER_M), full)  # R2
     low = drop_thin_parts(subtract(foot, unite([full, hanging, cupboards])), SLIVER_M)
     sloped = [part for part in polygons_of(low) if ends_at_sloped_roof(part, cutter)]  # R3
     walls = close_cracks(unite([full, windows, *sloped]))
@@ -151,6 +153,7 @@ def _furniture(level: Level) -> BaseGeometry:
 class _Heights:
     """The heights at which a level is cut, metres above its floor (R8)."""
 
+    step: float
     sill: float
     breast: float
     head: float
@@ -160,11 +163,12 @@ class _Heights:
     @classmethod
     def of(cls, cutter: MeshSlicer, level: Level, config: EvidenceConfig) -> _Heights:
         z = cutter.heights
-        sill, breast, head = (nearest_clear_height(h, z) for h in (config.sill_m, config.breast_m, config.head_m - 0.1))
+        wanted = FOOT_M, config.sill_m, config.breast_m, config.head_m - 0.1
+        step, sill, breast, head = (nearest_clear_height(height, z) for height in wanted)
         top = max(level.ceiling_m, config.head_m + STAND_M)
         above = section_heights(z, config.head_m, top, smallest_gap=STAND_M, most=MAX_HEIGHTS)
         railings = section_heights(z, config.sill_m, config.head_m, smallest_gap=CRACK_M, most=MAX_HEIGHTS // 2)
-        return cls(sill, breast, head, above, railings)
+        return cls(step, sill, breast, head, above, railings)
 
     @property
     def as_record(self) -> dict[str, float | list[float]]:

@@ -2,15 +2,17 @@
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
     (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
-    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside of
-    the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on
-    past the walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
-    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Where railings
-    bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that lies open for
-    0.35 of its edge, under lintels too wide for doors, to the outside or to another such space (a porch, what lies
-    under eaves), unless all do. Nor is one under the sky that a fence or a lower wall bounds and that is larger than
-    all the others together (a garden), nor one too low to stand in (a void under a roof). A room that the source names
-    is one. What a person says is no room (``overrides.toml``) is none.
+    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside
+    of the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes
+    on past the walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing
+    or a parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Where
+    railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that lies
+    open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to the
+    outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the floor
+    counts for nothing where rooms at it are most of the house, which then is cut open. Nor is one under the sky that
+    a fence or a lower wall bounds and that is larger than all the others together (a garden), nor one too low to
+    stand in (a void under a roof). A room that the source names is one. What a person says is no room
+    (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
@@ -41,14 +43,15 @@ from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
-    DOORWAY_M,
     HEAD_M,
     LARGELY,
     MM_M,
     MOST,
     MOSTLY,
     NEARLY_ALL,
+    PASSABLE_M,
     SHOULDERS_M,
+    SINGLE_DOOR_M,
     SOME,
     STANDS,
     TINY_M2,
@@ -87,7 +90,7 @@ def keep_habitable_spaces(
     if len(fenced) == len(rooms):
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
         fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
-    outdoors |= fenced | _porches(rooms, candidates)
+    outdoors |= fenced | _porches(rooms, candidates, edge)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
@@ -111,20 +114,25 @@ def _without_boards(planes: Planes) -> BaseGeometry:
     return unite([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
 
 
-def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate]) -> set[int]:
-    """Return which spaces lie open for ``OPEN_EDGE`` of their edge, under wide lintels, to the outside or each other.
+def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: BaseGeometry) -> set[int]:
+    """Return which spaces lie open for ``OPEN_EDGE`` of their edge to the outside or each other.
 
-    Where that would be all spaces, none is: a house of glass fronts that nobody drew.
+    A wide lintel is open below, and the ``edge`` of a floor is open. Where that would be all spaces, none is: a house
+    of glass fronts that nobody drew.
     """
-    wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > DOORWAY_M[1]]
+    wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > SINGLE_DOOR_M[1]]
+    area, length = shapely.area(rooms), shapely.length(rooms)
+    at_edge = length * [_along(room, edge) for room in rooms]
+    if area[at_edge > PASSABLE_M].sum() > MOST * area.sum():
+        at_edge = np.zeros(len(rooms))
     outside = {OUTSIDE}
     while True:
-        open_m = np.zeros(len(rooms))
+        open_m = at_edge.copy()
         for portal in wide:
             one, other = portal.sides
             if one != other and (one in outside) != (other in outside):
                 open_m[one if other in outside else other] += portal.width
-        found = {k for k, room in enumerate(rooms) if open_m[k] > OPEN_EDGE * room.length} - outside
+        found = {k for k in range(len(rooms)) if open_m[k] > OPEN_EDGE * length[k]} - outside
         if not found:
             break
         outside |= found

@@ -171,6 +171,18 @@ def test_ground_beyond_the_house_is_left_out_and_a_ground_plate_is_its_floor(tmp
     assert only_level(write(tmp_path / "wide.glb", wide)).walls.vertices[:, 0].min() == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("name", ["Sky_dome", "BackDrop", "Himmel", "cielo"])
+def test_a_sky_around_the_house_is_left_out(tmp_path, name):
+    dome = trimesh.creation.icosphere(subdivisions=2, radius=40.0)
+    nodes = {"Cube": WALLS, "Floor": slab(-0.2, 0.0), name: [dome]}
+    assert only_level(write(tmp_path / "house.glb", nodes)).walls.vertices[:, 0].max() == pytest.approx(8.0)
+
+
+def test_what_a_game_collides_with_is_left_out(tmp_path):
+    nodes = {"Cube": WALLS, "Floor": slab(-0.2, 0.0), "stairs_collider": [box((1.0, 1.0, 3.0, 2.0), 0.0, 2.5)]}
+    assert len(only_level(write(tmp_path / "house.glb", nodes)).walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
 def test_trees_are_left_out_however_many_leaves_they_have(tmp_path):
     rng = np.random.default_rng(0)
     leaves = rng.uniform((-30, 15, 5), (30, 40, 9), (9000, 3)).repeat(3, axis=0) + rng.normal(0.0, 0.8, (27000, 3))

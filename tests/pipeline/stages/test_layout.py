@@ -376,6 +376,32 @@ def test_a_porch_under_a_long_lintel_is_no_room(deep_m: float, rooms: int) -> No
     assert areas(found)[0] == 24.0
 
 
+@pytest.mark.parametrize(("sill_m", "kinds"), [(0.2, ["lintel"]), (0.25, ["lintel"]), (0.35, []), (0.42, [])])
+def test_what_has_a_sill_higher_than_any_threshold_is_a_window(sill_m: float, kinds: list[str]) -> None:
+    found = layout(shell((0, 0, 6, 4), front=[Hole(1, 2.4, sill_m)]))
+    assert [c.kind for c in found.candidates] == kinds
+
+
+def test_a_porch_between_posts_is_no_room() -> None:
+    """Three lintels of 1.8 m over 0.38 of the edge, none of them too wide for a door with two leaves."""
+    house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
+    sides = [*wall((-0.2, -1.7, 0.0, -0.2)), *wall((6.0, -1.7, 6.2, -0.2))]
+    front = wall((-0.2, -1.9, 6.2, -1.7), Hole(0.3, 2.1), Hole(2.2, 4.0), Hole(4.1, 5.9))
+    assert areas(layout([*house, *sides, *front])) == [24.0]
+
+
+def test_a_terrace_that_ends_at_the_edge_of_the_floor_is_no_room() -> None:
+    house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
+    floor = shapely.box(0, -3.0, 6, 4)
+    assert areas(layout([*house, *wall((-0.2, -3.0, 0.0, -0.2))], floor=floor)) == [24.0]
+
+
+def test_rooms_at_the_edge_of_the_floor_are_rooms_where_the_house_is_cut_open() -> None:
+    walls = [*wall((-0.2, 4, 9.2, 4.2)), *wall((-0.2, 0, 0, 4)), *wall((9, 0, 9.2, 4)), *wall((6, 0, 6.2, 4))]
+    found = layout([*walls, *wall((6.2, 0, 9, 0.2))], floor=shapely.box(0, 0, 9, 4))
+    assert len(found.rooms) == 2
+
+
 def test_boards_along_the_walls_are_no_railing() -> None:
     """The boards of long windows, in a hall that is closed all round."""
     boards = [(0.0, 0.0, 8.0, 0.1), (0.0, 4.9, 8.0, 5.0), (0.0, 0.1, 0.1, 4.9)]
