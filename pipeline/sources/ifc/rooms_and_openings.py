@@ -389,8 +389,11 @@ def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = S
     place = _Place(axis, along, across)
     host = standing if hole.host is None else shadow(hole.host)
     if not hole.has_door and _is_niche(place, host):
-        return None
-    depth = _over(place, standing) or _beside(place, host) or across
+        if _over(place, host) or _stands_behind(place, host):
+            return None
+        depth = across  # it is as wide as the way, and what stands at its sides are the walls along this
+    else:
+        depth = _over(place, standing) or _beside(place, host) or across
     thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
     return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
@@ -399,6 +402,14 @@ def _is_niche(place: _Place, wall: BaseGeometry) -> bool:
     """H2."""
     depth = _over(place, wall) or _beside(place, wall) or place.across
     return depth[0] < place.across[0] - NICHE_M or depth[1] > place.across[1] + NICHE_M
+
+
+def _stands_behind(place: _Place, wall: BaseGeometry) -> bool:
+    """Tell whether the wall goes on right behind a hole, on one of its two sides."""
+    (low, high), (near, far) = place.along, place.across
+    tenth = (high - low) / 10
+    sides = ((near - STRIP_M, near), (far, far + STRIP_M))
+    return any(wall.intersection(place.axis.box((low + tenth, high - tenth), side)).area > TINY for side in sides)
 
 
 def _over(place: _Place, standing: BaseGeometry) -> Span | None:

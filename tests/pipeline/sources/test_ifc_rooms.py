@@ -9,6 +9,8 @@ import shapely
 
 pytest.importorskip("ifcopenshell")
 
+from houseexpo import FloorPlan, plan
+from houseexpo.exports import export
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.wall_sections import section_from_segments
 from pipeline.sources import ifc
@@ -184,6 +186,27 @@ def test_niches_hatches_ducts_and_windows_are_no_openings(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 3, 0.2, 2.3), "IfcWindow")  # full-height glazing
     holed_flat.house.opening(holed_flat.inner, (4, 4, 0, 4.2, 4.9, 2.1), None)
     assert holed_flat.bounds(tmp_path) == [(4.0, 4.0, 4.2, 4.9, False)]
+
+
+def rectangle(x1: float, y1: float, x2: float, y2: float) -> np.ndarray:
+    return np.array([(x1, y1), (x1, y2), (x2, y2), (x2, y1)])
+
+
+def test_an_opening_as_wide_as_the_way_is_no_niche(tmp_path):
+    """The walls beside it are those along the way, all of them one body."""
+    way = rectangle(0, 4, 1.1, 4.25)
+    made = FloorPlan(
+        id="way",
+        verts=rectangle(0, 0, 1.1, 8),
+        room_num=2,
+        room_category={},
+        rooms=(plan.Room(0, "Hallway", rectangle(0, 0, 1.1, 4)), plan.Room(1, "Kitchen", rectangle(0, 4.25, 1.1, 8))),
+        doors=(plan.Door(0, "opening", ((0, 4.125), (1.1, 4.125)), 1.1, way, (0, 1)),),
+    )
+    (file,) = export(made, "ifc", tmp_path)
+    (level,) = [level for item in ifc.find(str(file)) for level in ifc.read(item)]
+    (opening,) = level.openings
+    assert opening.polygon.bounds == pytest.approx((0, 3.75, 1.1, 4), abs=0.01)  # mirrored back
 
 
 def test_a_door_without_an_opening_is_one(holed_flat, tmp_path):
