@@ -4,6 +4,7 @@ from .analysis.similarity import find_duplicates
 from .dataset import Dataset, open_dataset
 from .dataset.building import build
 from .dataset.fetch import fetch
+from .deprecated_names import door_mask, room_mask
 from .drawing import contact_sheet, draw_plan, svg
 from .errors import (
     ConfigError,
@@ -18,12 +19,12 @@ from .errors import (
 from .exports import export
 from .floorplan import FloorPlan, decode, load_plan, save_plan
 from .grids.frame import GridFrame
-from .grids.raster import door_mask, free_mask, room_mask
+from .grids.raster import door_ids, free_mask, room_ids
 from .inference import with_rooms
 from .plan import Door, Frame, Navigability, PlanObject, Quality, Room
-from .plan.categories import LABELS, UNLABELLED, canonical
 from .plan.json_codec import encode
 from .plan.repair import Repair
+from .plan.room_labels import LABELS, UNLABELLED, canonical
 
 __all__ = [
     "LABELS",
@@ -50,6 +51,7 @@ __all__ = [
     "canonical",
     "contact_sheet",
     "decode",
+    "door_ids",
     "door_mask",
     "draw_plan",
     "encode",
@@ -60,6 +62,7 @@ __all__ = [
     "load_plan",
     "navigability",
     "open_dataset",
+    "room_ids",
     "room_mask",
     "rooms_graph",
     "save_plan",

@@ -20,9 +20,9 @@ import numpy.typing as npt
 from houseexpo.errors import PlanError
 from houseexpo.files import is_device
 from houseexpo.plan import json_codec
-from houseexpo.plan.model import PlanData, move
-from houseexpo.plan.parts import Navigability, Reach
-from houseexpo.plan.repair import even_odd
+from houseexpo.plan.model import PlanData, shift_plan
+from houseexpo.plan.parts import Navigability, NavigabilityByRadius
+from houseexpo.plan.repair import even_odd_polygons
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from shapely import MultiPolygon, Polygon
 
-    from houseexpo.analysis.features import Layer
+    from houseexpo.analysis.geodataframe import Layer
     from houseexpo.grids.frame import GridFrame
     from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Room
 
@@ -45,7 +45,7 @@ def decode(data: bytes | str) -> FloorPlan:
         The text is not valid JSON, a key is missing or of the wrong type, or the plan violates the format
         (docs/format.md). The error names the key, and the plan if its id can be read.
     """
-    return json_codec.decode_as(FloorPlan, data)
+    return json_codec.decode_plan_as(FloorPlan, data)
 
 
 def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
@@ -74,7 +74,7 @@ def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
     plan.save(path)
 
 
-class MeasuredReach(Reach):
+class MeasuredNavigability(NavigabilityByRadius):
     """The navigability recorded in a plan; a call with a radius that is not recorded measures it."""
 
     __slots__ = ("_space",)
@@ -126,12 +126,12 @@ class FloorPlan(PlanData):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        space = partial(even_odd, self.verts, self.holes)  # no method of self: a cycle would delay freeing it
-        self._set("navigability", MeasuredReach(self.navigability, space))
+        space = partial(even_odd_polygons, self.verts, self.holes)  # no method of self: a cycle would delay freeing it
+        self._set("navigability", MeasuredNavigability(self.navigability, space))
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
         """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source."""
-        return move(self, dx, dy)
+        return shift_plan(self, dx, dy)
 
     def centred(self) -> FloorPlan:
         """Return the plan with its origin at the centroid of the free space, as the paper's text defines it."""
@@ -187,33 +187,33 @@ class FloorPlan(PlanData):
 
     def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
         """Return the id of the room of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
-        from houseexpo.grids.raster import room_mask
+        from houseexpo.grids.raster import room_ids
 
-        return room_mask(self.divided, self.grid_frame(pixels_per_metre))
+        return room_ids(self.divided, self.grid_frame(pixels_per_metre))
 
     def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
         """Return the id of the door of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
-        from houseexpo.grids.raster import door_mask
+        from houseexpo.grids.raster import door_ids
 
-        return door_mask(self.divided, self.grid_frame(pixels_per_metre))
+        return door_ids(self.divided, self.grid_frame(pixels_per_metre))
 
     def distance_field(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float32]:
         """Return the distance in metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls.
 
         The cells are those of ``grid``.
         """
-        from houseexpo.grids.raster import clearance
+        from houseexpo.grids.raster import distance_field
 
-        return clearance(self.grid(pixels_per_metre) == 0, pixels_per_metre)
+        return distance_field(self.grid(pixels_per_metre) == 0, pixels_per_metre)
 
     def graph(self, *, outside: bool = False) -> nx.MultiGraph[int | str]:
         """Return the graph of ``divided``: rooms as nodes, doors as edges, with walking distances.
 
         ``houseexpo.rooms_graph`` lists the attributes.
         """
-        from houseexpo.analysis.geodesic import walking_graph
+        from houseexpo.analysis.geodesic import rooms_graph_with_distances
 
-        return walking_graph(self.divided, outside=outside)
+        return rooms_graph_with_distances(self.divided, outside=outside)
 
     def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
         """Convert points (..., 2), (x, y) in metres, to cells (..., 2) of ``grid``, (row, col), maybe outside it."""
@@ -295,9 +295,9 @@ class FloorPlan(PlanData):
         MissingDependencyError
             GeoPandas is not installed.
         """
-        from houseexpo.analysis.features import features
+        from houseexpo.analysis.geodataframe import make_geodataframe
 
-        return features([self.divided], layer)
+        return make_geodataframe([self.divided], layer)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the plan to a JSON file; an existing file is replaced only when the new one is complete."""

@@ -46,9 +46,9 @@ from houseexpo.dataset.manifest import is_bundled
 from houseexpo.dataset.store.folders import overrides_file
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import plan_from_source
+from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.plan import Frame
-from houseexpo.plan.overrides import LISTS, NAME, as_list
+from houseexpo.plan.overrides import LISTS, NAME, override_values
 from houseexpo.tolerances import MIN_DOOR_M
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert
@@ -170,7 +170,7 @@ def _each_once(first: tuple[_T, ...], second: tuple[_T, ...]) -> tuple[_T, ...]:
 
 def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
-        table = {key: as_list(value, key) if key in LISTS else value for key, value in table.items()}
+        table = {key: override_values(value, key) if key in LISTS else value for key, value in table.items()}
     with name_in_config_errors(path):
         override = config_from_mapping(Override, table, name, convert=convert)
     place = f"{path}: {name}"
@@ -345,5 +345,5 @@ def _patterns(override: Override) -> str:
 
 
 def _at(frame: Frame, point: Point) -> Point:
-    x, y = plan_from_source(frame, np.array(point)).tolist()
+    x, y = plan_points_from_source(frame, np.array(point)).tolist()
     return x, y

@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.analysis.geodesic import shortest_way
+from houseexpo.analysis.geodesic import shortest_path
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, font
 from houseexpo.floorplan import FloorPlan
@@ -160,7 +160,7 @@ def _paths(spaces: Spaces, pairs: Sequence[JoinedPoints]) -> list[npt.NDArray[np
     if not pairs:
         return []
     floor = walkable_floor(spaces)
-    found = [shortest_way(shapely.buffer(floor, -pair.radius_m), *pair.points) for pair in pairs]
+    found = [shortest_path(shapely.buffer(floor, -pair.radius_m), *pair.points) for pair in pairs]
     return [way.points for way in found if way is not None]
 
 

@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from houseexpo.analysis.measures import BY_NAME, labels, reach
+from houseexpo.analysis.measures import BY_NAME, label_counts, navigability_by_radius
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference import with_rooms
-from houseexpo.plan.categories import UNLABELLED
+from houseexpo.plan.room_labels import UNLABELLED
 
 RADII = ("0.10", "0.20", "0.35")
 IN_STEPS = ("door_width_m", "narrowest_m")
@@ -91,7 +91,7 @@ def measure_plan(plan: FloorPlan) -> Seen:
         **_reach(plan),
         **outline_numbers(plan),
     }
-    return Seen(plan.id, numbers, dict(labels(plan)), dict(areas), dict(degrees))
+    return Seen(plan.id, numbers, dict(label_counts(plan)), dict(areas), dict(degrees))
 
 
 def _numbers(plan: FloorPlan, measure: str) -> list[float]:
@@ -100,7 +100,7 @@ def _numbers(plan: FloorPlan, measure: str) -> list[float]:
 
 def _reach(plan: FloorPlan) -> dict[str, list[float]]:
     """Pieces that robots of three radii find, and the narrowest passage of the middle one."""
-    found = reach(plan)
+    found = navigability_by_radius(plan)
     pieces = {f"pieces at {radius} m": [float(found[radius].components)] for radius in RADII}
     return pieces | {"narrowest_m": [found["0.20"].narrowest] if found["0.20"].components else []}
 

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from houseexpo import Dataset, open_dataset
-from houseexpo.analysis.similarity import Pair, find_pairs
+from houseexpo.analysis.similarity import SimilarPair, find_similar_pairs
 from houseexpo.floorplan import FloorPlan
 
 NEAREST = 0.05
@@ -30,9 +30,9 @@ def near_published(made: Dataset, published: Dataset, limit: float = NEAREST) ->
     def load(number: int) -> FloorPlan:
         return published[theirs[number]] if number < len(theirs) else made[ours[number - len(theirs)]]
 
-    known = find_pairs(load, len(theirs), threshold=0.0)
-    pairs = find_pairs(load, len(theirs) + len(ours), threshold=limit, known=known).pairs
-    found: dict[str, Pair] = {}
+    known = find_similar_pairs(load, len(theirs), threshold=0.0)
+    pairs = find_similar_pairs(load, len(theirs) + len(ours), threshold=limit, known=known).pairs
+    found: dict[str, SimilarPair] = {}
     for pair in sorted(pairs, key=lambda pair: -pair.difference):
         if pair.first < len(theirs) <= pair.second:
             found[ours[pair.second - len(theirs)]] = pair

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.analysis.measures import Measure
-from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.drawing.draw import path_data
 from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, axes_of, svg_of
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import Space, rings_of
+from houseexpo.grids.raster import Space, all_rings
 from stats.summary import Reach
 from stats.tally import Tally
 
@@ -103,7 +103,7 @@ def reach_svg(plan: FloorPlan, radius_m: float) -> str:
     x points right and y up; the page sets the width.
     """
     x1, y1, x2, y2 = plan.bbox
-    pieces = standing_pieces(plan.free_space, radius_m)
+    pieces = disc_centre_areas(plan.free_space, radius_m)
     side, edge = max(x2 - x1, y2 - y1), 0.02 * max(x2 - x1, y2 - y1)
     left, top = (x1 + x2 - side) / 2 - edge, -(y1 + y2 + side) / 2 - edge
     return "".join(
@@ -151,6 +151,6 @@ def _count_axis(axes: Axes, *, percent: bool) -> None:
 
 
 def _path(shapes: Iterable[Space], name: str) -> str:
-    rings = [ring for shape in shapes for ring in rings_of(shape)]
+    rings = [ring for shape in shapes for ring in all_rings(shape)]
     steps = path_data((ring * (1.0, -1.0) for ring in rings), "{:.2f}".format)
     return f'<path class="{name}" fill-rule="evenodd" d="{steps}"/>' if steps else ""

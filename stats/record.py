@@ -56,11 +56,11 @@ def record(plan: FloorPlan) -> Record:
     return Record(
         id=plan.id,
         numbers={measure.key: numbers for measure in MEASURES if (numbers := list(measure.numbers(plan)))},
-        labels=dict(measures.labels(plan)),
-        door_kinds=dict(measures.door_kinds(plan)),
+        labels=dict(measures.label_counts(plan)),
+        door_kinds=dict(measures.door_kind_counts(plan)),
         reach={
             radius: (found.components, found.largest_share, found.narrowest)
-            for radius, found in measures.reach(plan).items()
+            for radius, found in measures.navigability_by_radius(plan).items()
         },
         fault=ring_fault(plan),
         ring=ring_digest(plan),
@@ -79,7 +79,7 @@ def record_with_rooms(plan: FloorPlan) -> Record:
         return record_with_audit(plan)
     from houseexpo.inference import with_rooms
 
-    return replace(record_with_audit(with_rooms(plan)), labels=dict(measures.labels(plan)))
+    return replace(record_with_audit(with_rooms(plan)), labels=dict(measures.label_counts(plan)))
 
 
 def ring_fault(plan: FloorPlan) -> Fault | None:

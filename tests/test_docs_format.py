@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from houseexpo.plan import DoorKind
-from houseexpo.plan.categories import LABELS, UNLABELLED
 from houseexpo.plan.json_codec import Published
-from houseexpo.plan.schema import schema
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
+from houseexpo.plan.schema import make_schema
 
 ROOT = Path(__file__).resolve().parents[1]
-PARTS = schema()["$defs"]
+PARTS = make_schema()["$defs"]
 TEXT = (ROOT / "docs" / "format.md").read_text()
 
 

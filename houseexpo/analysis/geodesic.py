@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 Points = npt.NDArray[np.float64]
 
 
-class Way(NamedTuple):
+class WalkingPath(NamedTuple):
     """A shortest path: its corners (n, 2), metres, and its length in metres."""
 
     points: Points
     length: float
 
 
-def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.ArrayLike) -> Way | None:
+def shortest_path(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.ArrayLike) -> WalkingPath | None:
     """Return the shortest path inside ``space`` between two points (2,), metres; None if there is none.
 
     1. Walls are straightened by at most 0.02 m. A space with more than 800 reflex corners is simplified further, by at
@@ -41,13 +41,13 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
     2. The path turns only at reflex corners. They are expanded by A*, in the order of the distance so far plus the
        straight line to the goal; what a corner sees is computed when it is expanded.
 
-    For a disc, pass the area in which its centre can be (``analysis.navigability.standing_pieces``).
+    For a disc, pass the area in which its centre can be (``analysis.navigability.disc_centre_areas``).
 
     Examples
     --------
     >>> from shapely import Polygon
     >>> corner = Polygon([(0, 0), (6, 0), (6, 6), (3, 6), (3, 3), (0, 3)])
-    >>> round(shortest_way(corner, (0, 2.9), (3.1, 6)).length, 2)
+    >>> round(shortest_path(corner, (0, 2.9), (3.1, 6)).length, 2)
     6.1
     """
     import shapely
@@ -67,7 +67,7 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
     while waiting:
         _, here = heappop(waiting)
         if here == 1:
-            return Way(nodes[_trace_back(before)], float(known[1]))
+            return WalkingPath(nodes[_trace_back(before)], float(known[1]))
         if settled[here]:
             continue
         settled[here] = True
@@ -80,7 +80,7 @@ def shortest_way(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.
     return None
 
 
-def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> Points:
+def distance_matrix(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> Points:
     """Return the lengths (n, n) in metres of the shortest paths inside ``space`` between ``points`` (n, 2).
 
     The length is infinite if there is no path. Walls are first straightened by at most 0.02 m, and a point may lie
@@ -105,7 +105,7 @@ def walking_distances(space: Polygon | MultiPolygon, points: npt.ArrayLike) -> P
     return np.where(found < 1e-9, 0.0, found)
 
 
-def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int | str]:
+def rooms_graph_with_distances(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int | str]:
     """Return ``rooms_graph`` with walking distances in metres.
 
     In addition, a node has ``position``, a point (x, y) well inside the room, and an edge has ``distance``: the length
@@ -124,7 +124,7 @@ def walking_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int
         doors = [door for door in plan.doors if room.id in door.rooms]
         position = _inner_point(room)
         graph.nodes[room.id]["position"] = position
-        lengths = walking_distances(_with_doors(room, doors), [position, *map(_middle, doors)])
+        lengths = distance_matrix(_with_doors(room, doors), [position, *map(_middle, doors)])
         for i, door in enumerate(doors, start=1):
             legs[room.id, door.id] = float(lengths[0, i])
             for j, other in enumerate(doors[i:], start=i + 1):

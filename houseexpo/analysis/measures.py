@@ -14,7 +14,7 @@ from typing import Final
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
 from houseexpo.analysis.navigability import navigability
-from houseexpo.plan import Navigability, PlanData, Reach
+from houseexpo.plan import Navigability, NavigabilityByRadius, PlanData
 from houseexpo.tolerances import ROBOT_M
 
 _SUFFIXES: Final = {"m²": "_m2", "m": "_m"}
@@ -75,19 +75,19 @@ class Measure:
         return (found,) if isinstance(found, int | float) else found
 
 
-def labels(plan: PlanData) -> Counter[str]:
+def label_counts(plan: PlanData) -> Counter[str]:
     """Return the number of rooms of each label; for a plan without rooms, the number of label boxes."""
     if plan.rooms:
         return Counter(room.label for room in plan.rooms)
     return Counter({label: len(boxes) for label, boxes in plan.room_category.items()})
 
 
-def door_kinds(plan: PlanData) -> Counter[str]:
+def door_kind_counts(plan: PlanData) -> Counter[str]:
     """Return the number of doors of each kind."""
     return Counter(door.kind for door in plan.doors)
 
 
-def reach(plan: PlanData) -> Reach:
+def navigability_by_radius(plan: PlanData) -> NavigabilityByRadius:
     """Return the navigability by radius: as the plan records it, otherwise measured."""
     return plan.navigability or navigability(plan)
 
@@ -147,7 +147,7 @@ def _doors(plan: PlanData) -> int | None:
 
 
 def _cuts(plan: PlanData) -> int | None:
-    return door_kinds(plan)["cut"] if plan.rooms else None
+    return door_kind_counts(plan)["cut"] if plan.rooms else None
 
 
 def _door_widths(plan: PlanData) -> list[float]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from houseexpo.analysis.passages import Floats, find_passages
 from houseexpo.errors import PlanError
-from houseexpo.plan import RADII_M, Navigability, PlanData, Reach
+from houseexpo.plan import RADII_M, Navigability, NavigabilityByRadius, PlanData
 from houseexpo.tolerances import COMMON_OPENING_M, ROUND, SPECK_M2, SPLIT_M, SPLIT_STEP_M, STRAIGHTEN_AREA_M
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
 
 
-def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> Reach:
+def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> NavigabilityByRadius:
     """Measure the areas that a disc robot can reach, for each radius in metres.
 
     The result maps each radius, as text with two decimals (``"0.20"``), to three figures:
@@ -55,10 +55,10 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
         pieces = standing.at(radius)
         narrowest = standing.width(pieces[0], radius) if pieces else 0.0
         found[f"{radius:.2f}"] = said(len(pieces), _largest_share(pieces), round(narrowest, 2))
-    return Reach(found)
+    return NavigabilityByRadius(found)
 
 
-def standing_pieces(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
+def disc_centre_areas(space: Polygon | MultiPolygon, radius_m: float) -> list[Polygon]:
     """Return the areas in which the centre of a disc can be, the largest first, without those under 0.1 m2.
 
     Walls are first straightened by at most 0.01 m.

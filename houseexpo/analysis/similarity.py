@@ -2,10 +2,11 @@
 
 The difference of two masks A and B is |A xor B| / max(|A|, |B|). It is minimised over the eight symmetries of the
 square, and over positions in which the cropped masks are aligned at either end of each axis, shifted by up to two
-cells. ``compare`` computes it for two masks. ``find_pairs`` finds all pairs within a threshold among many plans.
+cells. ``compare_masks`` computes it for two masks. ``find_similar_pairs`` finds all pairs within a threshold among many
+plans.
 
-``find_pairs`` rules out nearly all pairs without comparing their masks, and none wrongly. Let D = |A xor B| for A and B
-in their best position.
+``find_similar_pairs`` rules out nearly all pairs without comparing their masks, and none wrongly. Let D = |A xor B| for
+A and B in their best position.
 
 1. Areas: ||A| - |B|| <= D, since the areas differ at most by the cells that only one mask has. Among plans sorted by
    area, the partners of a plan are a run that ends where the area is too large.
@@ -39,13 +40,13 @@ import numpy.typing as npt
 
 from houseexpo.errors import PlanError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import Mask, Space, edges_in_pixels, fill, rings_of
+from houseexpo.grids.raster import Mask, Space, all_rings, edges_in_pixels, fill_cells
 from houseexpo.plan.model import PlanData
 from houseexpo.progress import show_progress
 from houseexpo.tolerances import FINER_GRID
 
 if TYPE_CHECKING:
-    from houseexpo.analysis.kernels.masks import Cells, PackedMask, Profiles
+    from houseexpo.analysis.kernels.masks import Cells, MaskProfiles, PackedMask
 
 PIXELS_PER_METRE: Final = 20.0
 THRESHOLD: Final = 0.02
@@ -82,14 +83,14 @@ _T = TypeVar("_T")
 _R = TypeVar("_R")
 
 
-class Match(NamedTuple):
+class MaskDifference(NamedTuple):
     """The difference of two masks, and the symmetry that maps the second onto the first."""
 
     difference: float
     symmetry: str
 
 
-class Pair(NamedTuple):
+class SimilarPair(NamedTuple):
     """Two plans within the threshold, by their numbers; ``symmetry`` maps the second onto the first."""
 
     first: int
@@ -99,11 +100,11 @@ class Pair(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class SimilarPairs:
     """The result of comparing plans: the fingerprint of each, by its number, and all pairs within the threshold."""
 
     fingerprints: Mapping[int, Fingerprint] = field(default_factory=dict)
-    pairs: tuple[Pair, ...] = ()
+    pairs: tuple[SimilarPair, ...] = ()
 
 
 class Duplicate(NamedTuple):
@@ -121,21 +122,21 @@ def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) ->
     The grid is centred on the bounds, has an even number of cells on each axis and is finer than requested by 1 in
     10,000. Therefore no wall on the 1 cm grid runs through cell centres, where one side would have to be preferred.
     """
-    space = compared_space(space)
+    space = space_with_furniture(space)
     frame = comparison_frame(space, pixels_per_metre)
     mask = np.zeros(frame.shape, dtype=bool)
-    fill(mask, space, frame, True)
-    return crop(mask)
+    fill_cells(mask, space, frame, True)
+    return crop_mask(mask)
 
 
-def compared_space(space: Space) -> Space:
+def space_with_furniture(space: Space) -> Space:
     """Return the area that is compared: the free space and that under furniture, which does not change the house."""
     return space.floor if isinstance(space, PlanData) and space.objects else space
 
 
 def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> GridFrame:
     """Return the grid of ``comparison_mask``."""
-    corners = np.concatenate(rings_of(space))
+    corners = np.concatenate(all_rings(space))
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = pixels_per_metre * (1 + FINER_GRID)
     cols, rows = (2 * math.ceil(size * scale / 2) for size in (high - low).tolist())
@@ -143,7 +144,7 @@ def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -
     return GridFrame((x, y), scale, (max(rows, 2), max(cols, 2)))
 
 
-def crop(mask: Mask) -> Mask:
+def crop_mask(mask: Mask) -> Mask:
     """Return the smallest part of the mask with all True cells, of shape (0, 0) if there are none."""
     rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not len(rows):
@@ -151,14 +152,14 @@ def crop(mask: Mask) -> Mask:
     return mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
 
 
-def transform(mask: Mask, symmetry: str) -> Mask:
+def apply_symmetry(mask: Mask, symmetry: str) -> Mask:
     """Return the mask under one of ``SYMMETRIES``."""
     swap, flip_rows, flip_cols = SYMMETRIES[symmetry]
     turned = mask.T if swap else mask
     return turned[:: -1 if flip_rows else 1, :: -1 if flip_cols else 1]
 
 
-def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
+def compare_masks(one: Mask, other: Mask, limit: float = math.inf) -> MaskDifference | None:
     """Return the exact difference of two cropped masks, or None if it exceeds ``limit``.
 
     Exchanging the masks gives the same difference and the inverse symmetry. Positions whose row or column sums alone
@@ -175,7 +176,7 @@ def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
         rows, cols = sums_[::-1] if swap else sums_
         downs = _offsets(sums[0], rows[:: -1 if flip_rows else 1], areas)
         rights = _offsets(sums[1], cols[:: -1 if flip_cols else 1], areas)
-        moved = transform(other, symmetry)
+        moved = apply_symmetry(other, symmetry)
         for (down, bound), (right, bound_) in product(downs, rights):
             if max(bound, bound_) < best:
                 here, there = (
@@ -184,22 +185,22 @@ def compare(one: Mask, other: Mask, limit: float = math.inf) -> Match | None:
                 )
                 differ = areas - 2 * int(np.count_nonzero(here & there))
                 if differ < best:
-                    best, found = differ, Match(differ / larger, symmetry)
+                    best, found = differ, MaskDifference(differ / larger, symmetry)
     return found
 
 
-def fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
+def mask_fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
     """Return numbers (1 + 2 * 64,) that do not change under the eight symmetries and shifts.
 
     They are the area, the row sums and the column sums. The sums are sorted and added up in bins of 8; the greater of
-    the two profiles comes first. ``lower_bound`` derives a bound from them.
+    the two profiles comes first. ``difference_lower_bound`` derives a bound from them.
     """
     profiles = [_pool(np.sort(mask.sum(axis=axis))[::-1]) for axis in (1, 0)]
     profiles.sort(key=lambda sums: sums.tolist(), reverse=True)
     return np.concatenate([[mask.sum()], *profiles]).astype(np.int32)
 
 
-def lower_bound(print_: npt.NDArray[np.int32], prints: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def difference_lower_bound(print_: npt.NDArray[np.int32], prints: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Return a lower bound of |A xor B|, in cells, of a fingerprint and others (n, 129), for any symmetry and shift.
 
     The bound holds because sums differ by no more than the masks do, and sorting and binning can only reduce the
@@ -251,13 +252,15 @@ def find_duplicates(
     names = [ids[i] for i in order]
     if twice := [name for name, following in pairwise(names) if name == following]:
         raise PlanError("expected ids that differ, found this one twice", "id", twice[0])
-    found = find_pairs(
+    found = find_similar_pairs(
         lambda i: load(order[i]), len(order), threshold=threshold, pixels_per_metre=pixels_per_metre, threads=threads
     )
-    return drop_duplicates(names, found.pairs)
+    return choose_duplicates(names, found.pairs)
 
 
-def drop_duplicates(ids: Sequence[str], pairs: Collection[Pair], keep: Collection[str] = ()) -> list[Duplicate]:
+def choose_duplicates(
+    ids: Sequence[str], pairs: Collection[SimilarPair], keep: Collection[str] = ()
+) -> list[Duplicate]:
     """Return the plans to drop, sorted by id.
 
     1. In the order of ids, a plan is kept unless it is within the threshold of one that is kept; the first such plan is
@@ -269,7 +272,7 @@ def drop_duplicates(ids: Sequence[str], pairs: Collection[Pair], keep: Collectio
     ids
         The ids of the plans, sorted; ``pairs`` refer to their positions.
     """
-    partners: dict[int, list[Pair]] = {}
+    partners: dict[int, list[SimilarPair]] = {}
     for pair in sorted(pairs):
         partners.setdefault(pair.second, []).append(pair)
     dropped: dict[int, Duplicate] = {}
@@ -280,7 +283,7 @@ def drop_duplicates(ids: Sequence[str], pairs: Collection[Pair], keep: Collectio
     return list(dropped.values())
 
 
-def find_pairs(
+def find_similar_pairs(
     load: Load,
     count: int,
     *,
@@ -288,10 +291,10 @@ def find_pairs(
     pixels_per_metre: float = PIXELS_PER_METRE,
     symmetries: bool = True,
     shift_px: int = SHIFT_PX,
-    known: Comparison | None = None,
+    known: SimilarPairs | None = None,
     threads: int = 1,
     label: str = "",
-) -> Comparison:
+) -> SimilarPairs:
     """Find all pairs of plans whose difference is at most ``threshold``.
 
     Parameters
@@ -310,29 +313,29 @@ def find_pairs(
     label
         What a progress bar says; none is shown by default.
     """
-    from houseexpo.analysis.kernels.masks import measure_profiles, pack_mask
+    from houseexpo.analysis.kernels.masks import mask_profiles, pack_mask
 
-    known = known or Comparison()
+    known = known or SimilarPairs()
     mask_of = partial(_cells_of, load, pixels_per_metre)
     limits = (threshold, shift_px, len(SYMMETRIES) if symmetries else 1)
     fresh = np.array([i not in known.fingerprints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * _BINS), np.int32)
-    profiles_of = cache(lambda number: measure_profiles(mask_of(number)))
+    profiles_of = cache(lambda number: mask_profiles(mask_of(number)))
     packed_of = lru_cache(maxsize=_KEPT)(lambda number: pack_mask(mask_of(number)))
     for i in show_progress(range(count), label, count) if label else range(count):
-        prints[i] = fingerprint_of(profiles_of(i)) if fresh[i] else known.fingerprints[i]
+        prints[i] = fingerprint_from_profiles(profiles_of(i)) if fresh[i] else known.fingerprints[i]
     with ThreadPoolExecutor(threads) as pool:
         possible = _possible_pairs(prints, fresh, threshold, pool)
         near = _in_threads(pool, partial(_near_pairs, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
         pairs = _in_threads(pool, partial(_pairs_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
-        return Comparison(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
+        return SimilarPairs(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
 
-def fingerprint_of(profiles: Profiles) -> Fingerprint:
-    """Return the ``fingerprint`` of a mask, given its profiles."""
-    from houseexpo.analysis.kernels.masks import pool
+def fingerprint_from_profiles(profiles: MaskProfiles) -> Fingerprint:
+    """Return the ``mask_fingerprint`` of a mask, given its profiles."""
+    from houseexpo.analysis.kernels.masks import pool_sums
 
-    first, second = sorted((pool(sums).tolist() for sums in profiles), reverse=True)
+    first, second = sorted((pool_sums(sums).tolist() for sums in profiles), reverse=True)
     return np.array([int(profiles.rows.sum()), *first, *second], np.int32)
 
 
@@ -340,7 +343,7 @@ def _ids_and_load(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list
     """Return the ids of plans or masks, and a function that returns one by its position."""
     if isinstance(shapes, Mapping):
         masks = list(shapes.values())
-        return list(shapes), lambda i: crop(masks[i])
+        return list(shapes), lambda i: crop_mask(masks[i])
     plans = shapes if isinstance(shapes, Sequence) else list(shapes)
     ids = getattr(plans, "ids", None)  # a Dataset knows them without reading its plans
     return list(ids) if ids is not None else [plan.id for plan in plans], plans.__getitem__
@@ -348,15 +351,15 @@ def _ids_and_load(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list
 
 def _cells_of(load: Load, pixels_per_metre: float, number: int) -> Cells:
     """Return the cropped mask of a plan: ``comparison_mask``, compiled."""
-    from houseexpo.analysis.kernels.masks import fill_rings, measure_profiles
+    from houseexpo.analysis.kernels.masks import fill_rings, mask_profiles
 
     given = load(number)
     if not isinstance(given, PlanData):
-        return np.ascontiguousarray(crop(given)).view(np.uint8)
-    space = compared_space(given)
+        return np.ascontiguousarray(crop_mask(given)).view(np.uint8)
+    space = space_with_furniture(given)
     frame = comparison_frame(space, pixels_per_metre)
-    mask = fill_rings(*edges_in_pixels(rings_of(space), frame), *frame.shape)
-    rows, cols = (np.flatnonzero(sums) for sums in measure_profiles(mask))
+    mask = fill_rings(*edges_in_pixels(all_rings(space), frame), *frame.shape)
+    rows, cols = (np.flatnonzero(sums) for sums in mask_profiles(mask))
     if not len(rows):
         return mask[:0, :0]
     return np.ascontiguousarray(mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1])
@@ -369,14 +372,14 @@ def _possible_pairs(
 
     They are sorted by area, so that the masks that they need are those that were needed just before.
     """
-    from houseexpo.analysis.kernels.masks import near_fingerprints, pool_bins
+    from houseexpo.analysis.kernels.masks import near_fingerprint_pairs, pool_fingerprints
 
     order = np.argsort(prints[:, 0], kind="stable")
     order = order[prints[order, 0] > 0]  # a plan without free cells is a duplicate of none
     ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
-    areas, groups = np.ascontiguousarray(ordered[:, 0]), pool_bins(ordered)
+    areas, groups = np.ascontiguousarray(ordered[:, 0]), pool_fingerprints(ordered)
     blocks = pool.map(
-        lambda at: near_fingerprints(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
+        lambda at: near_fingerprint_pairs(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
         range(0, len(ordered), _BLOCK),
     )
     found = np.sort(order[np.concatenate([np.zeros((0, 2), np.int64), *blocks])], axis=1)
@@ -398,14 +401,14 @@ def _in_threads(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], 
         yield from future.result()
 
 
-def _near_pairs(limits: _Limits, jobs: list[tuple[_Numbers, Profiles, Profiles]]) -> list[_Numbers]:
+def _near_pairs(limits: _Limits, jobs: list[tuple[_Numbers, MaskProfiles, MaskProfiles]]) -> list[_Numbers]:
     """Return the pairs that their profiles do not rule out."""
-    from houseexpo.analysis.kernels.masks import may_be_near
+    from houseexpo.analysis.kernels.masks import profiles_may_match
 
-    return [pair for pair, one, other in jobs if may_be_near(one, other, *limits)]
+    return [pair for pair, one, other in jobs if profiles_may_match(one, other, *limits)]
 
 
-def _pairs_within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, PackedMask]]) -> list[Pair]:
+def _pairs_within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, PackedMask]]) -> list[SimilarPair]:
     """Return the pairs that are within the threshold."""
     from houseexpo.analysis.kernels.masks import least_difference
 
@@ -415,7 +418,7 @@ def _pairs_within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, Packed
         cells, symmetry = least_difference(one, other, *limits)
         if symmetry >= 0:
             area = max(int(one.profiles.rows.sum()), int(other.profiles.rows.sum()))
-            found.append(Pair(*pair, cells / area, names[symmetry]))
+            found.append(SimilarPair(*pair, cells / area, names[symmetry]))
     return found
 
 

@@ -24,7 +24,7 @@ from houseexpo.words import count_noun, unknown_name_message
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from houseexpo.analysis.features import Layer
+    from houseexpo.analysis.geodataframe import Layer
     from houseexpo.dataset.store.catalogue import Catalogue
 
 Range: TypeAlias = tuple[float | None, float | None]
@@ -190,9 +190,9 @@ class Dataset(Sequence[FloorPlan]):
         MissingDependencyError
             GeoPandas is not installed.
         """
-        from houseexpo.analysis.features import features
+        from houseexpo.analysis.geodataframe import make_geodataframe
 
-        return features((plan.divided for plan in self), layer)
+        return make_geodataframe((plan.divided for plan in self), layer)
 
     def plot(self, n: int = 12, *, columns: int = 4, size: float = 3.0, **options: Any) -> Figure:
         """Draw the first plans side by side, with matplotlib.

@@ -20,7 +20,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from houseexpo.analysis.similarity import THRESHOLD, find_pairs
+from houseexpo.analysis.similarity import THRESHOLD, find_similar_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import encode_json, make_folder, read_json, sha256_of, write_atomically
@@ -105,7 +105,7 @@ def groups_of(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
 
     for i, name in enumerate(ids):  # R1
         sets.join(first.setdefault("id " + _LEVEL.sub("", name), i), i)
-    for pair in find_pairs(load, len(ids), threads=workers, label="looking for copies").pairs:  # R2
+    for pair in find_similar_pairs(load, len(ids), threads=workers, label="looking for copies").pairs:  # R2
         sets.join(pair.first, pair.second)
     return tuple(sorted(tuple(sorted(ids[i] for i in group)) for group in sets.groups()))
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, check_not_too_coarse
-from houseexpo.grids.raster import door_mask, free_mask, room_mask
+from houseexpo.grids.raster import door_ids, free_mask, room_ids
 from houseexpo.tolerances import SAME_PX
 
 
@@ -69,7 +69,7 @@ def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
     frame = frame_of(plan, config)
     plan = plan.divided if config.find_rooms else plan
     free, _ = free_mask(plan, frame=frame)
-    return Rasters(free.view(np.uint8), room_mask(plan, frame), door_mask(plan, frame), frame)
+    return Rasters(free.view(np.uint8), room_ids(plan, frame), door_ids(plan, frame), frame)
 
 
 def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:

@@ -23,8 +23,8 @@ from houseexpo.dataset.store.records import Record, records
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import read_json, sha256_of
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan.categories import LABELS
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
+from houseexpo.plan.room_labels import LABELS
 from houseexpo.processes import map_in_processes, split_into_chunks
 from houseexpo.progress import show_progress
 from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M, TILE_M2

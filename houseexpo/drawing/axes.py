@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from houseexpo.drawing.scene import DOOR_COLOURS, FLOOR, FURNITURE, FURNITURE_EDGE, INK, WALL
 from houseexpo.errors import MissingDependencyError
-from houseexpo.plan.categories import colour
+from houseexpo.plan.room_labels import label_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ def plot_plan(
         _fill(ax, around, WALL, zorder=1)
     _fill(ax, plan.free_space, FLOOR, zorder=2)
     for room in plan.rooms if rooms else ():
-        _fill(ax, room.polygon, colour(room.label), zorder=3)
+        _fill(ax, room.polygon, label_colour(room.label), zorder=3)
     for thing in plan.objects if objects else ():
         _fill(ax, thing.polygon, FURNITURE, edge=FURNITURE_EDGE, zorder=4)
     for door in plan.doors if doors else ():

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from houseexpo.drawing.scene import INK, PAPER, Area, Scene, font, scene
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import fill, rings_of
+from houseexpo.grids.raster import all_rings, fill_cells
 from houseexpo.plan.model import PlanData
 
 Image = npt.NDArray[np.uint8]
@@ -151,7 +151,7 @@ def _paint(layout: Scene) -> Image:
     palette = [PAPER, *(area.fill for area in layout.areas)]
     index = np.zeros(fine.shape, dtype=np.uint16)
     for i, area in enumerate(layout.areas, start=1):
-        fill(index, area.shape, fine, i)
+        fill_cells(index, area.shape, fine, i)
     image = np.array([_rgb(colour) for colour in palette], dtype=np.uint8)[index]
     return np.asarray(cv2.resize(image, coarse.shape[::-1], interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
@@ -179,6 +179,6 @@ def _rgb(colour: str) -> tuple[int, int, int]:
 
 def _path(area: Area, frame: GridFrame) -> str:
     """Return an area as an SVG path, with holes by the even-odd rule."""
-    rings = [frame.pixels_from_points(ring).round(2) for ring in rings_of(area.shape)]
+    rings = [frame.pixels_from_points(ring).round(2) for ring in all_rings(area.shape)]
     steps = path_data(rings, "{:g}".format)
     return f'<path fill="{area.fill}" fill-rule="evenodd" d="{steps}"/>'

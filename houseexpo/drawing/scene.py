@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import check_not_too_coarse
 from houseexpo.plan import DOOR_KINDS, Box, DoorKind
-from houseexpo.plan.categories import colour
 from houseexpo.plan.model import PlanData
+from houseexpo.plan.room_labels import label_colour
 
 if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
@@ -114,7 +114,7 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     closed = _inner_area(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
-    floors = [Area(room.shape, colour(room.labels[0])) for room in rooms]
+    floors = [Area(room.shape, label_colour(room.labels[0])) for room in rooms]
     inside = [*floors, *_hatches(plan), *_furniture(plan), *_doors(plan)]
     areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *inside]
     words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]

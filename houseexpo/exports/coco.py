@@ -15,7 +15,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan import DOOR_KINDS
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

@@ -13,7 +13,7 @@ from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -79,5 +79,5 @@ def _draw(document: Any, turned: FloorPlan, wall_thickness: float) -> None:
 def _outline(space: Any, shape: BaseGeometry, layer: str) -> None:
     for part in shapely.get_parts(shape):
         if part.geom_type == "Polygon":
-            for ring in rings_of(part):
+            for ring in all_rings(part):
                 space.add_lwpolyline(ring.round(4).tolist(), close=True, dxfattribs={"layer": layer})

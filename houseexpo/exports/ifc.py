@@ -15,7 +15,7 @@ from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
 from houseexpo.tolerances import CRUMB_M2, SAME_M2, WELD_M
 
@@ -198,7 +198,7 @@ class _Writer:
         )
 
     def _extrusion(self, part: Polygon, low: float, high: float) -> Any:
-        outer, *inner = [self._polyline(ring) for ring in rings_of(part)]
+        outer, *inner = [self._polyline(ring) for ring in all_rings(part)]
         profile = self._new("IfcArbitraryClosedProfileDef", ProfileType="AREA", OuterCurve=outer)
         if inner:
             profile = self._new(

@@ -13,7 +13,7 @@ from houseexpo.exports.named_parts import entrance_doors, room_floors, threshold
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 
 if TYPE_CHECKING:
     import trimesh
@@ -130,4 +130,4 @@ def extrude(shape: Any, height: float) -> Manifold:
     """Return a closed body on a shape, from height 0 to ``height``."""
     from manifold3d import CrossSection, FillRule
 
-    return CrossSection(rings_of(shape), FillRule.EvenOdd).extrude(height)
+    return CrossSection(all_rings(shape), FillRule.EvenOdd).extrude(height)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from houseexpo.errors import PlanError
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Ring
 from houseexpo.plan.parts import signed_area
 from houseexpo.tolerances import GRID_M, SLIVER_M2
@@ -96,7 +96,7 @@ def trapezoids(polygon: Polygon) -> list[Ring]:
     -------
     Rings (3 or 4, 2), metres, counter-clockwise, in the order in which they end; together they cover the polygon.
     """
-    edges = _Edges(rings_of(polygon))
+    edges = _Edges(all_rings(polygon))
     stops = edges.stops.tolist()
     since: dict[tuple[int, int], float] = {}
     found: list[Ring] = []

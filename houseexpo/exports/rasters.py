@@ -16,7 +16,7 @@ from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import fill, free_mask
+from houseexpo.grids.raster import fill_cells, free_mask
 from houseexpo.grids.robot_map import WALLS_ONLY
 
 PNG_RESOLUTION_M: Final = 0.02
@@ -130,8 +130,8 @@ def occupancy(
     walls = shapely.MultiPolygon(turned.walls(max(wall_thickness, resolution)))
     frame = GridFrame.around(walls.bounds, scale, y_up=True)
     pixels = np.full(frame.shape, UNKNOWN, dtype=np.uint8)
-    fill(pixels, walls, frame, WALL)
+    fill_cells(pixels, walls, frame, WALL)
     if turned.objects:
-        fill(pixels, turned.floor, frame, WALL)
-    fill(pixels, turned, frame, FREE)
+        fill_cells(pixels, turned.floor, frame, WALL)
+    fill_cells(pixels, turned, frame, FREE)
     return pixels, frame

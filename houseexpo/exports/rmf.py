@@ -15,8 +15,8 @@ from houseexpo.exports.polygons import trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
 from houseexpo.exports.solid import WALL_THICKNESS_M, solid
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import free_mask, rings_of
-from houseexpo.plan.categories import UNLABELLED
+from houseexpo.grids.raster import all_rings, free_mask
+from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import CRUMB_M2, MITRE, TINY
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], di
     core = shapely.buffer(body, -RMF_WALL_M / 2, join_style="mitre", mitre_limit=MITRE)
     cores = [part for part in shapely.get_parts(core) if part.area > 0]
     for part in cores:
-        for ring in rings_of(part):
+        for ring in all_rings(part):
             yield from ((a, b, _WALL) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True))
     covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=MITRE)
     for rest in shapely.get_parts(shapely.difference(body, covered)):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
 from houseexpo.exports.orientation import Orientation, oriented
@@ -109,7 +109,7 @@ def start_and_goal(space: Polygon | MultiPolygon) -> tuple[Point, Point]:
     """
     import shapely
 
-    pieces = standing_pieces(space, ROBOT_M)
+    pieces = disc_centre_areas(space, ROBOT_M)
     if not pieces:
         point = space.representative_point()
         return (point.x, point.y), (point.x, point.y)

@@ -15,8 +15,8 @@ from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, oriented
 from houseexpo.exports.solid import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import rings_of
-from houseexpo.plan.categories import colour
+from houseexpo.grids.raster import all_rings
+from houseexpo.plan.room_labels import label_colour
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -43,7 +43,7 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         f"<title>{escape(plan.id)}</title>",
         *_layer("walls", [(wall, _WALL, "wall") for wall in walls]),
         *_layer("free-space", [(turned.free_space, _FREE, "free space")]),
-        *_layer("rooms", [(room.polygon, colour(room.label), room.label) for room in turned.rooms]),
+        *_layer("rooms", [(room.polygon, label_colour(room.label), room.label) for room in turned.rooms]),
         *_layer("doors", [(door.polygon, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
         *_layer("entrances", [(each.shape, _DOOR, each.door.kind) for each in entrances]),
         *_layer("objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.objects]),
@@ -62,4 +62,4 @@ def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[st
 
 def _path(shape: BaseGeometry) -> str:
     """Return the rings as closed subpaths, with y down."""
-    return path_data((ring * (1.0, -1.0) for ring in rings_of(shape)), number)
+    return path_data((ring * (1.0, -1.0) for ring in all_rings(shape)), number)

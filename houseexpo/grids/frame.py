@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from houseexpo.plan.checks import number
+from houseexpo.plan.checks import check_number
 from houseexpo.tolerances import SAME_PX, TINY
 
 FloatArray = npt.NDArray[np.float64]
@@ -72,7 +72,7 @@ class GridFrame:
         The grid starts at the lowest corner of the bounds, so that a shifted plan has the same raster.
         """
         _check_scale(pixels_per_metre)  # before the division
-        x1, y1, x2, y2 = (number(value, "bounds") for value in bounds)
+        x1, y1, x2, y2 = (check_number(value, "bounds") for value in bounds)
         if (longest := max(x2 - x1, y2 - y1) * pixels_per_metre) > MAX_CELLS:  # may be infinite
             raise _too_many(f"{longest:.3g} along one side")
         margin_m = margin_px / pixels_per_metre
@@ -157,15 +157,15 @@ def _check_scale(pixels_per_metre: float) -> None:
         raise ConfigError(f"pixels_per_metre: expected a positive number, found {pixels_per_metre!r}")
 
 
-def source_from_plan(frame: Frame, points: npt.ArrayLike) -> FloatArray:
+def source_points_from_plan(frame: Frame, points: npt.ArrayLike) -> FloatArray:
     """Convert points (..., 2) of a plan to its source's plan axes, in metres: (X, Y) if z is up, (X, Z) if y is."""
     matrix = np.asarray(frame.matrix)
     moved: FloatArray = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return moved
 
 
-def plan_from_source(frame: Frame, points: npt.ArrayLike) -> FloatArray:
-    """Convert points (..., 2) on the source's plan axes to the plan; the inverse of ``source_from_plan``."""
+def plan_points_from_source(frame: Frame, points: npt.ArrayLike) -> FloatArray:
+    """Convert points (..., 2) on the source's plan axes to the plan; the inverse of ``source_points_from_plan``."""
     matrix: npt.NDArray[Any] = np.asarray(frame.matrix)
     moved: FloatArray = (np.asarray(points, dtype=np.float64) - matrix[:, 2]) @ np.linalg.inv(matrix[:, :2]).T
     return moved

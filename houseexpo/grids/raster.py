@@ -29,7 +29,7 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 
 
 NOTHING = -1
-"""The value in ``room_mask`` and ``door_mask`` of cells without a room or door (ids start at 0)."""
+"""The value in ``room_ids`` and ``door_ids`` of cells without a room or door (ids start at 0)."""
 
 
 def free_mask(
@@ -63,7 +63,7 @@ def free_mask(
     >>> mask.shape, int(mask.sum())
     ((22, 22), 400)
     """
-    rings = rings_of(space)
+    rings = all_rings(space)
     if frame is None:
         frame = GridFrame.around(_bounds(rings), pixels_per_metre, margin_px=margin_px, y_up=y_up)
     mask = np.zeros(frame.shape, dtype=bool)
@@ -71,22 +71,22 @@ def free_mask(
     return mask, frame
 
 
-def fill(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, value: int) -> None:
+def fill_cells(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, value: int) -> None:
     """Set the cells of ``mask`` (rows, cols) whose centres lie in the space to ``value``, in place."""
-    _fill(mask, rings_of(space), frame, value)
+    _fill(mask, all_rings(space), frame, value)
 
 
-def room_mask(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
+def room_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
     """Return the id of the room in each cell (rows, cols), -1 for none."""
     return _ids(plan.rooms, frame)
 
 
-def door_mask(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
+def door_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
     """Return the id of the door in each cell (rows, cols), entrances included, -1 for none."""
     return _ids(plan.doors, frame)
 
 
-def clearance(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
+def distance_field(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
     """Return the distance in metres from the centre of each True cell to the nearest False one, 0 in False cells.
 
     This is the exact Euclidean distance between centres minus half a cell, the part that lies in the wall. The area
@@ -95,13 +95,13 @@ def clearance(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
     import cv2
 
     if mask.all():
-        raise ConfigError(f"clearance: expected a wall somewhere, found {mask.size} free cells; leave a margin")
+        raise ConfigError(f"distance_field: expected a wall somewhere, found {mask.size} free cells; leave a margin")
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     metres: npt.NDArray[np.float32] = (np.maximum(distance - 0.5, 0) / pixels_per_metre).astype(np.float32)
     return metres
 
 
-def rings_of(space: Space) -> list[Ring]:
+def all_rings(space: Space) -> list[Ring]:
     """Return all rings of a plan or polygon; the even-odd rule need not know which of them are holes."""
     if isinstance(space, PlanData):
         return [space.verts, *space.holes]

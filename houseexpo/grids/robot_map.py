@@ -42,7 +42,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
 from houseexpo.files import decode_yaml, is_device, real_path
-from houseexpo.grids.stage_world import FREE_FROM, WorldError, floor_of_world, is_stage_world
+from houseexpo.grids.stage_world import FREE_FROM, WorldError, is_stage_world, read_floor_model
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -205,7 +205,7 @@ def read_map(
 
 def _read(file: Path, resolution: float | None, topic: str | None, shading: _Shading) -> RobotMap:
     suffix = file.suffix.lower()
-    if suffix in BAGS or is_bag(file):
+    if suffix in BAGS or is_bag_folder(file):
         return _from_bag(file, topic)
     if not file.is_file():
         raise MapError(f"{file}: there is no such file", "check the path", "missing_file")
@@ -239,23 +239,23 @@ def is_map_file(path: Path) -> bool:
     return suffix in (*PICTURES, ".npy")
 
 
-def without_pictures(files: Iterable[Path]) -> list[Path]:
+def drop_map_pictures(files: Iterable[Path]) -> list[Path]:
     """Return map files without the pictures that belong to a ``map.yaml`` or a world among them (R5)."""
     every = list(files)
-    taken = {picture_of(file) for file in every if file.suffix.lower() in (*YAMLS, WORLD)}
+    taken = {map_picture_path(file) for file in every if file.suffix.lower() in (*YAMLS, WORLD)}
     return [file for file in every if real_path(file) not in taken]
 
 
-def is_bag(path: Path) -> bool:
+def is_bag_folder(path: Path) -> bool:
     """Whether a path is the folder of a ROS 2 bag."""
     return path.is_dir() and (path / "metadata.yaml").is_file()
 
 
-def picture_of(path: Path) -> Path | None:
+def map_picture_path(path: Path) -> Path | None:
     """Return the picture that a ``map.yaml`` or a world takes (R5), or None if it names none that is there."""
     try:
         is_world = path.suffix.lower() == WORLD
-        return _picture(path, floor_of_world(path).bitmap if is_world else _document(path).get("image"))
+        return _picture(path, read_floor_model(path).bitmap if is_world else _document(path).get("image"))
     except (MapError, WorldError, OSError):
         return None
 
@@ -367,7 +367,7 @@ def _document(file: Path) -> Mapping[str, Any]:
 def _from_world(file: Path) -> RobotMap:
     """Return the map of Stage's world; the rules are those of ``stage_world``."""
     try:
-        floor = floor_of_world(file)
+        floor = read_floor_model(file)
     except WorldError as error:
         advice = "give the map that its floor plan was made of, or correct it"
         raise MapError(str(error), advice, "empty" if "bitmap" in str(error) else "unreadable") from None
@@ -473,10 +473,10 @@ def _from_array(file: Path) -> Occupancy:
         raise MapError(
             f"{file.name} is no array: {' '.join(str(error).split())[:160]}", "save it with numpy.save"
         ) from None
-    return occupancy_of(array, file.name)
+    return occupancy_from_array(array, file.name)
 
 
-def occupancy_of(array: npt.NDArray[Any], name: str) -> Occupancy:
+def occupancy_from_array(array: npt.NDArray[Any], name: str) -> Occupancy:
     """Return the occupancy of an array (rows, cols) by R6; raise MapError if it is none."""
     if array.ndim != 2:
         raise MapError(f"{name}: expected rows and columns, found an array of shape {array.shape}", "save one map")
@@ -492,7 +492,7 @@ def occupancy_of(array: npt.NDArray[Any], name: str) -> Occupancy:
 
 
 @contextmanager
-def bag_reader(path: Path) -> Iterator[Any]:
+def open_bag(path: Path) -> Iterator[Any]:
     """Open a ROS 2 bag, an .mcap or .db3 file or a folder, as rosbags' ``AnyReader``.
 
     Raises
@@ -524,7 +524,7 @@ def bag_reader(path: Path) -> Iterator[Any]:
 
 def _from_bag(path: Path, topic: str | None) -> RobotMap:
     """R7."""
-    with bag_reader(path) as reader:
+    with open_bag(path) as reader:
         maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
         chosen = _choose_topic([each.topic for each in maps], topic, path.name)
         last = None
@@ -553,17 +553,17 @@ def _from_message(message: Any, name: str) -> RobotMap:
     """Return the map of a ``nav_msgs/OccupancyGrid``, whose row 0 is at the lowest y."""
     info, place = message.info, message.info.origin
     turn = place.orientation
-    yaw = yaw_of(turn.x, turn.y, turn.z, turn.w)
+    yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
     rows, cols = int(info.height), int(info.width)
     _check_size((rows, cols), name)
     cells = np.asarray(message.data)
     if cells.size != rows * cols:
         raise MapError(f"{name}: expected {rows} x {cols} cells, found {cells.size:,}", "record it again")
-    occupancy = occupancy_of(cells.reshape(rows, cols)[::-1].astype(np.int8), name)
+    occupancy = occupancy_from_array(cells.reshape(rows, cols)[::-1].astype(np.int8), name)
     return RobotMap(occupancy, float(info.resolution), (float(place.position.x), float(place.position.y), yaw), name)
 
 
-def yaw_of(x: float, y: float, z: float, w: float) -> float:
+def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     """Return the turn about the vertical axis of a rotation, a unit quaternion, radians."""
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 

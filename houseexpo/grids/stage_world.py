@@ -59,7 +59,7 @@ def is_stage_world(head: bytes) -> bool:
     return not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and _START.search(head) is not None
 
 
-def floor_of_world(path: Path) -> FloorModel:
+def read_floor_model(path: Path) -> FloorModel:
     """Return the floor plan of a world.
 
     Raises

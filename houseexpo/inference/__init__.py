@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.division import Doorway, divide
+from houseexpo.inference.division import Doorway, divide_into_rooms
 from houseexpo.inference.necks import find_necks
-from houseexpo.inference.tiling import grid_rings
+from houseexpo.inference.tiling import snap_polygon
 from houseexpo.plan import Box, Door, Room
-from houseexpo.plan.categories import UNLABELLED, canonical
 from houseexpo.plan.model import PlanData
+from houseexpo.plan.room_labels import UNLABELLED, canonical
 from houseexpo.tolerances import BOX_COVERS, BOX_FITS, BOX_INSIDE, TINY
 
 if TYPE_CHECKING:
@@ -72,13 +72,13 @@ def with_rooms(plan: _Plan) -> _Plan:
     (Door(0, 'door', 1.00 m, rooms 0 and 1),)
     """
     space = plan.free_space
-    shapes, doorways = divide(space, find_necks(space))
+    shapes, doorways = divide_into_rooms(space, find_necks(space))
     order = sorted(range(len(shapes)), key=lambda k: shapes[k].bounds)
     room_id = {k: i for i, k in enumerate(order)}
     names = _labels_of([shapes[k] for k in order], plan.room_category)
     rooms = []
     for i, k in enumerate(order):
-        outline, holes = grid_rings(shapes[k])
+        outline, holes = snap_polygon(shapes[k])
         rooms.append(Room(i, _label(names[i]), outline, holes, names[i]))
     doorways.sort(key=lambda d: d.polygon.bounds)
     doors = tuple(_door(i, found, room_id) for i, found in enumerate(doorways))
@@ -97,7 +97,7 @@ def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
         kind="door",
         segment=((x1, y1), (x2, y2)),
         width=round(((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5, 2),
-        ring=grid_rings(found.polygon)[0],
+        ring=snap_polygon(found.polygon)[0],
         rooms=(one, other),
     )
 

@@ -46,7 +46,7 @@ class _Link:
     sides: tuple[int, int]
 
 
-def divide(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[Polygon], list[Doorway]]:
+def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[Polygon], list[Doorway]]:
     """Return rooms and doors that cover a free space (metres); ``candidates`` are sorted, the most likely first.
 
     R1  Of candidates that overlap, the most likely one counts.

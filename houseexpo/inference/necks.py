@@ -93,7 +93,7 @@ def find_necks(space: Polygon | MultiPolygon) -> list[Neck]:
 
     shape = shapely.simplify(space, STRAIGHTEN_WALLS_M)
     walls = _Walls(shape)
-    fronts = find_fronts(shape, walls)
+    fronts = find_wall_fronts(shape, walls)
     first, second = _opposite(fronts)
     to = fronts.middle[second] - fronts.middle[first]
     span = np.hypot(*to.T)
@@ -165,7 +165,7 @@ class _Fronts:
         return np.asarray(np.hypot(*(self.line[:, 1] - self.line[:, 0]).T))
 
 
-def find_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
+def find_wall_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
     """Return every front with the width of a door in a free space (metres), whose edges are ``walls``."""
     corner, leading, leaving = _corners(shape)
     start = np.concatenate([corner, corner])

@@ -29,7 +29,7 @@ def faces_between(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
     return np.asarray(shapely.get_parts(shapely.polygonize(shapely.get_parts(noded))))
 
 
-def grid_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: bool) -> Points:
+def snap_ring(ring: BaseGeometry, shift: Points | None = None, *, clockwise: bool) -> Points:
     """Return the vertices (n, 2) of a ring, shifted by ``shift`` (2,), on the grid: none repeated, none collinear."""
     import shapely
 
@@ -51,10 +51,10 @@ def _bends(ring: list[tuple[int, int]]) -> list[tuple[int, int]]:
     return [c for a, c, b in around if (c[0] - a[0]) * (b[1] - c[1]) != (c[1] - a[1]) * (b[0] - c[0])]
 
 
-def grid_rings(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
-    """Return the outline (clockwise) and the holes (counter-clockwise) of a polygon, made by ``grid_ring``.
+def snap_polygon(shape: Polygon, shift: Points | None = None) -> tuple[Points, tuple[Points, ...]]:
+    """Return the outline (clockwise) and the holes (counter-clockwise) of a polygon, made by ``snap_ring``.
 
     Holes without area on the grid are left out.
     """
-    holes = (grid_ring(hole, shift, clockwise=False) for hole in shape.interiors)
-    return grid_ring(shape.exterior, shift, clockwise=True), tuple(hole for hole in holes if len(hole) > 2)
+    holes = (snap_ring(hole, shift, clockwise=False) for hole in shape.interiors)
+    return snap_ring(shape.exterior, shift, clockwise=True), tuple(hole for hole in holes if len(hole) > 2)

@@ -12,9 +12,9 @@ from houseexpo.plan.parts import (
     DoorKind,
     Frame,
     Navigability,
+    NavigabilityByRadius,
     PlanObject,
     Quality,
-    Reach,
     Ring,
     Room,
 )
@@ -27,10 +27,10 @@ __all__ = [
     "DoorKind",
     "Frame",
     "Navigability",
+    "NavigabilityByRadius",
     "PlanData",
     "PlanObject",
     "Quality",
-    "Reach",
     "Ring",
     "Room",
 ]

@@ -26,7 +26,7 @@ MAX_VERTICES = 100_000
 _MAX = 2**31 - 1  # counts fit the index's 32 bits
 
 
-def plan_id(value: object) -> str:
+def check_plan_id(value: object) -> str:
     """Return an id that is safe as a file name: it cannot lead to another folder."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_ID:
         raise PlanError(f"expected 1 to {_LONGEST_ID} characters, found {_short(value)}", "id")
@@ -39,7 +39,7 @@ def plan_id(value: object) -> str:
     return value
 
 
-def ring(value: object, key: str) -> npt.NDArray[np.float64]:
+def check_ring(value: object, key: str) -> npt.NDArray[np.float64]:
     """Return the ring as a read-only (n, 2) array: n >= 3, near the origin, unclosed; it need not be simple."""
     try:
         array = np.array(value, dtype=np.float64, order="C")
@@ -61,34 +61,34 @@ def ring(value: object, key: str) -> npt.NDArray[np.float64]:
     return array
 
 
-def rings(value: Iterable[object], key: str) -> tuple[npt.NDArray[np.float64], ...]:
-    """Return several rings, each checked as ``ring`` does."""
-    return tuple(ring(item, f"{key}[{i}]") for i, item in enumerate(value))
+def check_rings(value: Iterable[object], key: str) -> tuple[npt.NDArray[np.float64], ...]:
+    """Return several rings, each checked as ``check_ring`` does."""
+    return tuple(check_ring(item, f"{key}[{i}]") for i, item in enumerate(value))
 
 
-def count(value: object, key: str) -> int:
+def check_count(value: object, key: str) -> int:
     """Return an integer >= 0 that fits 32 bits."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not 0 <= int(value) <= _MAX:
         raise PlanError(f"expected an integer from 0 to {_MAX}, found {_short(value)}", key)
     return int(value)
 
 
-def number(value: object, key: str) -> float:
+def check_number(value: object, key: str) -> float:
     """Return a finite float."""
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise PlanError(f"expected a finite number, found {_short(value)}", key)
     return float(value)
 
 
-def share(value: object, key: str) -> float:
+def check_share(value: object, key: str) -> float:
     """Return a float from 0 to 1."""
-    found = number(value, key)
+    found = check_number(value, key)
     if not 0 <= found <= 1:
         raise PlanError(f"expected 0 to 1, found {found:g}", key)
     return found
 
 
-def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
+def check_numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
     """Return ``length`` finite floats."""
     try:
         found = tuple(value)
@@ -98,32 +98,34 @@ def numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
         return found  # a fast path for the common case
     if len(found) != length:
         raise PlanError(f"expected {length} numbers, found {_short(value)}", key)
-    return tuple(number(item, f"{key}[{i}]") for i, item in enumerate(found))
+    return tuple(check_number(item, f"{key}[{i}]") for i, item in enumerate(found))
 
 
-def boxes(category: Mapping[str, Iterable[Any]], key: str) -> dict[str, tuple[tuple[float, float, float, float], ...]]:
+def check_boxes(
+    category: Mapping[str, Iterable[Any]], key: str
+) -> dict[str, tuple[tuple[float, float, float, float], ...]]:
     """Return the boxes (x1, y1, x2, y2) of each label, all finite; labels keep their order."""
     return {
-        label: tuple(numbers(box, 4, f"{key}.{label}[{i}]") for i, box in enumerate(found))  # type: ignore[misc]
+        label: tuple(check_numbers(box, 4, f"{key}.{label}[{i}]") for i, box in enumerate(found))  # type: ignore[misc]
         for label, found in category.items()
     }
 
 
-def text(value: object, key: str) -> str:
+def check_text(value: object, key: str) -> str:
     """Return a string that is not blank."""
     if not isinstance(value, str) or not value.strip():
         raise PlanError(f"expected a name, found {_short(value)}", key)
     return value
 
 
-def one_of(value: object, allowed: Iterable[str], key: str) -> None:
+def check_one_of(value: object, allowed: Iterable[str], key: str) -> None:
     """Raise PlanError if a word is not among those allowed."""
     words = list(allowed)
     if value not in words:
         raise PlanError(f"expected one of {', '.join(words)}; found {_short(value)}", key)
 
 
-def unique(ids: Iterable[int], key: str) -> None:
+def check_unique(ids: Iterable[int], key: str) -> None:
     """Raise PlanError if an id occurs twice."""
     seen: set[int] = set()
     for i, item in enumerate(ids):

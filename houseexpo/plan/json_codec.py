@@ -143,7 +143,7 @@ _KEY_IN_MESSAGE = re.compile(r"^(?P<problem>.*?)(?: - at `\$\.?(?P<key>.*?)`)?$"
 _ID = re.compile(r'"id"\s*:\s*"([^"\\]{1,200})"')
 
 
-def decode_as(kind: type[_Plan], data: bytes | str) -> _Plan:
+def decode_plan_as(kind: type[_Plan], data: bytes | str) -> _Plan:
     """Read one plan into ``PlanData`` or a subclass of it.
 
     Raises

@@ -15,8 +15,8 @@ import numpy as np
 
 from houseexpo.errors import PlanError
 from houseexpo.plan import checks
-from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Reach, Ring, Room, Value
-from houseexpo.plan.repair import Repair, even_odd, repair_of
+from houseexpo.plan.parts import Box, Door, Frame, FrozenValue, NavigabilityByRadius, PlanObject, Quality, Ring, Room
+from houseexpo.plan.repair import Repair, describe_repair, even_odd_polygons
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -26,7 +26,7 @@ _Plan = TypeVar("_Plan", bound="PlanData")
 
 
 @dataclass(frozen=True, eq=False)
-class PlanData(Value):
+class PlanData(FrozenValue):
     """The contents of a plan's file; ``FloorPlan`` describes them."""
 
     id: str
@@ -37,30 +37,30 @@ class PlanData(Value):
     rooms: tuple[Room, ...] = ()
     doors: tuple[Door, ...] = ()
     frame: Frame | None = None
-    navigability: Reach = field(default_factory=Reach, repr=False)
+    navigability: NavigabilityByRadius = field(default_factory=NavigabilityByRadius, repr=False)
     provenance: Mapping[str, Any] | None = field(default=None, repr=False)
     quality: Quality | None = field(default=None, repr=False)
     objects: tuple[PlanObject, ...] = ()
 
     def __post_init__(self) -> None:
-        checks.plan_id(self.id)
+        checks.check_plan_id(self.id)
         try:
             self._check()
         except PlanError as error:
             raise error.within(plan=self.id) from None
 
     def _check(self) -> None:
-        self._set("verts", checks.ring(self.verts, "verts"))
-        self._set("room_num", checks.count(self.room_num, "room_num"))
-        self._set("room_category", checks.boxes(self.room_category, "room_category"))
-        self._set("holes", checks.rings(self.holes, "holes"))
+        self._set("verts", checks.check_ring(self.verts, "verts"))
+        self._set("room_num", checks.check_count(self.room_num, "room_num"))
+        self._set("room_category", checks.check_boxes(self.room_category, "room_category"))
+        self._set("holes", checks.check_rings(self.holes, "holes"))
         self._set("rooms", tuple(self.rooms))
         self._set("doors", tuple(self.doors))
         self._set("objects", tuple(self.objects))
-        self._set("navigability", Reach(self.navigability))
-        checks.unique((room.id for room in self.rooms), "rooms")
-        checks.unique((door.id for door in self.doors), "doors")
-        checks.unique((thing.id for thing in self.objects), "objects")
+        self._set("navigability", NavigabilityByRadius(self.navigability))
+        checks.check_unique((room.id for room in self.rooms), "rooms")
+        checks.check_unique((door.id for door in self.doors), "doors")
+        checks.check_unique((thing.id for thing in self.objects), "objects")
         known = {room.id for room in self.rooms}
         for i, door in enumerate(self.doors):
             if not known.issuperset(room for room in door.rooms if room is not None):
@@ -87,12 +87,12 @@ class PlanData(Value):
         PlanError
             The ring encloses no area.
         """
-        return self._with_id_in_errors(even_odd, ())
+        return self._with_id_in_errors(even_odd_polygons, ())
 
     @cached_property
     def free_space(self) -> Polygon | MultiPolygon:
         """The outline without the holes, metres, repaired in the same way as ``outline``."""
-        return self._with_id_in_errors(even_odd, self.holes) if self.holes else self.outline
+        return self._with_id_in_errors(even_odd_polygons, self.holes) if self.holes else self.outline
 
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
@@ -107,7 +107,7 @@ class PlanData(Value):
     @cached_property
     def repair(self) -> Repair | None:
         """The faults of the rings and what their repair changed; None if the rings are valid."""
-        return self._with_id_in_errors(repair_of, self.holes)
+        return self._with_id_in_errors(describe_repair, self.holes)
 
     def _with_id_in_errors(self, how: Callable[[Ring, Sequence[Ring]], _T], holes: tuple[Ring, ...]) -> _T:
         try:
@@ -151,7 +151,7 @@ class PlanData(Value):
         return f"{type(self).__name__}({self.id!r}, {', '.join(parts)})"
 
 
-def move(plan: _Plan, dx: float, dy: float) -> _Plan:
+def shift_plan(plan: _Plan, dx: float, dy: float) -> _Plan:
     """Return the plan shifted by (dx, dy) metres; its frame still maps to the same place in the source."""
     by = np.array([dx, dy])
     boxes = {

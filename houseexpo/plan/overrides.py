@@ -11,7 +11,7 @@ LISTS: Final = {"door": 2, "no_room": 1}
 """Keys with several values, and the list depth of one value: 2 for two points, 1 for a point [x, y]."""
 
 
-def as_list(value: Any, key: str) -> Any:
+def override_values(value: Any, key: str) -> Any:
     """Return the values of a key of ``LISTS`` as a list; the file may give a single value without the outer list.
 
     Other values are returned unchanged.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import PlanError
 from houseexpo.plan import checks
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -45,7 +45,7 @@ def signed_area(ring: npt.NDArray[np.float64]) -> float:
     return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
 
 
-class Value:
+class FrozenValue:
     """Base of a frozen dataclass made with ``eq=False``."""
 
     def __eq__(self, other: object) -> bool:
@@ -84,13 +84,15 @@ class Frame:
     def __post_init__(self) -> None:
         if len(self.matrix) != 2:
             raise PlanError(f"expected 2 rows of 3 numbers, found {len(self.matrix)}", "matrix")
-        (a, b, _), (c, d, _) = matrix = tuple(checks.numbers(r, 3, f"matrix[{i}]") for i, r in enumerate(self.matrix))
+        (a, b, _), (c, d, _) = matrix = tuple(
+            checks.check_numbers(r, 3, f"matrix[{i}]") for i, r in enumerate(self.matrix)
+        )
         if a * d == b * c:
             raise PlanError("expected a matrix that can be inverted, found determinant 0", "matrix")
         object.__setattr__(self, "matrix", matrix)
-        checks.one_of(self.up, ("y", "z"), "up")
-        object.__setattr__(self, "floor", checks.number(self.floor, "floor"))
-        checks.number(self.level, "level")
+        checks.check_one_of(self.up, ("y", "z"), "up")
+        object.__setattr__(self, "floor", checks.check_number(self.floor, "floor"))
+        checks.check_number(self.level, "level")
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,12 @@ class Navigability:
     narrowest: float
 
     def __post_init__(self) -> None:
-        checks.count(self.components, "components")
-        checks.number(self.largest_share, "largest_share")
-        checks.number(self.narrowest, "narrowest")
+        checks.check_count(self.components, "components")
+        checks.check_number(self.largest_share, "largest_share")
+        checks.check_number(self.narrowest, "narrowest")
 
 
-class Reach(Mapping[str, Navigability]):
+class NavigabilityByRadius(Mapping[str, Navigability]):
     """The navigability that a plan's file records, by robot radius in metres with two decimals (``"0.20"``).
 
     It is empty, and false, if the file records none. It is equal to any mapping with the same items.
@@ -151,14 +153,14 @@ class Reach(Mapping[str, Navigability]):
         raise PlanError(f"expected one of {sorted(self._known)}, found {found!r}; no plan is bound", "navigability")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Reach, (self._known,)  # the plan that contains it binds it again
+        return NavigabilityByRadius, (self._known,)  # the plan that contains it binds it again
 
     def __repr__(self) -> str:
-        return f"Reach({self._known!r})"
+        return f"NavigabilityByRadius({self._known!r})"
 
 
 @dataclass(frozen=True, eq=False)
-class Room(Value):
+class Room(FrozenValue):
     """A room: an area of the free space, bounded by walls and closed doors.
 
     ``label`` is one of the 25 published labels or "Unlabelled"; ``source_labels`` are the source's own words. ``ring``
@@ -174,13 +176,13 @@ class Room(Value):
     confidence: float | None = None
 
     def __post_init__(self) -> None:
-        checks.count(self.id, "id")
-        checks.one_of(self.label, (*LABELS, UNLABELLED), "label")
-        self._set("ring", checks.ring(self.ring, "polygon"))
-        self._set("holes", checks.rings(self.holes, "holes"))
+        checks.check_count(self.id, "id")
+        checks.check_one_of(self.label, (*LABELS, UNLABELLED), "label")
+        self._set("ring", checks.check_ring(self.ring, "polygon"))
+        self._set("holes", checks.check_rings(self.holes, "holes"))
         self._set("source_labels", tuple(self.source_labels))
         if self.confidence is not None:
-            self._set("confidence", checks.share(self.confidence, "confidence"))
+            self._set("confidence", checks.check_share(self.confidence, "confidence"))
 
     @cached_property
     def polygon(self) -> Polygon:
@@ -204,7 +206,7 @@ class Room(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Door(Value):
+class Door(FrozenValue):
     """A passage between two rooms, or a closed door to the outside (kind "entrance", ``rooms[1]`` is None).
 
     ``segment`` runs from jamb to jamb on the wall's centre line and is ``width`` metres long. ``ring`` (n, 2), metres,
@@ -222,16 +224,16 @@ class Door(Value):
     confidence: float | None = None
 
     def __post_init__(self) -> None:
-        checks.count(self.id, "id")
-        checks.one_of(self.kind, DOOR_KINDS, "kind")
+        checks.check_count(self.id, "id")
+        checks.check_one_of(self.kind, DOOR_KINDS, "kind")
         if len(self.segment) != 2:
             raise PlanError(f"expected the two ends of the opening, found {len(self.segment)}", "segment")
-        self._set("segment", tuple(checks.numbers(end, 2, f"segment[{i}]") for i, end in enumerate(self.segment)))
-        self._set("width", checks.number(self.width, "width"))
-        self._set("ring", checks.ring(self.ring, "polygon"))
+        self._set("segment", tuple(checks.check_numbers(end, 2, f"segment[{i}]") for i, end in enumerate(self.segment)))
+        self._set("width", checks.check_number(self.width, "width"))
+        self._set("ring", checks.check_ring(self.ring, "polygon"))
         self._set("rooms", tuple(self.rooms))
         if self.confidence is not None:
-            self._set("confidence", checks.share(self.confidence, "confidence"))
+            self._set("confidence", checks.check_share(self.confidence, "confidence"))
         inside = sum(isinstance(room, int) for room in self.rooms)
         if len(self.rooms) != 2 or self.rooms[0] is None or inside != (1 if self.kind == "entrance" else 2):
             expected = "[room, null]" if self.kind == "entrance" else "two room ids"
@@ -254,7 +256,7 @@ class Door(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class PlanObject(Value):
+class PlanObject(FrozenValue):
     """A piece of furniture: its footprint, its height above the floor in metres, and the id of its room.
 
     ``label`` is the source's own word, or "object" if it has none. ``room`` is None if the object's centre lies in no
@@ -269,12 +271,12 @@ class PlanObject(Value):
     height: float
 
     def __post_init__(self) -> None:
-        checks.count(self.id, "id")
-        checks.text(self.label, "label")
+        checks.check_count(self.id, "id")
+        checks.check_text(self.label, "label")
         if self.room is not None:
-            checks.count(self.room, "room")
-        self._set("ring", checks.ring(self.ring, "polygon"))
-        self._set("height", checks.number(self.height, "height"))
+            checks.check_count(self.room, "room")
+        self._set("ring", checks.check_ring(self.ring, "polygon"))
+        self._set("height", checks.check_number(self.height, "height"))
         if self.height < 0:
             raise PlanError(f"expected metres, 0 or more, found {self.height}", "height")
 
@@ -290,7 +292,7 @@ class PlanObject(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Quality(Value):
+class Quality(FrozenValue):
     """The confidence in a plan: a ``score`` from 0 to 1, and the ``grounds`` that it is based on.
 
     A ground is a named number, such as the share of doors that are cuts. Grounds are sorted by name, so that equal
@@ -306,10 +308,10 @@ class Quality(Value):
     grounds: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._set("score", checks.share(self.score, "score"))
+        self._set("score", checks.check_share(self.score, "score"))
         for name in self.grounds:
-            checks.text(name, "grounds")
-        grounds = {name: checks.number(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}
+            checks.check_text(name, "grounds")
+        grounds = {name: checks.check_number(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}
         self._set("grounds", grounds)
 
     @property

@@ -46,7 +46,7 @@ class Repair:
     area_change_m2: float
 
 
-def even_odd(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
+def even_odd_polygons(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
     """Return ``verts`` without ``holes`` as valid polygons, metres (R1 to R3); raise PlanError if they have no area."""
     import shapely
 
@@ -64,13 +64,13 @@ def even_odd(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPolygon:
     return mended
 
 
-def repair_of(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
-    """Return what ``even_odd`` repairs in rings (metres), None if they are valid; raise PlanError if it cannot.
+def describe_repair(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
+    """Return what ``even_odd_polygons`` repairs in rings (metres), None if they are valid; PlanError if it cannot.
 
     Examples
     --------
     >>> bow_tie = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)])
-    >>> repair_of(bow_tie)
+    >>> describe_repair(bow_tie)
     Repair(kind='cross', at=(1.0, 1.0), pieces=2, area_change_m2=2.0)
     """
     import shapely
@@ -80,7 +80,7 @@ def repair_of(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
         return None
     problem, _, place = shapely.is_valid_reason(shape).rstrip("]").partition("[")
     x, y = map(float, place.split()[:2])
-    mended = even_odd(verts, holes)
+    mended = even_odd_polygons(verts, holes)
     stated = abs(signed_area(verts)) - sum(abs(signed_area(hole)) for hole in holes)
     return Repair(
         kind="touch" if problem in _TOUCHES else "cross",

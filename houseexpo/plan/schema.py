@@ -16,7 +16,7 @@ from houseexpo.plan.json_codec import FORMAT, RECORDS
 SHIPPED: Final = Path(__file__).with_name("houseexpo-2.schema.json")
 
 
-def schema() -> dict[str, Any]:
+def make_schema() -> dict[str, Any]:
     """Return the schema (draft 2020-12): a file with ``format`` is checked as ours, others as published ones.
 
     ``houseexpo.dataset.validation`` checks what a schema cannot express, such as whether doors name existing rooms.
@@ -38,10 +38,10 @@ def schema() -> dict[str, Any]:
     }
 
 
-def schema_text() -> bytes:
+def schema_bytes() -> bytes:
     """Return the bytes of the copy in the package."""
-    return encode_json(schema())
+    return encode_json(make_schema())
 
 
 if __name__ == "__main__":
-    SHIPPED.write_bytes(schema_text())
+    SHIPPED.write_bytes(schema_bytes())

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.analysis.similarity import compare, comparison_mask
+from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.collection import Collection, Opened
@@ -66,7 +66,7 @@ def _difference(one: FloorPlan, other: FloorPlan) -> tuple[float, str]:
     """Return the share of the larger area that differs, under the best symmetry of the square."""
     longest = max(max(plan.bbox[2] - plan.bbox[0], plan.bbox[3] - plan.bbox[1]) for plan in (one, other))
     scale = min(_PIXELS_PER_METRE, _PIXELS / max(longest, 1.0))
-    match = compare(comparison_mask(one, scale), comparison_mask(other, scale), 2.0)
+    match = compare_masks(comparison_mask(one, scale), comparison_mask(other, scale), 2.0)
     return (1.0, "") if match is None else (match.difference, match.symmetry.replace("_", " "))
 
 

@@ -19,8 +19,8 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.files import decode_json, read_file
-from houseexpo.plan.categories import LABELS, colour
 from houseexpo.plan.parts import SURE
+from houseexpo.plan.room_labels import LABELS, label_colour
 from houseexpo.release.check_releasable import MADE, OWN
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.service import Service
@@ -159,7 +159,7 @@ def _spread_evenly(count: int, most: int) -> Sequence[int]:
 def _labels(now: Opened) -> list[tuple[str, str, int]]:
     """Return the labels that occur, with colour and number of plans, the most frequent first."""
     counts = now.views.table.labels.sum(axis=1).tolist()
-    found = [(label, colour(label), count) for label, count in zip(LABELS, counts, strict=True) if count]
+    found = [(label, label_colour(label), count) for label, count in zip(LABELS, counts, strict=True) if count]
     return sorted(found, key=lambda each: -each[2])
 
 

@@ -19,9 +19,9 @@ from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Quality
-from houseexpo.plan.categories import colour
 from houseexpo.plan.explanations import DOORS, GROUNDS, NOTES
 from houseexpo.plan.parts import SURE
+from houseexpo.plan.room_labels import label_colour
 from houseexpo.service.collection import Opened
 from houseexpo.service.search import MEASURES, RADII, Rows, parse_query
 from houseexpo.service.service import Service
@@ -68,7 +68,7 @@ def routes(service: Service) -> list[BaseRoute]:
 def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
     """Return the labels in the drawing, the most frequent first, and the kinds of doors, with their colours."""
     rooms = Counter(room.label for room in plan.rooms) if plan.rooms else Counter(plan.room_category)
-    labels = [(label.replace("_", " "), colour(label)) for label, _ in rooms.most_common()]
+    labels = [(label.replace("_", " "), label_colour(label)) for label, _ in rooms.most_common()]
     kinds = dict.fromkeys(door.kind for door in plan.doors)
     return [*labels, *((kind, DOOR_COLOURS[kind]) for kind in kinds)]
 

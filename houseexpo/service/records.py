@@ -78,7 +78,7 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
     """Return the picture that a build kept of a dropped plan, None if it kept none or the id is not valid."""
     folder = path / ".build" / "pictures"
     try:
-        file = folder / f"{checks.plan_id(plan_id)}.png"
+        file = folder / f"{checks.check_plan_id(plan_id)}.png"
     except PlanError:
         return None
     return _unlinked_file(file)

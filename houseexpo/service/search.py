@@ -31,7 +31,7 @@ from houseexpo.dataset.store.columns import known_label
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.recent import Recent
 from houseexpo.tolerances import ROBOT_M
 from houseexpo.words import suggest_name

@@ -17,7 +17,7 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.analysis.measures import Measure
 from houseexpo.errors import ConfigError
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.answers import json_response
 from houseexpo.service.collection import Opened
 from houseexpo.service.search import MEASURES, Bins, Numbers, Query, bins_of, parse_query

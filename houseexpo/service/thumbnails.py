@@ -16,7 +16,7 @@ import numpy as np
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
-from houseexpo.plan.categories import colour
+from houseexpo.plan.room_labels import label_colour
 
 SIDE: Final = 200
 """Side of a picture, px; all are square."""
@@ -62,7 +62,7 @@ def thumbnail(plan: FloorPlan) -> bytes:
 def _rooms(plan: FloorPlan, path: Callable[[Iterable[Any]], str]) -> Iterable[str]:
     yield f'<g stroke="{_WALL}" stroke-width="10">'
     for room in plan.rooms:
-        yield f'<path d="{path([room.ring, *room.holes])}" fill="{colour(room.label)}"/>'
+        yield f'<path d="{path([room.ring, *room.holes])}" fill="{label_colour(room.label)}"/>'
     yield "</g>"
 
 
@@ -72,7 +72,7 @@ def _boxes(plan: FloorPlan, path: Callable[[float, float, float, float], str], w
     boxes.sort(key=lambda item: -(item[1][2] - item[1][0]) * (item[1][3] - item[1][1]))
     yield f'<clipPath id="a"><path clip-rule="evenodd" d="{whole}"/></clipPath><g clip-path="url(#a)">'
     for label, box in boxes:
-        yield f'<path d="{path(*box)}" fill="{colour(label)}"/>'
+        yield f'<path d="{path(*box)}" fill="{label_colour(label)}"/>'
     yield "</g>"
 
 

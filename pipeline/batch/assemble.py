@@ -19,7 +19,14 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from houseexpo.analysis.similarity import SYMMETRIES, Comparison, Duplicate, Pair, drop_duplicates, find_pairs
+from houseexpo.analysis.similarity import (
+    SYMMETRIES,
+    Duplicate,
+    SimilarPair,
+    SimilarPairs,
+    choose_duplicates,
+    find_similar_pairs,
+)
 from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_table, row
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
@@ -153,7 +160,7 @@ def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
 def _find_copies(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
     pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
-    return drop_duplicates(list(kept), pairs, keep)
+    return choose_duplicates(list(kept), pairs, keep)
 
 
 def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:
@@ -290,7 +297,7 @@ def settle(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
 _NAMES = tuple(SYMMETRIES)
 
 
-def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig) -> tuple[Pair, ...]:
+def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig) -> tuple[SimilarPair, ...]:
     """Return all pairs within the threshold, by the plans' places in ``kept``, which is sorted by id.
 
     ``file`` remembers what was compared; a damaged one is as good as none.
@@ -299,7 +306,7 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
         msgspec.json.encode((asdict(config), digest_of("houseexpo.analysis.similarity")))
     ).hexdigest()
     known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
-    found = find_pairs(
+    found = find_similar_pairs(
         lambda i: decode(plans.get(kept[i])), len(kept), **asdict(config), known=known, threads=count_cores()
     )
     if len(found.fingerprints) != len(known.fingerprints):
@@ -307,7 +314,7 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
     return found.pairs
 
 
-def _bytes(recipe: str, kept: Sequence[Kept], found: Comparison) -> bytes:
+def _bytes(recipe: str, kept: Sequence[Kept], found: SimilarPairs) -> bytes:
     stream = io.BytesIO()
     np.savez(
         stream,
@@ -321,24 +328,24 @@ def _bytes(recipe: str, kept: Sequence[Kept], found: Comparison) -> bytes:
     return stream.getvalue()
 
 
-def _read(file: Path, recipe: str, places: dict[str, int]) -> Comparison:
+def _read(file: Path, recipe: str, places: dict[str, int]) -> SimilarPairs:
     """Return what is known of the plans that have a place, by their places."""
     try:
         with np.load(io.BytesIO(file.read_bytes())) as found:
             if str(found["recipe"]) != recipe:
-                return Comparison()
+                return SimilarPairs()
             now = [places.get(row.tobytes().hex(), -1) for row in found["plans"]]
             prints = {place: row for place, row in zip(now, found["prints"], strict=True) if place >= 0}
             pairs = [
-                Pair(now[first], now[second], float(difference), _NAMES[symmetry])
+                SimilarPair(now[first], now[second], float(difference), _NAMES[symmetry])
                 for (first, second), difference, symmetry in zip(
                     found["pairs"], found["differences"], found["symmetries"], strict=True
                 )
                 if now[first] >= 0 and now[second] >= 0
             ]
     except (OSError, ValueError, KeyError, EOFError, IndexError, zipfile.BadZipFile):
-        return Comparison()
-    return Comparison(prints, tuple(pairs))
+        return SimilarPairs()
+    return SimilarPairs(prints, tuple(pairs))
 
 
 # Write the plans of a data set, and the pictures of their stages where the build keeps them.

@@ -15,10 +15,10 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.analysis.navigability import navigability, standing_pieces
+from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import grid_ring, grid_rings
-from houseexpo.plan import PlanObject, Reach, Room
+from houseexpo.inference.tiling import snap_polygon, snap_ring
+from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
 from houseexpo.tolerances import ROBOT_M
 from pipeline.furnish.room import CM, Furnishing, Standing, in_cm, is_plain
 
@@ -63,17 +63,22 @@ def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
         left = shapely.difference(in_cm(room.polygon), shapely.union_all(shapes.get(room.id, [])))
         if not is_plain(left):
             return None
-        polygon, holes = grid_rings(_in_metres(left))
+        polygon, holes = snap_polygon(_in_metres(left))
         rooms.append(replace(room, ring=polygon, holes=holes))
-    verts, holes = grid_rings(_in_metres(outline))
+    verts, holes = snap_polygon(_in_metres(outline))
     return replace(
-        plan, verts=verts, holes=holes, rooms=tuple(rooms), objects=tuple(_objects(found)), navigability=Reach()
+        plan,
+        verts=verts,
+        holes=holes,
+        rooms=tuple(rooms),
+        objects=tuple(_objects(found)),
+        navigability=NavigabilityByRadius(),
     )
 
 
 def _objects(found: _Furniture) -> list[PlanObject]:
     pieces = [(room, each) for room in sorted(found) for each in found[room]]
-    rings = [grid_ring(_in_metres(shapely.box(*each.box.tolist())).exterior, clockwise=True) for _, each in pieces]
+    rings = [snap_ring(_in_metres(shapely.box(*each.box.tolist())).exterior, clockwise=True) for _, each in pieces]
     return [
         PlanObject(number, each.piece.label, room, ring, each.piece.height / CM)
         for number, ((room, each), ring) in enumerate(zip(pieces, rings, strict=True))
@@ -86,7 +91,7 @@ def _in_metres(shape: Polygon) -> Polygon:
 
 def _unreached_rooms(before: FloorPlan, after: FloorPlan) -> set[int]:
     """Return the furnished rooms in which the robot does not get wherever it got before (R3)."""
-    was, now = (standing_pieces(plan.free_space, ROBOT_M) for plan in (before, after))
+    was, now = (disc_centre_areas(plan.free_space, ROBOT_M) for plan in (before, after))
     furnished_rooms = {thing.room for thing in after.objects if thing.room is not None}
     if not now:
         return furnished_rooms

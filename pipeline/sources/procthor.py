@@ -27,7 +27,7 @@ import numpy as np
 import shapely
 
 from houseexpo.plan import Frame
-from houseexpo.plan.categories import canonical
+from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
 from pipeline.sources.files import base_id, check_lengths, decode_document

@@ -23,7 +23,7 @@ from typing import Any
 
 import msgspec
 
-from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, is_map_file, is_map_yaml, without_pictures
+from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_map_file, is_map_yaml
 from houseexpo.grids.stage_world import is_stage_world
 from pipeline.sources.files import HEAD_BYTES, files_in
 from pipeline.sources.vector_plans import is_drawn
@@ -261,7 +261,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     files = sorted(files_in(root))
     kinds = {file: kind for file in files if (kind := recognise(file))}
     if options.get("resolution"):  # R2
-        maps = without_pictures(file for file in files if is_map_file(file))
+        maps = drop_map_pictures(file for file in files if is_map_file(file))
         kinds = dict(sorted((kinds | dict.fromkeys(maps, "occupancy_map")).items()))
     has_world = any(kind == "gazebo" and not _in_model(file, root) for file, kind in kinds.items())
     for file, kind in kinds.items():

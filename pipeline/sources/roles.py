@@ -25,7 +25,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Final
 
-from houseexpo.plan.categories import LABELS, canonical
+from houseexpo.plan.room_labels import LABELS, canonical
 from pipeline.sources.meshes.scene import Part
 
 

@@ -23,7 +23,7 @@ import shapely
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from houseexpo.plan.categories import canonical
+from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import as_text, report
 from pipeline.sources.meshes import obj

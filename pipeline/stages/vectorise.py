@@ -16,9 +16,9 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import Points, faces_between, grid_rings
+from houseexpo.inference.tiling import Points, faces_between, snap_polygon
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
-from houseexpo.plan.categories import UNLABELLED
+from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
 from pipeline.geometry.rooms_and_passages import portal_polygons
@@ -40,7 +40,7 @@ def vectorise(
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
     shift = MARGIN_M - np.array(outline.bounds[:2])
-    verts, holes = grid_rings(outline, shift)
+    verts, holes = snap_polygon(outline, shift)
     pairs = enumerate(zip(tiles.rooms, tiles.named, strict=True))
     rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
     doors = [
@@ -110,7 +110,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         filled = Polygon(shape[0].exterior)
         near = tree.query_nearest(filled.centroid, max_distance=AROUND_M)
         room = int(near[0]) if len(near) else None
-        yield PlanObject(found, obstacle.word, room, grid_rings(filled, shift)[0], round(obstacle.height_m, 2))
+        yield PlanObject(found, obstacle.word, room, snap_polygon(filled, shift)[0], round(obstacle.height_m, 2))
         found += 1
 
 
@@ -134,7 +134,7 @@ def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
 
 
 def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
-    polygon, holes = grid_rings(shape, shift)
+    polygon, holes = snap_polygon(shape, shift)
     return Room(
         id=k,
         label=name.labels[0] if name.labels else UNLABELLED,
@@ -166,7 +166,7 @@ def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None
         kind=passage.kind,
         segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
         width=round(float(np.hypot(*(b - a))), 2),
-        ring=grid_rings(shape, shift)[0],
+        ring=snap_polygon(shape, shift)[0],
         rooms=rooms,
         confidence=passage.confidence,
     )

@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import Dataset, encode, open_dataset
-from houseexpo.analysis.similarity import Comparison, drop_duplicates, find_duplicates, find_pairs
+from houseexpo.analysis.similarity import SimilarPairs, choose_duplicates, find_duplicates, find_similar_pairs
 from houseexpo.dataset.validation import validate
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
@@ -153,29 +153,29 @@ def load(lines: list[bytes], tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 
 def compared(
-    load: Callable[[int], FloorPlan], count: int, known: Comparison | None = None
-) -> tuple[Comparison, float, float]:
+    load: Callable[[int], FloorPlan], count: int, known: SimilarPairs | None = None
+) -> tuple[SimilarPairs, float, float]:
     wall, cpu = time.perf_counter(), time.process_time()
-    found = find_pairs(load, count, known=known, threads=THREADS)
+    found = find_similar_pairs(load, count, known=known, threads=THREADS)
     return found, time.perf_counter() - wall, time.process_time() - cpu
 
 
 @needs_shared
 def test_dedupe_of_the_published_plans(lines: list[bytes], load: Callable[[int], FloorPlan]) -> None:
-    find_pairs(load, 300)  # compiles
+    find_similar_pairs(load, 300)  # compiles
     count = TIMES * len(lines)
     found, wall, cpu = compared(load, count)
     table = Table(title=f"Dedupe of {count} plans, {THREADS} threads")
     for heading in ("", "seconds", "of a core", "pairs", "exact", "dropped", "peak GB"):
         table.add_column(heading, justify="right" if heading else "left")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    dropped = drop_duplicates([str(i) for i in range(count)], found.pairs)
+    dropped = choose_duplicates([str(i) for i in range(count)], found.pairs)
     exact = sum(duplicate.difference == 0 for duplicate in dropped)
     table.add_row(
         "all", f"{wall:.1f}", f"{cpu:.1f}", str(len(found.pairs)), str(exact), str(len(dropped)), f"{peak:.2f}"
     )
     old = {i: row for i, row in found.fingerprints.items() if i % 40}
-    known = Comparison(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
+    known = SimilarPairs(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
     again, wall, cpu = compared(load, count, known)
     table.add_row(f"{count - len(old)} added", f"{wall:.1f}", f"{cpu:.1f}", str(len(again.pairs)), "", "", "")
     Console().print(table)
@@ -199,7 +199,7 @@ def test_find_duplicates_of_the_published_plans() -> None:
     assert sum(duplicate.difference == 0 for duplicate in found) >= 614
 
 
-def _sheet(lines: list[bytes], found: Comparison, most: int = 60) -> None:
+def _sheet(lines: list[bytes], found: SimilarPairs, most: int = 60) -> None:
     """Draw pairs that are near but not equal, the furthest first."""
     folder = os.environ.get("HOUSEEXPO_BENCH_OUT")
     if folder is None:

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.geodesic import walking_distances
+import houseexpo
+from houseexpo.analysis.geodesic import distance_matrix
 from houseexpo.analysis.navigability import navigability
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
@@ -80,12 +81,12 @@ def test_graph_has_walking_distances(two_rooms):
 
 def test_walking_distances_turn_at_corners():
     ell = shapely.Polygon([(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)])
-    found = walking_distances(ell, [(4, 0.5), (0.5, 4), (0.5, 0.5)])
+    found = distance_matrix(ell, [(4, 0.5), (0.5, 4), (0.5, 0.5)])
     assert found[0, 1] == pytest.approx(2 * np.hypot(3, 0.5), abs=0.02)
     assert found[0, 2] == pytest.approx(3.5)
     assert (np.diag(found) == 0).all()
     apart = shapely.union_all([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)])
-    assert np.isinf(walking_distances(apart, [(0.5, 0.5), (2.5, 0.5)])[0, 1])
+    assert np.isinf(distance_matrix(apart, [(0.5, 0.5), (2.5, 0.5)])[0, 1])
 
 
 def test_the_types_of_a_plans_arguments_are_those_of_its_fields_in_their_order():
@@ -110,3 +111,11 @@ def test_navigability_is_what_is_recorded_and_what_is_measured(two_rooms):
         recorded.navigability(float("inf"))
     with pytest.raises(PlanError, match=r"found -0\.1"):
         navigability(two_rooms, (0.2, -0.1))
+
+
+@pytest.mark.parametrize(("old", "new"), [("room_mask", "room_ids"), ("door_mask", "door_ids")])
+def test_old_names_return_the_same_and_warn(old: str, new: str, two_rooms) -> None:
+    plan = two_rooms
+    with pytest.warns(DeprecationWarning, match=f"houseexpo.{new}"):
+        found = getattr(houseexpo, old)(plan, plan.grid_frame())
+    np.testing.assert_array_equal(found, getattr(houseexpo, new)(plan, plan.grid_frame()))

@@ -10,12 +10,19 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from houseexpo.analysis.navigability import navigability
-from houseexpo.analysis.similarity import SYMMETRIES, compare, crop, fingerprint, lower_bound, transform
+from houseexpo.analysis.similarity import (
+    SYMMETRIES,
+    apply_symmetry,
+    compare_masks,
+    crop_mask,
+    difference_lower_bound,
+    mask_fingerprint,
+)
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
-from houseexpo.plan.categories import LABELS, UNLABELLED
 from houseexpo.plan.json_codec import encode
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 
 coordinate = st.floats(-1e4, 1e4) | st.integers(-500, 500).map(lambda cm: cm / 100)
 point = st.tuples(coordinate, coordinate)
@@ -92,25 +99,25 @@ def test_a_raster_and_its_complement_share_every_cell(shape, scale):
     assert mask.sum() / scale**2 == pytest.approx(shape.area, abs=0.75 * shape.length / scale)
 
 
-masks = arrays(bool, st.tuples(st.integers(2, 14), st.integers(2, 14))).filter(np.any).map(crop)
+masks = arrays(bool, st.tuples(st.integers(2, 14), st.integers(2, 14))).filter(np.any).map(crop_mask)
 symmetries = st.sampled_from(sorted(SYMMETRIES))
 
 
 @given(masks, symmetries)
 @settings(deadline=None)
 def test_a_fingerprint_knows_no_symmetry(mask, symmetry):
-    np.testing.assert_array_equal(fingerprint(transform(mask, symmetry)), fingerprint(mask))
-    assert compare(mask, transform(mask, symmetry)).difference == 0.0
+    np.testing.assert_array_equal(mask_fingerprint(apply_symmetry(mask, symmetry)), mask_fingerprint(mask))
+    assert compare_masks(mask, apply_symmetry(mask, symmetry)).difference == 0.0
 
 
 @given(masks, masks, symmetries)
 @settings(deadline=None)
 def test_difference_is_symmetric_and_never_below_the_bound(one, other, symmetry):
-    difference = compare(one, other).difference
-    assert compare(other, one).difference == difference
-    assert compare(one, transform(other, symmetry)).difference == difference
+    difference = compare_masks(one, other).difference
+    assert compare_masks(other, one).difference == difference
+    assert compare_masks(one, apply_symmetry(other, symmetry)).difference == difference
     cells = round(difference * max(one.sum(), other.sum()))
-    assert lower_bound(fingerprint(one), fingerprint(other)[None])[0] <= cells
+    assert difference_lower_bound(mask_fingerprint(one), mask_fingerprint(other)[None])[0] <= cells
 
 
 @given(star())

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.affinity import affine_transform
 
-from houseexpo.analysis.navigability import standing_pieces
+from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.grids.frame import source_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan.json_codec import encode
 from pipeline.values import Mesh
 from tests.builders.houses import HEAD, Hole, Parts, difference, level, plan_of, shell, wall
@@ -87,13 +87,13 @@ def sound(plan: FloorPlan) -> None:
     parts = [room.polygon for room in plan.rooms] + [d.polygon for d in plan.doors if d.kind != "entrance"]
     assert shapely.union_all(parts).symmetric_difference(plan.free_space).area < 0.05
     assert sum(part.area for part in parts) - shapely.union_all(parts).area < 0.05
-    assert len(standing_pieces(plan.free_space, 0.2)) == 1
+    assert len(disc_centre_areas(plan.free_space, 0.2)) == 1
     assert decode(encode(plan)) == plan
 
 
 def walls_in_source(plan: FloorPlan) -> shapely.Geometry:
     """The free space where the plan's frame says it is in the source."""
-    return shapely.transform(plan.free_space, lambda points: source_from_plan(plan.frame, points))
+    return shapely.transform(plan.free_space, lambda points: source_points_from_plan(plan.frame, points))
 
 
 def placed(shape: shapely.Geometry) -> shapely.Geometry:

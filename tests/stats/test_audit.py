@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from stats.audit import LIMITS, TYPES, Audit, AuditSummary, aspect, audit, clear_width
 from stats.gather import Gathered
 from stats.page import page

@@ -28,7 +28,7 @@ _TIE = 1e-7  # ``houseexpo.tolerances.TIE_PX``
 GROUPS = 8  # of bins, which are compared first: those of one fingerprint fit in a line of a processor's cache
 
 
-class Profiles(NamedTuple):
+class MaskProfiles(NamedTuple):
     """The number of cells in each row and in each column of a mask: ``rows`` (rows,) and ``cols`` (cols,)."""
 
     rows: Sums
@@ -39,8 +39,8 @@ class PackedMask(NamedTuple):
     """A mask as bits, with its profiles: an eighth of its memory."""
 
     words: Words
-    """(rows, cols // 64 + 1): ``pack``."""
-    profiles: Profiles
+    """(rows, cols // 64 + 1): ``pack_words``."""
+    profiles: MaskProfiles
 
 
 @njit(cache=True, nogil=True)
@@ -88,13 +88,13 @@ def col_sums(mask: Cells) -> Sums:
 
 
 @njit(cache=True, nogil=True)
-def measure_profiles(mask: Cells) -> Profiles:
+def mask_profiles(mask: Cells) -> MaskProfiles:
     """Return the profiles of a mask."""
-    return Profiles(row_sums(mask), col_sums(mask))
+    return MaskProfiles(row_sums(mask), col_sums(mask))
 
 
 @njit(cache=True, nogil=True)
-def offsets(size: int, size_: int, shift: int) -> Offsets:
+def profile_offsets(size: int, size_: int, shift: int) -> Offsets:
     """Return the offsets of a profile of ``size_`` on one of ``size``: up to ``shift`` from either end, each once."""
     slack = size - size_
     found = np.empty(4 * shift + 2, np.int64)
@@ -112,7 +112,7 @@ def offsets(size: int, size_: int, shift: int) -> Offsets:
 
 
 @njit(cache=True, nogil=True)
-def max_shared(sums: Sums, sums_: Sums, at: int) -> int:
+def max_shared_cells(sums: Sums, sums_: Sums, at: int) -> int:
     """Return an upper bound of the cells that two masks share, from their sums, with the second one at ``at``."""
     here, there = sums[max(at, 0) : at + len(sums_)], sums_[max(-at, 0) :]
     shared = 0
@@ -125,13 +125,13 @@ def max_shared(sums: Sums, sums_: Sums, at: int) -> int:
 def _max_shared_anywhere(sums: Sums, sums_: Sums, shift: int) -> int:
     """Return an upper bound of the cells that two masks share, from their sums, at any offset."""
     most = 0
-    for at in offsets(len(sums), len(sums_), shift):
-        most = max(most, max_shared(sums, sums_, at))
+    for at in profile_offsets(len(sums), len(sums_), shift):
+        most = max(most, max_shared_cells(sums, sums_, at))
     return most
 
 
 @njit(cache=True, nogil=True)
-def may_be_near(one: Profiles, other: Profiles, limit: float, shift: int, symmetries: int) -> bool:
+def profiles_may_match(one: MaskProfiles, other: MaskProfiles, limit: float, shift: int, symmetries: int) -> bool:
     """Return whether the profiles of two masks allow a difference within the limit, for any symmetry and offset.
 
     The eight symmetries compare the rows of one mask with the rows or the columns of the other, forwards or backwards.
@@ -156,7 +156,7 @@ def may_be_near(one: Profiles, other: Profiles, limit: float, shift: int, symmet
 
 
 @njit(cache=True, nogil=True)
-def pool(sums: Sums) -> npt.NDArray[np.int64]:
+def pool_sums(sums: Sums) -> npt.NDArray[np.int64]:
     """Return the sums in descending order, added up in 64 bins of 8; the last bin takes the rest."""
     ordered = np.sort(sums)[::-1]
     bins = np.zeros(BINS, np.int64)
@@ -176,7 +176,7 @@ def _are_near(one: Fingerprints, other: Fingerprints, at_rows: int, at_cols: int
 
 
 @njit(cache=True, nogil=True)
-def pool_bins(fingerprints: Fingerprints) -> Fingerprints:
+def pool_fingerprints(fingerprints: Fingerprints) -> Fingerprints:
     """Return (n, 2 * GROUPS) int32: both profiles of each fingerprint, with neighbouring bins added up."""
     groups = np.zeros((len(fingerprints), 2 * GROUPS), np.int32)
     for i in range(len(fingerprints)):
@@ -186,7 +186,7 @@ def pool_bins(fingerprints: Fingerprints) -> Fingerprints:
 
 
 @njit(cache=True, nogil=True)
-def near_fingerprints(
+def near_fingerprint_pairs(
     fingerprints: Fingerprints,
     areas: Sums,
     groups: Fingerprints,
@@ -197,8 +197,8 @@ def near_fingerprints(
 ) -> npt.NDArray[np.int64]:
     """Return the pairs (k, 2) of rows, the lower one within [first, last), that fingerprints do not rule out.
 
-    ``fingerprints`` (n, 129) are sorted by their ``areas`` (n,), and ``groups`` is ``pool_bins`` of them. At least one
-    of each pair is ``fresh``.
+    ``fingerprints`` (n, 129) are sorted by their ``areas`` (n,), and ``groups`` is ``pool_fingerprints`` of them. At
+    least one of each pair is ``fresh``.
     """
     found = np.empty((1024, 2), np.int64)
     count = 0
@@ -255,7 +255,7 @@ def _count_ones(word: np.uint64) -> np.uint64:
 
 
 @njit(cache=True, nogil=True)
-def pack(mask: Cells) -> Words:
+def pack_words(mask: Cells) -> Words:
     """Return a mask (rows, cols) as words of 64 cells, (rows, cols // 64 + 1)."""
     words = np.zeros((mask.shape[0], mask.shape[1] // 64 + 1), np.uint64)
     for row in range(mask.shape[0]):
@@ -283,7 +283,7 @@ def shift_words(words: Words, right: int, cols: int) -> Words:
 
 
 @njit(cache=True, nogil=True)
-def unpack(words: Words, cols: int) -> Cells:
+def unpack_words(words: Words, cols: int) -> Cells:
     """Return the mask (rows, cols) that these words hold."""
     mask = np.empty((len(words), cols), np.uint8)
     for row in range(len(words)):
@@ -294,7 +294,7 @@ def unpack(words: Words, cols: int) -> Cells:
 
 def pack_mask(mask: Cells) -> PackedMask:
     """Return a mask in the form that ``least_difference`` takes."""
-    return PackedMask(pack(mask), measure_profiles(mask))
+    return PackedMask(pack_words(mask), mask_profiles(mask))
 
 
 @njit(cache=True, nogil=True)
@@ -323,17 +323,20 @@ def least_difference(one: PackedMask, other: PackedMask, limit: float, shift: in
             down_sums = down_sums[::-1].copy()
         if symmetry & 1:
             right_sums = right_sums[::-1].copy()
-        downs, rights = offsets(len(rows), len(down_sums), shift), offsets(len(cols), len(right_sums), shift)
-        tops = np.array([max_shared(rows, down_sums, at) for at in downs])
-        sides = np.array([max_shared(cols, right_sums, at) for at in rights])
+        downs, rights = (
+            profile_offsets(len(rows), len(down_sums), shift),
+            profile_offsets(len(cols), len(right_sums), shift),
+        )
+        tops = np.array([max_shared_cells(rows, down_sums, at) for at in downs])
+        sides = np.array([max_shared_cells(cols, right_sums, at) for at in rights])
         if areas - 2 * min(tops.max(), sides.max()) >= best:
             continue
         if symmetry == 0:
             moved = other.words
         else:
             if not len(cells):
-                cells = unpack(other.words, len(cols_))
-            moved = pack(transform_mask(cells, symmetry))
+                cells = unpack_words(other.words, len(cols_))
+            moved = pack_words(transform_mask(cells, symmetry))
         for j in np.argsort(-sides):
             if areas - 2 * min(tops.max(), sides[j]) >= best:
                 break

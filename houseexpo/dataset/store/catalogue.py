@@ -144,7 +144,7 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
     """
     try:
         lines = [line.strip().removesuffix(".json") for line in data.decode().splitlines()]
-        ids = tuple(checks.plan_id(line) for line in lines if line)
+        ids = tuple(checks.check_plan_id(line) for line in lines if line)
     except (UnicodeDecodeError, PlanError) as error:
         raise DatasetError(f"{what}: expected one id a line in UTF-8, found {error}") from None
     if len(set(ids)) != len(ids):
@@ -181,7 +181,7 @@ def _own_index(path: Path) -> Any:
         raise DatasetError(f"{file}: expected the columns {', '.join(SCHEMA.names)}; found {error}") from None
     ids = table.column("id").to_pylist()
     for name in ids:
-        checks.plan_id(name)
+        checks.check_plan_id(name)
     missing = sorted({f"{name}.json" for name in ids} ^ set(plan_files(plan_folder(path))))
     if missing or len(set(ids)) != len(ids):
         raise DatasetError(

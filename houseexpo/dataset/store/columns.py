@@ -57,7 +57,7 @@ def connected_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDA
 
 def known_label(word: str) -> str:
     """Return the label that a word spells in any way; raise ConfigError if it is not a label."""
-    from houseexpo.plan.categories import LABELS, canonical
+    from houseexpo.plan.room_labels import LABELS, canonical
 
     found = canonical(word)
     if found is None:

@@ -70,7 +70,7 @@ def open_remote(address: str) -> RemoteCatalogue:
     try:
         table = pq.read_table(index).select(_COLUMNS.names).cast(_COLUMNS)
         for name, digest in zip(table.column("id").to_pylist(), table.column("digest").to_pylist(), strict=True):
-            checks.plan_id(name)
+            checks.check_plan_id(name)
             if not _DIGEST.fullmatch(digest or ""):
                 raise DatasetError(f"{server.plain}: {name}: expected the SHA-1 of the plan, found {digest!r}")
         names = table.column("id").to_pylist()
@@ -147,7 +147,7 @@ class _Server:
             raise DatasetError(
                 f"{address}: expected an address such as http://host:8000/demo, with the data set's name"
             )
-        self.name = checks.plan_id(unquote(names[0]))
+        self.name = checks.check_plan_id(unquote(names[0]))
         self.plain = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}/{names[0]}"
         query = dict(parse_qsl(parts.query))
         self._token = query.pop("token", "")

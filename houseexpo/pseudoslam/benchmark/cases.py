@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from houseexpo.analysis.similarity import find_pairs
+from houseexpo.analysis.similarity import find_similar_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.dataset.splits import list_bytes
@@ -122,7 +122,7 @@ def _choose_plans(plans: Dataset, here: Sequence[str], number: int, workers: int
     others = sorted({name for listed in plans.splits.values() for name in listed if name in plans} - set(here))
     every = plans.only([*others, *here])
     repeats: defaultdict[int, set[int]] = defaultdict(set)
-    for pair in find_pairs(every.__getitem__, len(every), threads=workers, label="comparing plans").pairs:
+    for pair in find_similar_pairs(every.__getitem__, len(every), threads=workers, label="comparing plans").pairs:
         repeats[pair.first].add(pair.second)
         repeats[pair.second].add(pair.first)
     taken = set(range(len(others)))

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import NOTHING, room_mask
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.grids.raster import NOTHING, room_ids
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, whole
 from houseexpo.pseudoslam.kernels.collision import STATIC
@@ -148,7 +148,7 @@ def _complete(state: State) -> Bytes:
 def _rooms(plan: FloorPlan, frame: GridFrame) -> tuple[Bytes, Bytes]:
     """Return the numbers of the room and of its label in each cell; rooms beyond ``MAX_ROOMS`` have no number."""
     divided = plan.divided
-    ids = room_mask(divided, frame)
+    ids = room_ids(divided, frame)
     numbers, labels = np.zeros(
         (2, max((room.id for room in divided.rooms), default=0) + 2), np.uint8
     )  # the last: no room

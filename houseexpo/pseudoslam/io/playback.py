@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.grids.frame import FEWEST_CELLS
-from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap, bag_reader, yaw_of
+from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap, open_bag, yaw_from_quaternion
 from houseexpo.pseudoslam.io.poses import Pose, compose, wrap_angle
 
 SCAN_TYPE: Final = "sensor_msgs/msg/LaserScan"
@@ -121,7 +121,7 @@ def map_of_bag(path: str | os.PathLike[str], resolution_m: float = 0.05, *, scan
 def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_Scan]]:
     frames: dict[str, _Frame] = {}
     scans: list[_Scan] = []
-    with bag_reader(file) as reader:
+    with open_bag(file) as reader:
         chosen = _choose_topic(
             {each.topic for each in reader.connections if each.msgtype == SCAN_TYPE}, wanted, file.name
         )
@@ -163,7 +163,7 @@ def _add(frames: dict[str, _Frame], message: Any, *, is_static: bool) -> None:
     for each in message.transforms:
         child, parent = str(each.child_frame_id).lstrip("/"), str(each.header.frame_id).lstrip("/")
         place, turn = each.transform.translation, each.transform.rotation
-        yaw = yaw_of(turn.x, turn.y, turn.z, turn.w)
+        yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
         if not all(map(math.isfinite, (place.x, place.y, yaw))):
             continue
         frame = frames.setdefault(child, _Frame(parent, is_static=is_static))

@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.grids.robot_map import yaw_of
+from houseexpo.grids.robot_map import yaw_from_quaternion
 from houseexpo.pseudoslam.io.poses import Pose
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 
@@ -297,7 +297,7 @@ def empty(kind: str) -> Fields:
 
 def heading_of(quaternion: Fields) -> float:
     """Return the heading of a rotation about the vertical axis, radians; of any other, its yaw."""
-    return yaw_of(*(float(quaternion[name]) for name in "xyzw"))
+    return yaw_from_quaternion(*(float(quaternion[name]) for name in "xyzw"))
 
 
 def _header(nanoseconds: int, frame: str) -> Fields:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
@@ -351,7 +351,7 @@ class Fleet:
 
 def _segments(plan: FloorPlan) -> Floats:
     """Return the walls of a plan as segments (n, 4): x, y of both ends."""
-    rings = [np.asarray(ring, np.float64).reshape(-1, 2) for ring in rings_of(plan)]
+    rings = [np.asarray(ring, np.float64).reshape(-1, 2) for ring in all_rings(plan)]
     return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
 
 

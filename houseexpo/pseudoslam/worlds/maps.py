@@ -28,11 +28,11 @@ from houseexpo.grids.robot_map import (
     PICTURES,
     MapError,
     RobotMap,
-    is_bag,
+    drop_map_pictures,
+    is_bag_folder,
     is_map_file,
-    occupancy_of,
+    occupancy_from_array,
     read_map,
-    without_pictures,
 )
 from houseexpo.pseudoslam.config.checks import number, one_of
 from houseexpo.pseudoslam.worlds.world import MAX_CELLS
@@ -159,7 +159,7 @@ def map_house(
             raise ConfigError(f"map {name!r}: resolution: expected the side of a cell in metres, found none")
         number(resolution, "resolution", above=0.0)
         try:
-            cells = RobotMap(occupancy_of(np.asarray(cells), name), resolution, (*origin_m, 0.0), name)
+            cells = RobotMap(occupancy_from_array(np.asarray(cells), name), resolution, (*origin_m, 0.0), name)
         except MapError as error:
             raise ConfigError(f"map {name!r}: {error}") from None
     x_m, y_m, yaw = cells.origin
@@ -203,7 +203,7 @@ def open_maps(
         There is no map, or one cannot be read.
     """
     place = Path(path)
-    files = _map_files(place) if place.is_dir() and not is_bag(place) else [place]
+    files = _map_files(place) if place.is_dir() and not is_bag_folder(place) else [place]
     if not files:
         raise ConfigError(f"{place}: expected maps (map.yaml, {', '.join(PICTURES[:3])}, .npy), found none")
     houses = []
@@ -220,7 +220,7 @@ def is_maps(path: str | os.PathLike[str]) -> bool:
     """Return whether a path is a map, or a folder of maps without plans."""
     place = Path(path)
     if place.is_dir():
-        if is_bag(place):
+        if is_bag_folder(place):
             return True
         return not any(any(place.glob(kind)) for kind in _PLAN_FILES) and bool(_map_files(place))
     return place.is_file() and is_map_file(place)
@@ -274,7 +274,7 @@ def own_resolution(houses: Sequence[House]) -> float | None:
 
 def _map_files(folder: Path) -> list[Path]:
     """Return the maps in a folder, without pictures that belong to a ``map.yaml``."""
-    return without_pictures(sorted(file for file in folder.iterdir() if file.is_file() and is_map_file(file)))
+    return drop_map_pictures(sorted(file for file in folder.iterdir() if file.is_file() and is_map_file(file)))
 
 
 def _per_metre(side_m: float) -> float:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import clearance, room_mask
+from houseexpo.grids.raster import distance_field, room_ids
 from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, PeopleConfig, Shape, Trajectory
 from houseexpo.pseudoslam.kernels.collision import (
     HALF_DIAGONAL,
@@ -72,8 +72,8 @@ def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) ->
 
 def _room_cells(plan: FloorPlan, frame: GridFrame, occupied: Grid, traversable: Grid) -> list[tuple[int, int]]:
     """Return the cell (row, col) with the largest clearance in each room."""
-    ids = room_mask(plan, frame)
-    room_m = np.where(traversable != 0, clearance(occupied == 0, 1.0), -1.0)
+    ids = room_ids(plan, frame)
+    room_m = np.where(traversable != 0, distance_field(occupied == 0, 1.0), -1.0)
     found = []
     for room in plan.rooms:
         inside = np.where(ids == room.id, room_m, -1.0)

@@ -21,17 +21,17 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.analysis.geodesic import shortest_way
-from houseexpo.analysis.navigability import navigability, standing_pieces, straighten_walls
-from houseexpo.analysis.similarity import compare, comparison_mask, fingerprint, lower_bound
+from houseexpo.analysis.geodesic import shortest_path
+from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
+from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import FEWEST_CELLS
-from houseexpo.grids.raster import rings_of
+from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
-from houseexpo.plan.categories import colour
+from houseexpo.plan.room_labels import label_colour
 from houseexpo.service.answers import json_response
 from houseexpo.service.collection import Opened
 from houseexpo.service.service import Service
@@ -130,7 +130,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
         "space": _rings(plan.free_space),
         "walls": [ring for wall in walls_around(straighten_walls(plan.floor), _WALL_M) for ring in _rings(wall)],
         "boxes": [
-            {"label": label, "colour": colour(label), "box": list(box)}
+            {"label": label, "colour": label_colour(label), "box": list(box)}
             for label, found in plan.room_category.items()
             for box in found
         ],
@@ -151,7 +151,7 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
             "area": room.area,
             "confidence": room.confidence,
             "unsure": room.is_unsure,
-            "colour": colour(room.label),
+            "colour": label_colour(room.label),
             "rings": _points([room.ring, *room.holes]),
             "at": _middle(room.polygon),
             **_shape_without_furniture(room, plan),
@@ -179,7 +179,7 @@ def reach_values(plan: FloorPlan, radius_m: float) -> dict[str, Any]:
     """Return the pieces in which a disc's centre can stand, the largest first, and the area that the disc covers."""
     import shapely
 
-    pieces = standing_pieces(plan.free_space, radius_m)
+    pieces = disc_centre_areas(plan.free_space, radius_m)
     found = navigability(plan, (radius_m,))[f"{radius_m:.2f}"]
     covered = (shapely.intersection(piece.buffer(radius_m), plan.free_space) for piece in pieces)
     return {
@@ -200,7 +200,7 @@ def way_values(
     """Return the shortest path of a disc between two points; a point too near to a wall moves to where it fits."""
     import shapely
 
-    pieces = standing_pieces(plan.free_space, radius_m)
+    pieces = disc_centre_areas(plan.free_space, radius_m)
     ends = [shapely.Point(start), shapely.Point(goal)]
     if not pieces:
         return {"found": False, "why": "The robot fits nowhere."}
@@ -210,7 +210,7 @@ def way_values(
     moved = [_nearest(pieces[home], end) for home, end in zip(homes, ends, strict=True)]
     if homes[0] != homes[1]:
         return {"found": False, "why": "No path: the robot is too wide for a passage on the way.", "ends": moved}
-    found = shortest_way(pieces[homes[0]], *moved)
+    found = shortest_path(pieces[homes[0]], *moved)
     if found is None:
         return {"found": False, "why": "No path between the two points.", "ends": moved}
     points = found.points.round(_DIGITS).tolist()
@@ -269,7 +269,7 @@ def _shape_without_furniture(room: Room, plan: FloorPlan) -> dict[str, Any]:
 
 
 def _rings(shape: Any) -> list[list[list[float]]]:
-    return _points(rings_of(shape))
+    return _points(all_rings(shape))
 
 
 def _points(rings: Iterable[Any]) -> list[list[list[float]]]:
@@ -314,7 +314,7 @@ def similar(now: Opened, plan_id: str) -> list[dict[str, Any]]:
         return []
     prints = np.array(kept, dtype=np.int32)
     fine = comparison_mask(plan)
-    bounds = lower_bound(fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
+    bounds = difference_lower_bound(mask_fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
     mask = comparison_mask(plan, _PIXELS_PER_METRE)
     found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
@@ -324,7 +324,7 @@ def similar(now: Opened, plan_id: str) -> list[dict[str, Any]]:
         there = _read(now, ids[other])  # R4, if its traits are in the cache
         if there is None:
             continue
-        match = compare(mask, comparison_mask(there, _PIXELS_PER_METRE), limit)
+        match = compare_masks(mask, comparison_mask(there, _PIXELS_PER_METRE), limit)
         if match is not None:
             found.append((match.difference, ids[other], match.symmetry))
     return [
@@ -334,7 +334,7 @@ def similar(now: Opened, plan_id: str) -> list[dict[str, Any]]:
 
 
 def _fingerprint_of(plan: FloorPlan) -> list[int]:
-    found: list[int] = fingerprint(comparison_mask(plan)).tolist()
+    found: list[int] = mask_fingerprint(comparison_mask(plan)).tolist()
     return found
 
 

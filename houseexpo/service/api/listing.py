@@ -20,7 +20,7 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
-from houseexpo.plan.categories import LABELS, colour
+from houseexpo.plan.room_labels import LABELS, label_colour
 from houseexpo.service.answers import file_response, hashed_response, json_response, range_response
 from houseexpo.service.collection import Collection, Opened
 from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parse_query, whole_number
@@ -114,7 +114,7 @@ def description_of(shown: Collection) -> dict[str, Any]:
             for measure in MEASURES
         ],
         "labels": list(LABELS),
-        "colours": {label: colour(label) for label in LABELS},
+        "colours": {label: label_colour(label) for label in LABELS},
         "door_colours": DOOR_COLOURS,
         "radii": list(RADII),
         "formats": {name: form.what for name, form in FORMATS.items()},

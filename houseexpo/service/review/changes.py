@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan.overrides import LISTS, as_list
+from houseexpo.plan.overrides import LISTS, override_values
 from houseexpo.service.review.log import Action, Line
 
 _FARTHEST_M: Final = 1e9
@@ -19,7 +19,7 @@ class DecidedOtherwiseError(ConfigError):
 
 def items_of(value: Any, key: str) -> list[Any]:
     """Return the value of a key of ``LISTS`` as a list, empty if there is no value."""
-    return list(as_list(value, key) or [])
+    return list(override_values(value, key) or [])
 
 
 def check_points(table: Mapping[str, Any], place: str) -> None:

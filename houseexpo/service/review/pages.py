@@ -26,7 +26,7 @@ from houseexpo.drawing import svg
 from houseexpo.drawing.scene import scene
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.grids.frame import GridFrame, plan_from_source, source_from_plan
+from houseexpo.grids.frame import GridFrame, plan_points_from_source, source_points_from_plan
 from houseexpo.plan.explanations import GROUNDS
 from houseexpo.plan.parts import SURE
 from houseexpo.service.answers import Json, read
@@ -165,7 +165,7 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
             f"{plan.id}: its position in the source is not recorded, so that only keep and drop are possible"
         )
     drawn = snap_to_wall(asked.points, plan) if asked.action == "door" else asked.points
-    points = [_round_point(point) for point in source_from_plan(plan.frame, drawn).tolist()]
+    points = [_round_point(point) for point in source_points_from_plan(plan.frame, drawn).tolist()]
     return points if asked.action == "door" else points[0]
 
 
@@ -256,8 +256,10 @@ def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
     """Return the doors and the "no room" points of a plan's table (``Decisions.table``), in plan metres."""
     if plan.frame is None:
         return {"doors": [], "no_rooms": []}
-    doors = [plan_from_source(plan.frame, door).tolist() for door in items_of(table.get("door"), "door")]
-    points = [plan_from_source(plan.frame, point).tolist() for point in items_of(table.get("no_room"), "no_room")]
+    doors = [plan_points_from_source(plan.frame, door).tolist() for door in items_of(table.get("door"), "door")]
+    points = [
+        plan_points_from_source(plan.frame, point).tolist() for point in items_of(table.get("no_room"), "no_room")
+    ]
     return {"doors": doors, "no_rooms": points}
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 
 from houseexpo.plan import Frame
-from houseexpo.plan.categories import canonical
+from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.values import Home

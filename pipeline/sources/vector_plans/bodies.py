@@ -22,7 +22,7 @@ import shapely
 import trimesh
 from shapely import MultiPolygon, Polygon
 
-from houseexpo.plan.categories import canonical
+from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, one_each, prism, storey_heights
 from pipeline.sources.files import file_inside

@@ -19,7 +19,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Polygon
 
-from houseexpo.plan.categories import canonical
+from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for

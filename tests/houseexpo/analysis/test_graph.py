@@ -6,7 +6,7 @@ import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, rooms_graph
-from houseexpo.analysis.navigability import SPECK_M2, navigability, standing_pieces
+from houseexpo.analysis.navigability import SPECK_M2, disc_centre_areas, navigability
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
@@ -96,7 +96,7 @@ def test_agrees_with_the_exact_erosion(published_lines):
 
 
 def test_a_disc_stands_in_what_is_left_of_the_free_space(two_rooms):
-    pieces = standing_pieces(two_rooms.free_space, 0.2)
+    pieces = disc_centre_areas(two_rooms.free_space, 0.2)
     assert len(pieces) == 1
     assert pieces[0].area == pytest.approx(two_rooms.free_space.buffer(-0.2).area, rel=0.005)
 

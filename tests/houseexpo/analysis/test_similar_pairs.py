@@ -1,4 +1,4 @@
-"""``find_pairs`` against the obvious: every pair, under every symmetry, at every position."""
+"""``find_similar_pairs`` against the obvious: every pair, under every symmetry, at every position."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import pytest
 
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
-    Comparison,
-    Pair,
-    crop,
-    drop_duplicates,
-    find_pairs,
-    transform,
+    SimilarPair,
+    SimilarPairs,
+    apply_symmetry,
+    choose_duplicates,
+    crop_mask,
+    find_similar_pairs,
 )
 
 
@@ -46,10 +46,10 @@ def street(count: int, seed: int = 0) -> list[np.ndarray]:
     for _ in range(count):
         room = np.ones(rng.integers(18, 26, 2), bool)
         if found and rng.random() < 0.6:
-            room = transform(found[rng.integers(len(found))], list(SYMMETRIES)[rng.integers(8)]).copy()
+            room = apply_symmetry(found[rng.integers(len(found))], list(SYMMETRIES)[rng.integers(8)]).copy()
         row, col = rng.integers(0, len(room)), rng.integers(0, room.shape[1])
         room[row : row + rng.integers(1, 4), col : col + rng.integers(1, 6)] ^= True
-        found.append(crop(np.pad(room, 1)))
+        found.append(crop_mask(np.pad(room, 1)))
     return found
 
 
@@ -57,7 +57,7 @@ def slow(one: np.ndarray, other: np.ndarray, config: Rules) -> float:
     """Paint both on a large canvas, at every position that counts."""
     best = 10**9
     for symmetry in SYMMETRIES if config.symmetries else ("identity",):
-        moved = transform(other, symmetry)
+        moved = apply_symmetry(other, symmetry)
         shifts = range(-config.shift_px, config.shift_px + 1)
         for down in {end + by for end in (0, len(one) - len(moved)) for by in shifts}:
             for right in {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in shifts}:
@@ -68,8 +68,8 @@ def slow(one: np.ndarray, other: np.ndarray, config: Rules) -> float:
     return best / max(int(one.sum()), int(other.sum()))
 
 
-def pairs(masks: list[np.ndarray], config: Rules, **options: object) -> tuple[Pair, ...]:
-    return find_pairs(lambda i: masks[i], len(masks), **asdict(config), **options).pairs  # type: ignore[arg-type]
+def pairs(masks: list[np.ndarray], config: Rules, **options: object) -> tuple[SimilarPair, ...]:
+    return find_similar_pairs(lambda i: masks[i], len(masks), **asdict(config), **options).pairs  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
@@ -86,7 +86,7 @@ def test_the_symmetry_takes_the_second_onto_the_first() -> None:
     masks = [ROOM, np.rot90(ROOM)]
     [pair] = pairs(masks, Rules())
     assert pair.difference == 0.0
-    np.testing.assert_array_equal(transform(masks[1], pair.symmetry), masks[0])
+    np.testing.assert_array_equal(apply_symmetry(masks[1], pair.symmetry), masks[0])
 
 
 @pytest.mark.parametrize(("shift", "same"), [(2, True), (3, False)])
@@ -109,11 +109,11 @@ def test_threads_change_nothing() -> None:
 def test_plans_that_are_known_are_not_looked_at_again() -> None:
     masks = street(40, seed=2)
     config = Rules(threshold=0.05)
-    whole = find_pairs(lambda i: masks[i], len(masks), **asdict(config))
+    whole = find_similar_pairs(lambda i: masks[i], len(masks), **asdict(config))
     old = [i for i in range(len(masks)) if i % 5]
     place = {i: k for k, i in enumerate(old)}
-    first = find_pairs(lambda k: masks[old[k]], len(old), **asdict(config))
-    known = Comparison(
+    first = find_similar_pairs(lambda k: masks[old[k]], len(old), **asdict(config))
+    known = SimilarPairs(
         {i: first.fingerprints[place[i]] for i in old},
         tuple(pair._replace(first=old[pair.first], second=old[pair.second]) for pair in first.pairs),
     )
@@ -123,7 +123,7 @@ def test_plans_that_are_known_are_not_looked_at_again() -> None:
         asked.append(i)
         return masks[i]
 
-    again = find_pairs(load, len(masks), **asdict(config), known=known)
+    again = find_similar_pairs(load, len(masks), **asdict(config), known=known)
     assert again.pairs == whole.pairs
     assert {i for i in range(len(masks)) if not i % 5} <= set(asked)
     assert len(set(asked)) < len(masks)
@@ -131,7 +131,7 @@ def test_plans_that_are_known_are_not_looked_at_again() -> None:
 
 def found(masks: dict[str, np.ndarray], config: Rules, keep: set[str] = frozenset()) -> list[tuple[str, str]]:  # type: ignore[assignment]
     ids = sorted(masks)
-    return [(d.id, d.kept_id) for d in drop_duplicates(ids, pairs([masks[i] for i in ids], config), keep)]
+    return [(d.id, d.kept_id) for d in choose_duplicates(ids, pairs([masks[i] for i in ids], config), keep)]
 
 
 def test_the_first_of_each_group_is_kept_whatever_the_symmetry() -> None:
@@ -151,8 +151,8 @@ def test_a_person_keeps_what_they_want() -> None:
 
 
 def test_a_plan_stays_whose_only_likeness_is_dropped() -> None:
-    chain = [Pair(0, 1, 0.01, "identity"), Pair(1, 2, 0.01, "identity")]
-    assert [d.id for d in drop_duplicates(["a", "b", "c"], chain)] == ["b"]
+    chain = [SimilarPair(0, 1, 0.01, "identity"), SimilarPair(1, 2, 0.01, "identity")]
+    assert [d.id for d in choose_duplicates(["a", "b", "c"], chain)] == ["b"]
 
 
 @pytest.mark.parametrize("masks", [[], [ROOM], [ROOM[:0, :0], ROOM[:0, :0]]])

@@ -8,13 +8,13 @@ import pytest
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
     THRESHOLD,
-    compare,
+    apply_symmetry,
+    compare_masks,
     comparison_mask,
-    crop,
+    crop_mask,
+    difference_lower_bound,
     find_duplicates,
-    fingerprint,
-    lower_bound,
-    transform,
+    mask_fingerprint,
 )
 from houseexpo.floorplan import decode
 
@@ -26,7 +26,7 @@ def slow_difference(one: np.ndarray, other: np.ndarray) -> float:
     fixed[60 : 60 + one.shape[0], 60 : 60 + one.shape[1]] = one
     best = np.inf
     for symmetry in SYMMETRIES:
-        moved = transform(other, symmetry)
+        moved = apply_symmetry(other, symmetry)
         rows = {end + by for end in (0, one.shape[0] - moved.shape[0]) for by in (-2, -1, 0, 1, 2)}
         cols = {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in (-2, -1, 0, 1, 2)}
         for down in rows:
@@ -42,7 +42,7 @@ def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
     for _ in range(4):
         r, c = rng.integers(0, rows), rng.integers(0, cols)
         mask[r : r + 6, c : c + 9] = False
-    return crop(mask)
+    return crop_mask(mask)
 
 
 def test_agrees_with_the_slow_twin_and_is_symmetric():
@@ -50,20 +50,20 @@ def test_agrees_with_the_slow_twin_and_is_symmetric():
     for _ in range(12):
         one, other = blob(rng, *rng.integers(15, 40, 2)), blob(rng, *rng.integers(15, 40, 2))
         expected = slow_difference(one, other)
-        assert compare(one, other).difference == expected == compare(other, one).difference
+        assert compare_masks(one, other).difference == expected == compare_masks(other, one).difference
 
 
 def test_the_symmetry_takes_the_second_onto_the_first():
     one = blob(np.random.default_rng(5), 30, 41)
     for symmetry in SYMMETRIES:
-        match = compare(transform(one, symmetry), one)
+        match = compare_masks(apply_symmetry(one, symmetry), one)
         assert match == (0.0, symmetry)
 
 
 def test_names_mean_what_they_say_in_the_plan():
     mask = np.zeros((3, 2), dtype=bool)  # rows are y, upwards
     mask[0, 1] = True  # the lower right
-    where = {name: np.argwhere(transform(mask, name)).tolist()[0] for name in SYMMETRIES}
+    where = {name: np.argwhere(apply_symmetry(mask, name)).tolist()[0] for name in SYMMETRIES}
     assert where["mirror_x"] == [0, 0]
     assert where["mirror_y"] == [2, 1]
     assert where["rotate_90"] == [1, 2]  # counter-clockwise: the upper right
@@ -75,10 +75,10 @@ def test_a_limit_leaves_out_what_exceeds_it():
     one = np.ones((20, 20), dtype=bool)
     other = one.copy()
     other[:2, :2] = False
-    assert compare(one, other).difference == pytest.approx(4 / 400)
-    assert compare(one, other, limit=0.01) == compare(one, other)
-    assert compare(one, other, limit=0.0099) is None
-    assert compare(crop(np.zeros((3, 3), dtype=bool)), crop(np.zeros((5, 5), dtype=bool))) is None
+    assert compare_masks(one, other).difference == pytest.approx(4 / 400)
+    assert compare_masks(one, other, limit=0.01) == compare_masks(one, other)
+    assert compare_masks(one, other, limit=0.0099) is None
+    assert compare_masks(crop_mask(np.zeros((3, 3), dtype=bool)), crop_mask(np.zeros((5, 5), dtype=bool))) is None
 
 
 @pytest.mark.parametrize("swap", [False, True])
@@ -88,7 +88,7 @@ def test_a_plan_moved_turned_or_mirrored_gives_the_same_mask_so(published_lines,
         verts = (plan.verts[:, ::-1] if swap else plan.verts) * signs + [3.33, -7.01]
         symmetry = next(n for n, (s, r, c) in SYMMETRIES.items() if (s, c, r) == (swap, signs[0] < 0, signs[1] < 0))
         moved = comparison_mask(replace(plan, verts=verts))
-        np.testing.assert_array_equal(moved, transform(comparison_mask(plan), symmetry))
+        np.testing.assert_array_equal(moved, apply_symmetry(comparison_mask(plan), symmetry))
 
 
 def test_finds_exact_moved_mirrored_and_jittered_copies(published_lines):
@@ -132,9 +132,9 @@ def test_a_duplicate_of_a_dropped_plan_alone_is_kept():
 
 def test_the_bound_never_exceeds_the_difference(published_lines):
     masks = [comparison_mask(decode(line)) for line in published_lines[:25]]
-    prints = np.stack([fingerprint(mask) for mask in masks])
+    prints = np.stack([mask_fingerprint(mask) for mask in masks])
     for i in range(0, 25, 5):
-        bounds = lower_bound(prints[i], prints)
+        bounds = difference_lower_bound(prints[i], prints)
         for j in range(25):
-            match = compare(masks[i], masks[j])
+            match = compare_masks(masks[i], masks[j])
             assert bounds[j] <= round(match.difference * max(masks[i].sum(), masks[j].sum()))

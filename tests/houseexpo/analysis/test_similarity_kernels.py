@@ -9,16 +9,16 @@ from shapely import Polygon
 from houseexpo.analysis.kernels import masks
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
-    compare,
+    apply_symmetry,
+    compare_masks,
     comparison_frame,
     comparison_mask,
-    crop,
-    fingerprint,
-    fingerprint_of,
-    lower_bound,
-    transform,
+    crop_mask,
+    difference_lower_bound,
+    fingerprint_from_profiles,
+    mask_fingerprint,
 )
-from houseexpo.grids.raster import edges_in_pixels, rings_of
+from houseexpo.grids.raster import all_rings, edges_in_pixels
 
 
 def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
@@ -27,7 +27,7 @@ def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
     for _ in range(5):
         r, c = rng.integers(0, rows), rng.integers(0, cols)
         mask[r : r + 6, c : c + 9] = False
-    return crop(mask)
+    return crop_mask(mask)
 
 
 def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -35,7 +35,7 @@ def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     other = mask.copy()
     for _ in range(int(rng.integers(0, 8))):
         other[rng.integers(0, len(mask)), rng.integers(0, mask.shape[1])] ^= True
-    return crop(transform(other, list(SYMMETRIES)[rng.integers(0, 8)]))
+    return crop_mask(apply_symmetry(other, list(SYMMETRIES)[rng.integers(0, 8)]))
 
 
 def as_cells(mask: np.ndarray) -> np.ndarray:
@@ -54,28 +54,30 @@ def test_a_house_is_filled_as_its_twin_fills_it() -> None:
         hole = Polygon([(0, 0), (0.5, 0), (0.5, 0.5), (0, 0.35)])
         house = Polygon(ring, [hole.exterior.coords])
         frame = comparison_frame(house)
-        filled = masks.fill_rings(*edges_in_pixels(rings_of(house), frame), *frame.shape)
-        np.testing.assert_array_equal(crop(filled.astype(bool)), comparison_mask(house))
+        filled = masks.fill_rings(*edges_in_pixels(all_rings(house), frame), *frame.shape)
+        np.testing.assert_array_equal(crop_mask(filled.astype(bool)), comparison_mask(house))
 
 
 def test_prints_are_fingerprints() -> None:
     rng = np.random.default_rng(2)
     for _ in range(10):
         mask = blob(rng, *rng.integers(5, 70, 2))
-        np.testing.assert_array_equal(fingerprint_of(masks.measure_profiles(as_cells(mask))), fingerprint(mask))
+        np.testing.assert_array_equal(
+            fingerprint_from_profiles(masks.mask_profiles(as_cells(mask))), mask_fingerprint(mask)
+        )
 
 
 @pytest.mark.parametrize("symmetry", range(8))
 def test_symmetries_have_the_numbers_of_their_names(symmetry: int) -> None:
     mask = blob(np.random.default_rng(3), 12, 17)
-    expected = transform(mask, list(SYMMETRIES)[symmetry])
+    expected = apply_symmetry(mask, list(SYMMETRIES)[symmetry])
     np.testing.assert_array_equal(masks.transform_mask(as_cells(mask), symmetry), expected)
 
 
 def test_offsets_lie_near_one_end_or_the_other_and_each_comes_once() -> None:
     for size, size_, shift in ((9, 9, 2), (9, 8, 2), (9, 4, 2), (4, 9, 2), (5, 6, 1), (20, 3, 0), (7, 7, 0)):
         expected = {end + by for end in (0, size - size_) for by in range(-shift, shift + 1)}
-        found = masks.offsets(size, size_, shift).tolist()
+        found = masks.profile_offsets(size, size_, shift).tolist()
         assert sorted(found) == sorted(expected)
 
 
@@ -96,10 +98,10 @@ def test_a_row_of_words_holds_the_cells_wherever_it_is_laid() -> None:
         left = max(right, 0)
         part = mask[:, max(-right, 0) :][:, : max(cols - left, 0)]
         laid[:, left : left + part.shape[1]] = part
-        words = masks.shift_words(masks.pack(as_cells(mask)), right, cols)
+        words = masks.shift_words(masks.pack_words(as_cells(mask)), right, cols)
         bits = np.unpackbits(words.view(np.uint8), axis=1, bitorder="little")[:, :cols]
         np.testing.assert_array_equal(bits, laid)
-    np.testing.assert_array_equal(masks.unpack(as_shape(mask).words, mask.shape[1]), as_cells(mask))
+    np.testing.assert_array_equal(masks.unpack_words(as_shape(mask).words, mask.shape[1]), as_cells(mask))
 
 
 @pytest.mark.parametrize("limit", [0.0, 0.02, 0.1, 1.9])
@@ -108,7 +110,7 @@ def test_the_least_difference_is_its_twins(limit: float) -> None:
     for _ in range(25):
         one = blob(rng, *rng.integers(15, 80, 2))
         other = near(one, rng) if rng.random() < 0.7 else blob(rng, *rng.integers(15, 80, 2))
-        expected = compare(one, other, limit)
+        expected = compare_masks(one, other, limit)
         cells, symmetry = masks.least_difference(as_shape(one), as_shape(other), limit, 2, 8)
         found = None if symmetry < 0 else (cells / max(one.sum(), other.sum()), list(SYMMETRIES)[symmetry])
         assert found == expected
@@ -116,7 +118,7 @@ def test_the_least_difference_is_its_twins(limit: float) -> None:
 
 def fewest_apart(one: np.ndarray, other: np.ndarray, shift: int, symmetry: str) -> int:
     """The least that two masks differ by as their profiles say, wherever the second is laid."""
-    turned = transform(other, symmetry)
+    turned = apply_symmetry(other, symmetry)
     least = 0
     for axis in (0, 1):
         here, there = one.sum(axis=1 - axis), turned.sum(axis=1 - axis)
@@ -144,8 +146,8 @@ def test_profiles_rule_out_what_their_twin_rules_out(limit: float, symmetries: i
         others = (one, near(one, rng), blob(rng, *rng.integers(15, 60, 2)))
         other = others[int(rng.choice(3, p=(0.1, 0.6, 0.3)))]
         least = min(fewest_apart(one, other, 2, name) for name in list(SYMMETRIES)[:symmetries])
-        profiles = masks.measure_profiles(as_cells(one)), masks.measure_profiles(as_cells(other))
-        told.append(masks.may_be_near(*profiles, limit, 2, symmetries))
+        profiles = masks.mask_profiles(as_cells(one)), masks.mask_profiles(as_cells(other))
+        told.append(masks.profiles_may_match(*profiles, limit, 2, symmetries))
         assert told[-1] == (least <= limit * max(one.sum(), other.sum()))
     assert len(set(told)) == 2
 
@@ -154,17 +156,17 @@ def test_prints_rule_out_what_their_twin_rules_out() -> None:
     rng = np.random.default_rng(6)
     plans = [blob(rng, *rng.integers(20, 30, 2)) for _ in range(12)]
     plans += [near(mask, rng) for mask in plans]
-    prints = np.array(sorted((fingerprint(mask) for mask in plans), key=lambda row: row[0]), np.int32)
+    prints = np.array(sorted((mask_fingerprint(mask) for mask in plans), key=lambda row: row[0]), np.int32)
     fresh = np.arange(len(prints)) % 3 == 0
     expected = {
         (i, j)
         for i in range(len(prints))
         for j in range(i + 1, len(prints))
-        if (fresh[i] or fresh[j]) and lower_bound(prints[i], prints[j : j + 1])[0] <= 0.05 * prints[j, 0]
+        if (fresh[i] or fresh[j]) and difference_lower_bound(prints[i], prints[j : j + 1])[0] <= 0.05 * prints[j, 0]
     }
-    areas, groups = prints[:, 0].copy(), masks.pool_bins(prints)
+    areas, groups = prints[:, 0].copy(), masks.pool_fingerprints(prints)
     parts = [
-        masks.near_fingerprints(prints, areas, groups, fresh, 0.05, first, first + 8)
+        masks.near_fingerprint_pairs(prints, areas, groups, fresh, 0.05, first, first + 8)
         for first in range(0, len(prints), 8)
     ]
     assert {tuple(pair) for part in parts for pair in part.tolist()} == expected

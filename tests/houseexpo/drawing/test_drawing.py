@@ -10,7 +10,7 @@ from houseexpo.drawing import contact_sheet, draw_plan, svg
 from houseexpo.drawing.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, scene
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
-from houseexpo.plan.categories import colour
+from houseexpo.plan.room_labels import label_colour
 
 
 def rgb(text: str) -> list[int]:
@@ -27,8 +27,8 @@ def test_what_lies_where(two_rooms):
     image = draw_plan(two_rooms, 50)
     assert image.dtype == np.uint8
     expected = {
-        (0.5, 0.5): colour("Living_Room"),
-        (6.9, 2.8): colour("Unlabelled"),
+        (0.5, 0.5): label_colour("Living_Room"),
+        (6.9, 2.8): label_colour("Unlabelled"),
         (4.15, 0.5): WALL,
         (1.2, 1.2): WALL,  # the pillar
         (4.15, 1.5): DOOR_COLOURS["door"],
@@ -72,7 +72,7 @@ def test_the_size_asked_for_is_kept_to(two_rooms, published_lines):
 def test_a_published_plan_shows_its_label_boxes(published_lines):
     plan = decode(published_lines[1])
     image = draw_plan(plan, size=300)
-    shown = [label for label in plan.room_category if (image == rgb(colour(label))).all(axis=-1).sum() > 100]
+    shown = [label for label in plan.room_category if (image == rgb(label_colour(label))).all(axis=-1).sum() > 100]
     assert shown == ["Toilet", "Living_Room", "Office"]
 
 
@@ -86,7 +86,7 @@ def test_svg_holds_the_same(two_rooms):
     root = ET.fromstring(svg(two_rooms))  # noqa: S314 - our own text
     space = "{http://www.w3.org/2000/svg}"
     fills = {path.get("fill") for path in root.iter(f"{space}path")}
-    assert {colour("Living_Room"), WALL, DOOR_COLOURS["door"], DOOR_COLOURS["entrance"]} <= fills
+    assert {label_colour("Living_Room"), WALL, DOOR_COLOURS["door"], DOOR_COLOURS["entrance"]} <= fills
     texts = [text.text for text in root.iter(f"{space}text")]
     assert "Living Room" in texts
     assert "11.8 m2" in texts

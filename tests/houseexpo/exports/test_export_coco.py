@@ -8,7 +8,7 @@ import shapely
 from PIL import Image
 
 from houseexpo.exports import export
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 
 coco = pytest.importorskip("pycocotools.coco")
 pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # pycocotools' own

@@ -12,7 +12,7 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS, export, geojson, is_mirrored, oriented, world_from_plan
-from houseexpo.grids.frame import source_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 
 
@@ -37,8 +37,8 @@ def test_the_transform_undoes_the_mirror(flat, mirrored):
         assert turned.free_space.covers(room.polygon.buffer(-1e-6))
         assert room.area == pytest.approx(old.area)
     assert not shapely.LinearRing(turned.verts).is_ccw
-    source = source_from_plan(mirrored.frame, mirrored.verts)
-    assert np.allclose(source_from_plan(turned.frame, turned.verts)[::-1], source)
+    source = source_points_from_plan(mirrored.frame, mirrored.verts)
+    assert np.allclose(source_points_from_plan(turned.frame, turned.verts)[::-1], source)
     assert turned.room_category["Bedroom"] == (pytest.approx((4.2, 2.2, 7.8, 5.3)),)
 
 

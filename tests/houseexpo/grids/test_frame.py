@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.grids.frame import GridFrame, plan_from_source, source_from_plan
+from houseexpo.grids.frame import GridFrame, plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Frame
 
 
@@ -54,9 +54,9 @@ def test_a_scale_must_be_positive():
 
 def test_plan_to_source_and_back():
     frame = Frame(((0.0, -1.0, 5.0), (1.0, 0.0, -2.0)), "z", 0.0, 0)  # a quarter turn, then a shift
-    assert source_from_plan(frame, (3.0, 1.0)).tolist() == [4.0, 1.0]
+    assert source_points_from_plan(frame, (3.0, 1.0)).tolist() == [4.0, 1.0]
     points = np.random.default_rng(1).uniform(-9, 9, (7, 3, 2))
-    np.testing.assert_allclose(plan_from_source(frame, source_from_plan(frame, points)), points)
+    np.testing.assert_allclose(plan_points_from_source(frame, source_points_from_plan(frame, points)), points)
 
 
 def test_a_grid_that_no_memory_holds_is_refused_with_its_size():

@@ -6,7 +6,7 @@ import shapely
 
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import NOTHING, door_mask, fill, free_mask, room_mask
+from houseexpo.grids.raster import NOTHING, door_ids, fill_cells, free_mask, room_ids
 
 
 def slow_mask(shape: shapely.Geometry, frame: GridFrame) -> np.ndarray:
@@ -70,7 +70,7 @@ def test_moving_a_plan_keeps_its_raster(two_rooms):
 
 def test_rooms_and_doors_share_no_cell_and_fill_the_free_space(two_rooms):
     free, frame = free_mask(two_rooms, 21)
-    rooms, doors = room_mask(two_rooms, frame), door_mask(two_rooms, frame)
+    rooms, doors = room_ids(two_rooms, frame), door_ids(two_rooms, frame)
     assert rooms.dtype == doors.dtype == np.int32
     assert set(np.unique(rooms)) == {NOTHING, 0, 1}
     assert (rooms == 0).sum() / 441 == pytest.approx(11.84, rel=0.02)
@@ -87,7 +87,7 @@ def test_neighbours_along_an_oblique_wall_share_no_cell():
     count = np.zeros(frame.shape, dtype=int)
     for part in (one, other):
         mask = np.zeros(frame.shape, dtype=bool)
-        fill(mask, part, frame, True)
+        fill_cells(mask, part, frame, True)
         count += mask
     assert (count == slow_mask(shapely.box(*one.union(other).bounds), frame)).all()
 

@@ -13,7 +13,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from houseexpo.grids import MapError, RobotMap, read_map
-from houseexpo.grids.robot_map import MAX_MAP_CELLS, is_map_yaml, picture_of
+from houseexpo.grids.robot_map import MAX_MAP_CELLS, is_map_yaml, map_picture_path
 
 SHADES = np.array([[254, 205, 0], [255, 100, 37]], np.uint8)
 """White is free, black is occupied; darkness 0.004, 0.196, 1 and 0, 0.608, 0.855."""
@@ -154,7 +154,7 @@ def test_a_picture_of_another_folder_is_looked_for_beside_the_yaml(tmp_path: Pat
     file = saved(tmp_path)
     file.write_text(file.read_text().replace("map.pgm", named))
     assert read_map(file).occupancy.shape == (2, 3)
-    assert picture_of(file) == (tmp_path / "map.pgm").resolve()
+    assert map_picture_path(file) == (tmp_path / "map.pgm").resolve()
 
 
 def test_a_picture_outside_the_folder_is_not_opened(tmp_path: Path) -> None:

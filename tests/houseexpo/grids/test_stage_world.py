@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from houseexpo.grids import MapError, read_map
-from houseexpo.grids.robot_map import without_pictures
-from houseexpo.grids.stage_world import FloorModel, WorldError, floor_of_world, is_stage_world
+from houseexpo.grids.robot_map import drop_map_pictures
+from houseexpo.grids.stage_world import FloorModel, WorldError, is_stage_world, read_floor_model
 from houseexpo.pseudoslam.worlds.maps import open_maps
 
 WORLD = """
@@ -41,7 +41,7 @@ def world(folder: Path, text: str = WORLD, *, cells: tuple[int, int] = (20, 40))
 
 def test_the_floor_plan_is_the_largest_model_with_a_bitmap(tmp_path: Path) -> None:
     text = WORLD + 'model ( bitmap "robot.png" size [0.5 0.5 0.2] pose [1 1 0 0] )\n'
-    found = floor_of_world(world(tmp_path, text))
+    found = read_floor_model(world(tmp_path, text))
     assert found == FloorModel("maze.png", (4.0, 2.0), (2.0, 1.0, 0.0), boundary=True)
 
 
@@ -97,7 +97,7 @@ def test_grey_that_most_is_is_unknown(tmp_path: Path) -> None:
 
 def test_the_picture_of_a_world_is_no_map_by_itself(tmp_path: Path) -> None:
     path = world(tmp_path)
-    assert without_pictures([path, tmp_path / "maze.png"]) == [path]
+    assert drop_map_pictures([path, tmp_path / "maze.png"]) == [path]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_includes_that_name_each_other_end(tmp_path: Path) -> None:
     (tmp_path / "one.inc").write_text('include "two.inc"\n')
     (tmp_path / "two.inc").write_text('include "one.inc"\ninclude "maze.world"\n')
     with pytest.raises(WorldError):
-        floor_of_world(world(tmp_path, 'include "one.inc"\n'))
+        read_floor_model(world(tmp_path, 'include "one.inc"\n'))
 
 
 @pytest.mark.parametrize(

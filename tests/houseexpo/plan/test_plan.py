@@ -8,7 +8,7 @@ import pytest
 
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import source_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
@@ -111,8 +111,8 @@ def test_centred_moves_everything_and_the_frame_leads_to_the_same_place(two_room
     centred = two_rooms.centred()
     assert centred.free_space.centroid.coords[0] == pytest.approx((0.0, 0.0), abs=1e-12)
     assert centred.area == pytest.approx(two_rooms.area)
-    before = source_from_plan(two_rooms.frame, two_rooms.verts)
-    np.testing.assert_allclose(source_from_plan(centred.frame, centred.verts), before, atol=1e-12)
+    before = source_points_from_plan(two_rooms.frame, two_rooms.verts)
+    np.testing.assert_allclose(source_points_from_plan(centred.frame, centred.verts), before, atol=1e-12)
     shift = centred.verts[0] - two_rooms.verts[0]
     for part, part_ in zip((*two_rooms.rooms, *two_rooms.doors), (*centred.rooms, *centred.doors), strict=True):
         np.testing.assert_allclose(part_.ring - part.ring, np.broadcast_to(shift, part.ring.shape))

@@ -12,7 +12,7 @@ from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan.json_codec import encode
-from houseexpo.plan.repair import Repair, repair_of
+from houseexpo.plan.repair import Repair, describe_repair
 from tests.builders.shared import DATA, needs_shared
 
 SQUARE = np.array([(0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)])
@@ -56,7 +56,7 @@ def test_rings_that_touch_or_cross_are_mended_by_the_even_odd_rule(ring, kind, p
 
 
 def test_a_repair_says_where():
-    assert repair_of(np.array(BOW_TIE)) == Repair("cross", (1.0, 1.0), 2, 2.0)
+    assert describe_repair(np.array(BOW_TIE)) == Repair("cross", (1.0, 1.0), 2, 2.0)
     assert plan_of(CORNER).repair.at == (2.0, 2.0)
 
 

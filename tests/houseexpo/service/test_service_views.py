@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.search import MEASURES, RADII, Query, Table, Views, bins_of, parse_query
 from houseexpo.service.service import Service
 

@@ -14,8 +14,8 @@ import shapely
 import trimesh
 from PIL import Image
 
-from houseexpo.analysis.navigability import navigability, standing_pieces
-from houseexpo.analysis.similarity import compare, comparison_mask
+from houseexpo.analysis.navigability import disc_centre_areas, navigability
+from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate
 from houseexpo.exports import geojson, glb, irsim, ros, sdf, stage, svg
@@ -97,7 +97,7 @@ def test_the_free_space_is_what_is_left(pairs: list[tuple[FloorPlan, FloorPlan]]
 
 def test_a_robot_gets_wherever_it_got_before(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
     for empty, full in pairs:
-        was, now = standing_pieces(empty.free_space, ROBOT_M), standing_pieces(full.free_space, ROBOT_M)
+        was, now = disc_centre_areas(empty.free_space, ROBOT_M), disc_centre_areas(full.free_space, ROBOT_M)
         assert len(now) <= len(was)
         for room in empty.rooms:
             assert room.polygon.intersects(now[0]) or not room.polygon.intersects(was[0])
@@ -107,7 +107,7 @@ def test_a_robot_gets_wherever_it_got_before(pairs: list[tuple[FloorPlan, FloorP
 
 def test_a_furnished_house_is_a_copy_of_the_empty_one(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
     empty, full = max(pairs, key=lambda pair: len(pair[1].objects))
-    match = compare(comparison_mask(empty), comparison_mask(full))
+    match = compare_masks(comparison_mask(empty), comparison_mask(full))
     assert match is not None
     assert match.difference < 1e-3
 

@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from houseexpo.plan import Door, Room
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from pipeline.furnish.catalogue import WANTS
 from pipeline.furnish.room import (
     COVERED,

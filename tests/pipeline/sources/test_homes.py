@@ -11,7 +11,7 @@ import shapely
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader

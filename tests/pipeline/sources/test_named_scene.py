@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from pipeline.sources import mesh_file
 from pipeline.sources.meshes.scene import Part
 from pipeline.sources.roles import _TABLE, Role, is_outside_the_count, labels_for, role_of, role_of_part, room_words

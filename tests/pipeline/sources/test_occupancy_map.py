@@ -13,7 +13,7 @@ from PIL import Image
 from houseexpo.errors import ConfigError
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import source_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from tests.builders.batch import likeness, plans_of
@@ -65,7 +65,7 @@ def test_two_rooms_and_their_door(tmp_path: Path) -> None:
 def test_the_frame_is_that_of_the_map(tmp_path: Path) -> None:
     """The door's middle is 4.6 m right of and 1.95 m above the lower-left corner of the grid, which is turned."""
     (plan,) = plans_of(saved(tmp_path, two_rooms(), origin=[-3.0, 7.0, 0.5]))
-    ((x, y),) = source_from_plan(plan.frame, [plan.doors[0].polygon.centroid.coords[0]]).tolist()
+    ((x, y),) = source_points_from_plan(plan.frame, [plan.doors[0].polygon.centroid.coords[0]]).tolist()
     right, up = 4.6, 1.95
     assert x == pytest.approx(-3.0 + right * math.cos(0.5) - up * math.sin(0.5), abs=0.1)
     assert y == pytest.approx(7.0 + right * math.sin(0.5) + up * math.cos(0.5), abs=0.1)

@@ -15,7 +15,7 @@ import shapely
 import trimesh
 from shapely.affinity import scale, translate
 
-from houseexpo.plan.categories import LABELS
+from houseexpo.plan.room_labels import LABELS
 from pipeline.sources import suncg
 from pipeline.sources.meshes import obj
 from pipeline.sources.procedural import write_house, write_houses

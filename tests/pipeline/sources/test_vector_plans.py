@@ -12,7 +12,7 @@ import shapely
 import yaml
 
 from houseexpo.exports import rmf
-from houseexpo.plan.categories import UNLABELLED
+from houseexpo.plan.room_labels import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_opening

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.geodesic import shortest_way
+from houseexpo.analysis.geodesic import shortest_path
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import unite
 from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
@@ -120,7 +120,7 @@ def test_evidence_elsewhere_moves_no_cut(evidence: Evidence | None) -> None:
 def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:
     found = connected(before(two_rooms()))
     (pair,) = found.joined
-    way = shortest_way(walkable_floor(found).buffer(-pair.radius_m), *pair.points)
+    way = shortest_path(walkable_floor(found).buffer(-pair.radius_m), *pair.points)
     line = shapely.linestrings(way.points)
     assert line.intersects(found.passages[0].portal.strip())
     assert walkable_floor(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))

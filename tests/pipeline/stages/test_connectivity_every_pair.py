@@ -6,7 +6,7 @@ The twin below is Algorithm 1, lines 9-17, word for word: no labelling decides w
 import numpy as np
 import pytest
 
-from houseexpo.analysis.geodesic import shortest_way
+from houseexpo.analysis.geodesic import shortest_path
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.doorway_cuts import CutRules, find_cuts_near_lines
 from pipeline.geometry.walkable_floor import erode_floor, sample_points, walkable_floor
@@ -23,7 +23,7 @@ def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, r
     points = sample_points(erode_floor(walkable_floor(spaces), radius), config.samples, rng)
     pairs = [(i, j) for i in range(len(points)) for j in range(i + 1, len(points))]
     for i, j in sorted(pairs, key=lambda pair: np.hypot(*(points[pair[0]] - points[pair[1]]))):
-        while shortest_way(walkable_floor(spaces).buffer(-radius), points[i], points[j]) is None:
+        while shortest_path(walkable_floor(spaces).buffer(-radius), points[i], points[j]) is None:
             floor = walkable_floor(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
             pieces = erode_floor(floor, radius)

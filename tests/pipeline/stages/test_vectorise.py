@@ -8,7 +8,7 @@ import shapely
 from shapely.affinity import rotate, translate
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import source_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
@@ -123,7 +123,7 @@ def test_vertices_on_a_straight_edge_are_gone() -> None:
 def test_the_frame_leads_back_to_the_source(shift: tuple[float, float]) -> None:
     frame = Frame(((0.0, -1.0, 5.0), (1.0, 0.0, -2.0)), "y", 2.7, 3)
     plan = plan_from([translate(LEFT, *shift)], frame=frame)
-    corners = {tuple(np.round(p, 2)) for p in source_from_plan(plan.frame, plan.verts)}
+    corners = {tuple(np.round(p, 2)) for p in source_points_from_plan(plan.frame, plan.verts)}
     x, y = shift
     expected = {tuple(np.round((5 - (b + y), a + x - 2), 2)) for a, b in ((0, 0), (4, 0), (4, 3), (0, 3))}
     assert max(min(np.hypot(a - c, b - d) for c, d in expected) for a, b in corners) < 0.011

@@ -12,8 +12,8 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import room_mask
-from houseexpo.plan.categories import LABELS, UNLABELLED
+from houseexpo.grids.raster import room_ids
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.kernels.mapping import draw_coarse
@@ -63,7 +63,7 @@ def number_rooms(team: Team, house: House | None, names: Sequence[str] | None, k
     if not isinstance(house, FloorPlan):
         raise ConfigError(f"{key}: expected plans with rooms, but {team.world.plan_id!r} is a map, which has none")
     plan = house.divided
-    ids = room_mask(plan, team.world.frame)
+    ids = room_ids(plan, team.world.frame)
     chosen = [room.id for room in plan.rooms if names is None or room.label in names]
     if not chosen:
         found = ", ".join(sorted({room.label for room in plan.rooms})) or "none"

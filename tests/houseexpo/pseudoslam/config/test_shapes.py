@@ -11,7 +11,7 @@ import shapely
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import fill
+from houseexpo.grids.raster import fill_cells
 from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Obstacle, Polygon, Rectangle, Shape
 
 FRAME = GridFrame((-1.0, 0.5), 10.0, (40, 50), y_up=True)
@@ -72,7 +72,7 @@ def test_a_shape_covers_the_cells_whose_centres_lie_in_it(shape: Shape, y_up: bo
 def test_rings_are_filled_as_plans_are(shape: Shape) -> None:
     obstacle = Obstacle(shape, 1.234, 2.345, 17.0)
     mask = np.zeros(FRAME.shape, bool)
-    fill(mask, placed(obstacle), FRAME, 1)
+    fill_cells(mask, placed(obstacle), FRAME, 1)
     np.testing.assert_array_equal(obstacle.mask(FRAME), mask)
 
 

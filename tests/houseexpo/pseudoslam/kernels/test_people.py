@@ -105,9 +105,9 @@ def test_everybody_gets_to_several_rooms_and_nobody_is_stuck() -> None:
     """Five minutes, a robot in the middle of the corridor."""
     plan, robot = house(), Disc(41.0, 52.0, 2.0)
     world = scene_of(plan, PeopleConfig(number=5), robot)
-    from houseexpo.grids.raster import room_mask
+    from houseexpo.grids.raster import room_ids
 
-    rooms = room_mask(plan.divided, world.frame)
+    rooms = room_ids(plan.divided, world.frame)
     visited: list[set[int]] = [set() for _ in range(5)]
     anchor, stood, longest = world.places.copy(), np.zeros(5), 0.0
     for _ in range(600):

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app as make_commands
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import read_build_record
-from houseexpo.grids.frame import plan_from_source
+from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.service import Service, Settings
@@ -147,5 +147,5 @@ def at(home: Path, name: str, points: Any) -> list[list[float]]:
     """Return points of the source in the plan's metres."""
     plan = open_dataset(home / "plans")[name]
     assert plan.frame is not None
-    found: list[list[float]] = plan_from_source(plan.frame, points).tolist()
+    found: list[list[float]] = plan_points_from_source(plan.frame, points).tolist()
     return found

@@ -2,13 +2,13 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.plan.categories import GROUPS, LABELS, UNLABELLED, canonical, colour, group
+from houseexpo.plan.room_labels import GROUPS, LABELS, UNLABELLED, canonical, label_colour, label_group
 
 
 def test_the_table_is_whole():
     assert len(set(LABELS)) == 25
-    assert {group(label) for label in LABELS} == set(GROUPS)
-    assert len({colour(label) for label in (*LABELS, UNLABELLED)}) == 26
+    assert {label_group(label) for label in LABELS} == set(GROUPS)
+    assert len({label_colour(label) for label in (*LABELS, UNLABELLED)}) == 26
 
 
 @pytest.mark.parametrize(
@@ -35,5 +35,5 @@ def test_every_label_spells_itself():
 
 
 def test_words_without_a_group_are_indoor():
-    assert group(UNLABELLED) == group("indoor") == "indoor"
-    assert group("Toilet") == "bathroom"
+    assert label_group(UNLABELLED) == label_group("indoor") == "indoor"
+    assert label_group("Toilet") == "bathroom"

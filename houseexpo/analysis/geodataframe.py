@@ -76,7 +76,7 @@ _LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, .
 }
 
 
-def features(plans: Iterable[PlanData], layer: Layer) -> Any:
+def make_geodataframe(plans: Iterable[PlanData], layer: Layer) -> Any:
     """Return one layer of some plans as a ``geopandas.GeoDataFrame``, one row each, in metres, without a CRS.
 
     Raises
