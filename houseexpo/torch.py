@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.tensors import RasterConfig, rasters
+from houseexpo.dataset.plan_rasters import RasterConfig, rasterise_plan
 from houseexpo.errors import MissingDependencyError
 
 
@@ -53,7 +53,7 @@ class PlanDataset:
         return len(self.plans)
 
     def __getitem__(self, index: int) -> dict[str, Any]:
-        found = rasters(self.plans[index], self.config)
+        found = rasterise_plan(self.plans[index], self.config)
         from_numpy = self._torch.from_numpy
         return {
             "free": from_numpy(found.free[None].copy()),
@@ -76,6 +76,6 @@ def _torch() -> Any:
     except ImportError:
         raise MissingDependencyError(
             "houseexpo.torch: expected PyTorch, found none; install it (pip install torch), or use "
-            "houseexpo.dataset.tensors.rasters, which gives the same as NumPy arrays"
+            "houseexpo.dataset.plan_rasters.rasterise_plan, which gives the same as NumPy arrays"
         ) from None
     return torch

@@ -39,8 +39,8 @@ class Work:
 
     def record(self, *, add: bool) -> BuildRecord:
         """Return the command that repeats this build from any folder."""
-        from houseexpo.dataset.build_record import Build, BuildRecord
-        from houseexpo.dataset.manifest import is_bundled
+        from houseexpo.dataset.build_record import BuildCommand, BuildRecord
+        from houseexpo.dataset.manifest import is_bundled_manifest
         from pipeline.batch.listing import absolute
         from pipeline.config_file import folders_in_full
 
@@ -49,11 +49,11 @@ class Work:
             options["model_path"] = folders_in_full(options["model_path"], Path())
         for name, path in (("config", self.config), ("overrides", self.overrides)):
             if path is not None:
-                options[name] = path.stem if name == "config" and is_bundled(path) else str(path.absolute())
+                options[name] = path.stem if name == "config" and is_bundled_manifest(path) else str(path.absolute())
         if add:
             options["add"] = True
         sources = tuple(absolute(source) for source in self.given["sources"])
-        return BuildRecord(Build(sources, {name: str(value) for name, value in sorted(options.items())}))
+        return BuildRecord(BuildCommand(sources, {name: str(value) for name, value in sorted(options.items())}))
 
     def execute(self) -> Executor:
         """Return the executor."""
@@ -97,7 +97,7 @@ def from_python(
 
 def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSet:
     """Build a data set folder with its report and the record of how it was made."""
-    from houseexpo.dataset.build_record import read_build_record, record_build
+    from houseexpo.dataset.build_record import read_build_record, write_build_record
     from pipeline.batch.build import build as run_build
     from pipeline.batch.folder import Others
     from pipeline.batch.shards import end_shards
@@ -122,7 +122,7 @@ def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSe
             ended=display.note_outcome,
         )
         record = work.record(add=adds)
-        record_build(root, record.with_earlier(read_build_record(root)) if adds else record)
+        write_build_record(root, record.with_earlier(read_build_record(root)) if adds else record)
         if not data_set.unchanged:
             end_shards(FolderStore(root))
             write_report(data_set, display.progress)
@@ -176,12 +176,12 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
 
 def record_shards(out: str, record: BuildRecord) -> None:
     """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
-    from houseexpo.dataset.build_record import FILE, encode_record, note_built_here
+    from houseexpo.dataset.build_record import FILE, encode_build_record, remember_own_build
     from pipeline.batch.store import FolderStore, open_store
 
-    store, data = open_store(out), encode_record(record)
+    store, data = open_store(out), encode_build_record(record)
     if isinstance(store, FolderStore):
-        note_built_here(store.root, record)
+        remember_own_build(store.root, record)
     with suppress(FileNotFoundError):
         if store.get(FILE) == data:
             return

@@ -28,7 +28,7 @@ def demo(
 
     Writes house.glb, house.ifc, houses/, houses.toml and corrections.toml. Builds plans/demo if it does not exist.
     """
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import make_console
     from houseexpo.outputs import Output
     from pipeline.cli_build import from_python
 
@@ -39,7 +39,7 @@ def demo(
             output.check(folder / name)
         for name in names:
             output.write(folder / name, (examples / name).read_bytes())
-    print_to = console()
+    print_to = make_console()
     print_to.print(f"{folder / 'house.glb'}, {folder / 'house.ifc'}: two houses", highlight=False, soft_wrap=True)
     print_to.print(f"{folder / 'houses'}: houses in seven formats", highlight=False, soft_wrap=True)
     print_to.print(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from houseexpo.commands.printing import console, print_named, typed_command
+from houseexpo.commands.printing import make_console, print_name_and_text, running_command_line
 from houseexpo.errors import INTERRUPTED, NO_PLAN
 from houseexpo.progress import is_quiet, is_verbose
 from pipeline.batch.disk import transient_fault
@@ -56,7 +56,7 @@ def end_cleanly() -> Iterator[Callable[[], None]]:
 
     Yields ``interruptible``'s function.
     """
-    goes_on = f"what is done is kept, and this goes on with the rest: {typed_command()}"
+    goes_on = f"what is done is kept, and this goes on with the rest: {running_command_line()}"
     last_words = f"interrupted; {goes_on}"
     try:
         with interruptible(last_words) as check:
@@ -76,7 +76,7 @@ def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str
     """Show the outcome of a build whose index has these rows; return the exit code."""
     from pipeline.report import show
 
-    show(data_set, rows, out, console(quiet=is_quiet()), verbose=is_verbose())
+    show(data_set, rows, out, make_console(quiet=is_quiet()), verbose=is_verbose())
     if data_set.not_done:
         return NOT_DONE
     if data_set.is_fruitless:
@@ -90,20 +90,20 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
     from pipeline.quality import main_grounds_in_words
     from pipeline.report import ADVICE, implausible
 
-    printed = console()
+    printed = make_console()
     printed.print(str(found.shown or source), highlight=False, soft_wrap=True)
     for name in found.pictures:
         printed.print(f"  {out / name}", style="dim", highlight=False, soft_wrap=True)
     if found.rejection is not None:
-        print_named(printed, "rejected", str(found.rejection), "red")
+        print_name_and_text(printed, "rejected", str(found.rejection), "red")
         return
     quality = ""
     if found.quality is not None:
         grounds = "; ".join(main_grounds_in_words(found.quality))
         quality = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
-    print_named(printed, "plan", quality, "green")
+    print_name_and_text(printed, "plan", quality, "green")
     if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):
-        print_named(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
+        print_name_and_text(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
 
 
 def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:

@@ -42,8 +42,8 @@ import shapely
 from shapely import LineString
 
 from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
-from houseexpo.dataset.manifest import is_bundled
-from houseexpo.dataset.store.folders import overrides_file
+from houseexpo.dataset.manifest import is_bundled_manifest
+from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source
@@ -100,7 +100,7 @@ def beside(manifest: Path) -> Path | None:
     own = manifest.with_name(f"{manifest.stem}.{NAME}")
     if own.exists():
         return own
-    return None if is_bundled(manifest) else manifest.with_name(NAME)
+    return None if is_bundled_manifest(manifest) else manifest.with_name(NAME)
 
 
 def load_overrides(
@@ -128,7 +128,7 @@ def load_overrides(
         first = _read(named)
     else:
         named, first = None, {}
-    own = overrides_file(data_set) if data_set is not None and data_set.is_dir() else None
+    own = overrides_path(data_set) if data_set is not None and data_set.is_dir() else None
     if own is None or (named is not None and own.exists() and own.samefile(named)):
         return first
     if own.is_symlink():

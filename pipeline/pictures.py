@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.geodesic import shortest_path
 from houseexpo.drawing import contact_sheet, draw_plan
-from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, font
+from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, load_font
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
 from pipeline.algorithm import StageResult
@@ -230,7 +230,7 @@ class Canvas:
         if b or c:
             return
         x1, y1, x2, y2 = self.bounds
-        pen, type_ = ImageDraw.Draw(self.image), font(11 * FINE)
+        pen, type_ = ImageDraw.Draw(self.image), load_font(11 * FINE)
         for x, words in ruler_ticks(x1, x2, a, tx):
             at = self._pixel((x, y1))
             pen.line((at[0], at[1] - 4 * FINE, *at), fill=RULER, width=FINE)
@@ -247,12 +247,12 @@ class Canvas:
         page = Image.new("RGB", (max(small.width, 520), small.height + 64), PAPER)
         page.paste(small, ((page.width - small.width) // 2, 0))
         pen = ImageDraw.Draw(page)
-        pen.text((12, small.height + 6), title, fill=INK, font=font(17))
+        pen.text((12, small.height + 6), title, fill=INK, font=load_font(17))
         x = 12.0
         for name, colour in legend:
             pen.rectangle((x, small.height + 38, x + 14, small.height + 52), fill=colour, outline=INK)
-            pen.text((x + 20, small.height + 36), name, fill=INK, font=font(14))
-            x += 34 + pen.textlength(name, font=font(14))
+            pen.text((x + 20, small.height + 36), name, fill=INK, font=load_font(14))
+            x += 34 + pen.textlength(name, font=load_font(14))
         return np.asarray(page, np.uint8)
 
     def _pixel(self, at: tuple[float, float]) -> tuple[float, float]:

@@ -18,7 +18,7 @@ import msgspec
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.similarity import Duplicate
-from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.errors import HouseExpoError
 from houseexpo.files import write_atomically
@@ -122,7 +122,7 @@ def _sample_names(names: Sequence[str], count: int) -> list[str]:
 def _keep_pictures(data_set: DataSet) -> None:
     """Write the pictures of what was refused, where `houseexpo serve` finds them."""
     for refused in (each for each in data_set.refused[:_ROWS] if each.picture):
-        file = refused_picture(data_set.root, refused.id)
+        file = rejected_picture_path(data_set.root, refused.id)
         file.parent.mkdir(exist_ok=True)
         file.write_bytes(refused.picture)
 

@@ -56,7 +56,7 @@ def stats(
     Plans with rooms are checked against rules of real homes and shown beside nine public data sets. Measurements are
     cached, so that a second run is fast. Plans that cannot be read are listed and left out.
     """
-    from houseexpo.commands.printing import console, print_json, print_named
+    from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import Output
     from stats.gather import measure_data_set
     from stats.listed import judge, read_list
@@ -90,10 +90,10 @@ def stats(
         if json:
             print_json(report.values())
         for table in () if json else tables(report):
-            console().print(table)
+            make_console().print(table)
         for path in files:
             write_report(report, one.data_set, path)
-            print_named(console(stderr=json), "written", str(path))
+            print_name_and_text(make_console(stderr=json), "written", str(path))
 
 
 def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool) -> None:

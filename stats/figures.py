@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from houseexpo.analysis.measures import Measure
 from houseexpo.analysis.navigability import disc_centre_areas
-from houseexpo.drawing.draw import path_data
-from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, axes_of, svg_of
+from houseexpo.drawing.draw import svg_path_data
+from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, embedded_svg, svg_axes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import Space, all_rings
 from stats.summary import Reach
@@ -35,7 +35,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
     centred = measure.bin_width == measure.step  # whole numbers: a bar is centred on its number
     edges = edges - measure.bin_width / 2 if centred else edges
     highest = 0.0
-    with axes_of(size) as (axes, out):
+    with svg_axes(size) as (axes, out):
         for shown, colour in zip(tallies, (ONE, OTHER), strict=False):
             heights = _heights(shown, edges, measure.step) * (100 / shown.count if len(tallies) > 1 else 1)
             _bars(axes, edges, heights, colour, outline=shown is other)
@@ -50,7 +50,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
             axes.annotate(f"{first:,.4g} and more", (edges[-1], highest), xytext=(0, 3), ha="right",
                           textcoords="offset points", color=MUTED, fontsize=9)  # fmt: skip
         axes.set_xlabel(measure.unit)
-    return svg_of(out)
+    return embedded_svg(out)
 
 
 def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
@@ -59,7 +59,7 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
     places = np.arange(len(words))
     groups = [counts] if not other else [counts, other]
     tall = 0.8 / len(groups)
-    with axes_of((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
+    with svg_axes((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
         for i, (group, colour) in enumerate(zip(groups, (ONE, OTHER), strict=False)):
             total = sum(group.values())
             values = np.array([group.get(word, 0) for word in words]) * (100 / total if len(groups) > 1 else 1)
@@ -74,12 +74,12 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
         axes.set_xticks([])
         axes.grid(visible=False)
         axes.spines["bottom"].set_visible(False)
-    return svg_of(out)
+    return embedded_svg(out)
 
 
 def plot_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
     """Draw the share of plans in which a robot can reach everything, over its radius."""
-    with axes_of(size) as (axes, out):
+    with svg_axes(size) as (axes, out):
         for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):
             radii = sorted(found)
             values = [100 * found[radius].connected_share for radius in radii]
@@ -94,7 +94,7 @@ def plot_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *,
         axes.set_xticks([float(radius) for radius in sorted(reach)])
         axes.yaxis.set_major_formatter("{x:.0f}%")
         axes.set_xlabel("radius of the robot, m")
-    return svg_of(out)
+    return embedded_svg(out)
 
 
 def reach_svg(plan: FloorPlan, radius_m: float) -> str:
@@ -152,5 +152,5 @@ def _count_axis(axes: Axes, *, percent: bool) -> None:
 
 def _path(shapes: Iterable[Space], name: str) -> str:
     rings = [ring for shape in shapes for ring in all_rings(shape)]
-    steps = path_data((ring * (1.0, -1.0) for ring in rings), "{:.2f}".format)
+    steps = svg_path_data((ring * (1.0, -1.0) for ring in rings), "{:.2f}".format)
     return f'<path class="{name}" fill-rule="evenodd" d="{steps}"/>' if steps else ""

@@ -11,7 +11,7 @@ import msgspec
 
 from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.readable import Broken, open_readable
+from houseexpo.dataset.readable import BrokenPlan, open_readable
 from houseexpo.errors import ConfigError, DatasetError, PlanError
 from stats.record import VERSION, Record, record_with_audit, record_with_rooms
 from stats.summary import PlanSummary
@@ -52,7 +52,7 @@ class Measured:
     data_set: Dataset
     records: list[Record]
     geometry: bool = False
-    broken: tuple[Broken, ...] = ()
+    broken: tuple[BrokenPlan, ...] = ()
 
     def total(self) -> Gathered:
         """Return the sum of the records."""
@@ -73,13 +73,13 @@ def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None 
         The data set itself is truncated, or has no readable plan.
     """
     with ExitStack() as opened:
-        broken: tuple[Broken, ...] = ()
+        broken: tuple[BrokenPlan, ...] = ()
         try:
             data_set = open_dataset(path)
             found = records(data_set, geometry=geometry, workers=workers)
         except (PlanError, DatasetError) as error:
             data_set, broken = opened.enter_context(open_readable(path))
-            broken = broken or (Broken(path.name, str(error)),)
+            broken = broken or (BrokenPlan(path.name, str(error)),)
             found = records(data_set, geometry=geometry, workers=workers)
         if not len(data_set):
             raise ConfigError(f"{path}: expected plans, found none")

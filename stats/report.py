@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from houseexpo.dataset.readable import Broken
+from houseexpo.dataset.readable import BrokenPlan
 from stats import compare
 from stats.gather import Gathered
 from stats.listed import Verdict
@@ -23,7 +23,7 @@ class Report:
     one: Gathered
     other: Gathered | None = None
     verdict: Verdict | None = None
-    broken: tuple[Broken, ...] = ()
+    broken: tuple[BrokenPlan, ...] = ()
 
     @property
     def distances(self) -> list[compare.Distance]:

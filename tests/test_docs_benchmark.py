@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.dataset.fetch import folder_of
+from houseexpo.dataset.fetch import subset_folder
 from houseexpo.pseudoslam.agents.loading import NAMES
 from houseexpo.pseudoslam.benchmark.cases import ids_sha256, written_ids
 from houseexpo.pseudoslam.benchmark.comparison import BOUND, read_results
@@ -34,8 +34,8 @@ def blocks(language: str) -> list[str]:
 def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
-    folder_of("all").parent.mkdir(parents=True, exist_ok=True)
-    data_set(folder_of("all"), {"test": [hut(f"hut_{i}", 2.0 + 0.1 * i) for i in range(20)]})
+    subset_folder("all").parent.mkdir(parents=True, exist_ok=True)
+    data_set(subset_folder("all"), {"test": [hut(f"hut_{i}", 2.0 + 0.1 * i) for i in range(20)]})
     policy, interface = blocks("python")
     (tmp_path / "my_policy.py").write_text(policy)
     exec(compile(interface, "interface", "exec"), {})  # noqa: S102  # it is the page's

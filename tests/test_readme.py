@@ -16,7 +16,7 @@ import typer
 
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.splits import split, write_split
+from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.release import release
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
@@ -63,7 +63,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     demo = found / "plans" / "demo"
     run_build([Path("procedural:8")], demo, seed=3, plan=plan_level)
     plans = open_dataset(demo)
-    write_split(split(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), demo)
+    write_split(split_plans(plans, {"train": 0.7, "val": 0.1, "test": 0.2}, 0, 1), demo)
     release(demo, found / "releases" / "demo")
     return found
 

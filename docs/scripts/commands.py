@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from houseexpo.commands.app import PANELS, make_app, panel_of
+from houseexpo.commands.app import PANELS, help_panel, make_app
 
 PAGE = Path(__file__).parents[1] / "commands.md"
 HEAD = """# Commands
@@ -35,7 +35,7 @@ def page() -> str:
     names = group.list_commands(None)
     parts = [HEAD]
     for panel in (*PANELS, "More"):
-        within = [name for name in names if panel_of(name) == panel]
+        within = [name for name in names if help_panel(name) == panel]
         parts += [f"## {panel}\n"] * bool(within)
         for name in within:
             command = group.get_command(None, name)

@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from houseexpo import __version__
-from houseexpo.commands.printing import drop_output, typed_command
+from houseexpo.commands.printing import discard_output, running_command_line
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 from houseexpo.words import suggest_name
 
@@ -52,10 +52,10 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has closed the pipe
-            drop_output()
+            discard_output()
             raise typer.Exit(0) from None
         except KeyboardInterrupt:
-            typer.echo(f"interrupted; the same command again: {typed_command()}", err=True)
+            typer.echo(f"interrupted; the same command again: {running_command_line()}", err=True)
             raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {_message_of(error)}", fg=typer.colors.RED, err=True)
@@ -89,7 +89,7 @@ PANELS: Final = {
 """The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
 
 
-def panel_of(command: str) -> str:
+def help_panel(command: str) -> str:
     """Return the group of a command in ``--help``."""
     return next((panel for panel, names in PANELS.items() if command in names), "More")
 
@@ -127,7 +127,7 @@ def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
     found: Any = typer.main.get_command(alone)
     found.params += _verbosity_options()
-    found.rich_help_panel = panel_of(entry.name)
+    found.rich_help_panel = help_panel(entry.name)
     return found
 
 
@@ -135,7 +135,7 @@ def _group(name: str, commands: typer.Typer) -> Any:
     """Return a command with subcommands."""
     found: Any = typer.main.get_group(commands)
     found.name = name
-    found.rich_help_panel = panel_of(name)
+    found.rich_help_panel = help_panel(name)
     for command in (found, *found.commands.values()):
         command.context_settings = {**_SETTINGS, **command.context_settings}
         command.params = [each for each in command.params if not each.name.endswith("_completion")]

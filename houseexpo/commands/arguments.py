@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 REPLACE_HELP = "Overwrite files that houseexpo did not write."
 
 
-def completion_of(*words: str) -> Callable[[str], list[str]]:
+def make_completion(*words: str) -> Callable[[str], list[str]]:
     """Return a function for shell completion: the words that start with what was typed."""
 
     def complete(incomplete: str) -> list[str]:  # typer identifies the parameter by its name
@@ -34,15 +34,15 @@ POLICIES = (
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 
-def data_set(path: Path | None) -> Dataset:
+def open_data_set(path: Path | None) -> Dataset:
     """Open the given data set, or else the largest subset of the published one that ``houseexpo fetch`` downloaded."""
     from houseexpo.dataset import open_dataset
-    from houseexpo.dataset.fetch import folder_of
+    from houseexpo.dataset.fetch import subset_folder
 
     if path is not None:
         return open_dataset(path)
     for subset in ("all", "1000", "100", "10"):
-        if (folder := folder_of(subset)).is_dir():
+        if (folder := subset_folder(subset)).is_dir():
             return open_dataset(folder)
     raise ConfigError("no data set: name one, or run houseexpo fetch, which brings the published plans")
 
@@ -59,7 +59,7 @@ def is_data_set(name: str | Path) -> bool:
     return bool(address_in(name)) or (Path(name).exists() and not is_plan_file(name))
 
 
-def plan_ids(words: Sequence[str] | None) -> list[str]:
+def parse_ids(words: Sequence[str] | None) -> list[str]:
     """Return the ids in ``words``, each once, in order: separated by commas, or ``@FILE`` with one id per line.
 
     Raise ConfigError if a file cannot be read.
@@ -70,8 +70,8 @@ def plan_ids(words: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(name.strip().removesuffix(".json") for name in found if name.strip()))
 
 
-def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
-    """Return plans from files if they exist, or else by their ids in the data set (``plan_ids``)."""
+def load_plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
+    """Return plans from files if they exist, or else by their ids in the data set (``parse_ids``)."""
     from houseexpo.floorplan import load_plan
 
     found, opened = [], None
@@ -80,24 +80,24 @@ def plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:
             found.append(load_plan(name))
             continue
         opened = _data_set_for_lookup(name, data) if opened is None else opened
-        found += [opened[plan_id] for plan_id in plan_ids([name])]
+        found += [opened[plan_id] for plan_id in parse_ids([name])]
     return found
 
 
-def named_plans(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
+def plans_from_arguments(what: Sequence[str], data: Path | None, ids: Sequence[str] | None) -> Sequence[FloorPlan]:
     """Return the plans that a command line names: those of a data set, all or by ``--ids``, or of files and ids."""
     from houseexpo.dataset import open_dataset
 
     if len(what) == 1 and is_data_set(what[0]):
         opened = open_dataset(what[0])
-        return [opened[name] for name in plan_ids(ids)] if ids else opened
-    return plans([*what, *(ids or ())], data)
+        return [opened[name] for name in parse_ids(ids)] if ids else opened
+    return load_plans([*what, *(ids or ())], data)
 
 
 def _data_set_for_lookup(name: str, data: Path | None) -> Dataset:
     """Return the data set in which to look up a word as an id."""
     try:
-        return data_set(data)
+        return open_data_set(data)
     except ConfigError:
         if data is not None:
             raise

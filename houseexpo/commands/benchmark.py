@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, completion_of
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, make_completion
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def run(
         typer.Option(
             help="A name, a Python file (FILE.py, FILE.py:name), or module:name.",
             show_default=False,
-            autocompletion=completion_of(*POLICIES),
+            autocompletion=make_completion(*POLICIES),
         ),
     ],
     out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
@@ -42,7 +42,7 @@ def run(
         typer.Option(
             help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people, slam; "
             "on --maps also kth, dare or ariadne.",
-            autocompletion=completion_of(*TRACK_NAMES),
+            autocompletion=make_completion(*TRACK_NAMES),
         ),
     ] = "budget",
     dataset: Annotated[
@@ -68,7 +68,7 @@ def run(
         typer.Option(
             help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid or lines.",
             show_default="none",
-            autocompletion=completion_of("policy", "free", "solid", "lines"),
+            autocompletion=make_completion("policy", "free", "solid", "lines"),
         ),
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
@@ -77,8 +77,8 @@ def run(
 
     Except for times, the result does not depend on the number of processes.
     """
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console, print_named
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console, print_name_and_text
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.maps import read_maps
@@ -95,11 +95,11 @@ def run(
         if maps is not None:
             houses = read_maps(wanted, maps, resolution)
         elif wanted.needs_plans and wanted not in MAP_TRACKS:
-            houses = data_set(dataset)
+            houses = open_data_set(dataset)
         result = run_benchmark(wanted, policy, houses, settings)
         write_result(result, out)
     _print([out])
-    print_named(console(), "written", str(out))
+    print_name_and_text(make_console(), "written", str(out))
 
 
 @benchmark.command()
@@ -115,7 +115,7 @@ def compare(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Compare results in a table for each track; they must be for the same plans."""
-    from houseexpo.commands.printing import console, print_named
+    from houseexpo.commands.printing import make_console, print_name_and_text
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
@@ -129,7 +129,7 @@ def compare(
     if out is not None:
         with Output(out, (each for each in results if each.is_file()), replace=replace) as output:
             write_comparison(read_results(results), out, title, output.write, each_map=curves)
-        print_named(console(), "written", str(out))
+        print_name_and_text(make_console(), "written", str(out))
 
 
 @benchmark.command()
@@ -140,7 +140,7 @@ def team(
         typer.Option(
             help="team-2, team-4 or team-8; repeat it for several.",
             show_default="all",
-            autocompletion=completion_of("team-2", "team-4", "team-8"),
+            autocompletion=make_completion("team-2", "team-4", "team-8"),
         ),
     ] = None,
     policy: Annotated[
@@ -148,7 +148,7 @@ def team(
         typer.Option(
             help="nearest, greedy, hungarian or auction; repeat it for several.",
             show_default="all",
-            autocompletion=completion_of("nearest", "greedy", "hungarian", "auction"),
+            autocompletion=make_completion("nearest", "greedy", "hungarian", "auction"),
         ),
     ] = None,
     dataset: Annotated[
@@ -165,8 +165,8 @@ def team(
     """
     import json
 
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console, print_named, print_table
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console, print_name_and_text, print_table
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.benchmark.cases import choose
     from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
@@ -182,29 +182,31 @@ def team(
         find_policy_class(name)
     with Output(out, [dataset], replace=replace) as output:
         output.check(out.with_suffix(".json"))  # before hours of work
-        houses = data_set(dataset)
+        houses = open_data_set(dataset)
         ids = choose(houses, split, plans)
         tables, results = [], []
         for one in tracks:
             found = [run_team(one, name, houses, ids) for name in policies]
             results += found
             tables.append(format_markdown(one, found))
-            console().print(f"{one.id}: {len(found[0]['plans'])} plans", style="italic", highlight=False)
-            print_table(console(), *make_table(found))
+            make_console().print(f"{one.id}: {len(found[0]['plans'])} plans", style="italic", highlight=False)
+            print_table(make_console(), *make_table(found))
         output.write(out, "\n".join(tables).encode())
         output.write(out.with_suffix(".json"), json.dumps(results, indent=1).encode())
-    print_named(console(), "written", f"{out} and {out.with_suffix('.json').name}")
+    print_name_and_text(make_console(), "written", f"{out} and {out.with_suffix('.json').name}")
 
 
 def _print(files: list[Path]) -> None:
-    from houseexpo.commands.printing import console, print_table
+    from houseexpo.commands.printing import make_console, print_table
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.tables import facts, heads, row
 
     for compared in read_results(files):
-        console().print(f"{compared.track.id}: {facts(compared)}", style="italic", highlight=False, soft_wrap=True)
+        make_console().print(f"{compared.track.id}: {facts(compared)}", style="italic", highlight=False, soft_wrap=True)
         for metrics in compared.tables():
-            print_table(console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)])
+            print_table(
+                make_console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)]
+            )
 
 
 def _check_out(file: Path) -> None:

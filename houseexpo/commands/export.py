@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, completion_of, is_plan_file
+from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, is_plan_file, make_completion
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ _OWN = "the format's own"
 def export(
     dataset: Annotated[Path, typer.Argument(help="Data set folder, archive, JSON lines, or one plan's JSON file.")],
     to: Annotated[
-        str, typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=completion_of(*_NAMES.split(", ")))
+        str,
+        typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=make_completion(*_NAMES.split(", "))),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
     ids: Annotated[
@@ -60,8 +61,8 @@ def export(
 
     The exit code is 1 if the format cannot represent some plans; these are listed and left out.
     """
-    from houseexpo.commands.arguments import plan_ids
-    from houseexpo.commands.printing import console, print_refused
+    from houseexpo.commands.arguments import parse_ids
+    from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.exports.formats import export as write
 
     given = {
@@ -73,7 +74,7 @@ def export(
         "orientation": orientation,
     }
     options = {name: value for name, value in given.items() if value is not None}
-    count, plans = _plans(dataset, plan_ids(ids) or None)
+    count, plans = _plans(dataset, parse_ids(ids) or None)
     if find_rooms:
         plans = _with_rooms(plans)
     refused: list[PlanError] = []
@@ -81,8 +82,8 @@ def export(
     if refused and len(refused) == count:
         raise refused[0]
     said = f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}"
-    console().print(said, highlight=False, soft_wrap=True)
-    print_refused(console(stderr=True), "left out", list(map(str, refused)))
+    make_console().print(said, highlight=False, soft_wrap=True)
+    print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
         raise typer.Exit(1)
 

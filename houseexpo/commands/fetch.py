@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 
-class Size(StrEnum):
+class SubsetSize(StrEnum):
     """The number of plans of a subset."""
 
     TEN = "10"
@@ -19,7 +19,9 @@ class Size(StrEnum):
 
 
 def fetch(
-    subset: Annotated[Size, typer.Option(help="Number of plans; larger subsets contain smaller ones.")] = Size.ALL,
+    subset: Annotated[
+        SubsetSize, typer.Option(help="Number of plans; larger subsets contain smaller ones.")
+    ] = SubsetSize.ALL,
     manifest: Annotated[Path | None, typer.Option(help="Manifest of another data set.", dir_okay=False)] = None,
 ) -> None:
     """Download the published data set into the cache, verify it and print its path.
@@ -29,7 +31,7 @@ def fetch(
     from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
-    from houseexpo.commands.printing import console as printed
+    from houseexpo.commands.printing import make_console as printed
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.fetch import fetch as run_fetch
     from houseexpo.dataset.manifest import load_manifest

@@ -27,25 +27,25 @@ def info(
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
 ) -> None:
     """Show a summary of a data set or of plans."""
-    from houseexpo.commands.arguments import is_data_set, named_plans
-    from houseexpo.commands.printing import console, print_json, print_named
+    from houseexpo.commands.arguments import is_data_set, plans_from_arguments
+    from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.dataset import open_dataset
 
     if len(what) == 1 and is_data_set(what[0]) and not ids:
         told = [_of_data_set(open_dataset(what[0]))]
     else:
-        told = [_of_plan(plan) for plan in named_plans(what, data, ids)]
+        told = [_of_plan(plan) for plan in plans_from_arguments(what, data, ids)]
     if json:
         values = [{name.strip(): value for name, value, _ in rows} for rows in told]
         print_json(values[0] if len(values) == 1 else values)
         return
-    out = console()
+    out = make_console()
     for number, rows in enumerate(told):
         if number:
             out.print()
         for name, _, said in rows:
             if said:
-                print_named(out, f"{name:14}", said)
+                print_name_and_text(out, f"{name:14}", said)
 
 
 _Row = tuple[str, Any, str]

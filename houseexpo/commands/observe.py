@@ -36,8 +36,8 @@ def observe(
     """
     from dataclasses import replace
 
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console, print_refused
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.config import SimulatorConfig
@@ -50,12 +50,12 @@ def observe(
     if noise:
         simulator = replace(simulator, noise=USUAL_NOISE)
     given = PairConfig(each, every, size, pixels, rooms, simulator)
-    done = run_observe(data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or count_cores())
-    print_to = console()
+    done = run_observe(open_data_set(dataset), out, given, limit=limit, seed=seed, workers=workers or count_cores())
+    print_to = make_console()
     print_to.print(
         f"{count_noun(done.pairs, 'pair')} in {out}: {count_noun(done.made, 'shard')} made, {done.known} known, "
         f"{done.size / 1e6:,.1f} MB",
         highlight=False,
         soft_wrap=True,
     )
-    print_refused(print_to, "no pairs", done.refused)
+    print_problems(print_to, "no pairs", done.refused)

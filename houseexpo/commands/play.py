@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.commands.arguments import REPLACE_HELP
-from houseexpo.commands.environment import MotionName, TaskName
+from houseexpo.commands.simulator_environment import MotionName, TaskName
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.terminal import Terminal
@@ -47,8 +47,8 @@ def play(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Drive a robot through a house with the arrow keys, and watch its map grow."""
-    from houseexpo.commands.environment import environment
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import make_console
+    from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.files import make_folder
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.agents.driving import FILES, Drive, drive
@@ -60,9 +60,9 @@ def play(
             for name in FILES:
                 output.check(out / name)
     screen = _screen(window)  # first, since nothing else makes sense without one
-    printed = console()
+    printed = make_console()
     with printed.status("making the house ready"):
-        env, options = environment(dataset, plan, task, config, _NO_END, resolution=resolution, motion=motion)
+        env, options = make_environment(dataset, plan, task, config, _NO_END, resolution=resolution, motion=motion)
         session = Drive(env, seed, options)
     with screen:
         drive(session, screen)

@@ -27,8 +27,8 @@ def prepare(
     Environments with the same resolution, robot radius and laser range use the cache automatically. Without it, they
     compute and cache what they need during the resets.
     """
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console, print_refused
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.cpu_cores import count_cores
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
     from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
@@ -39,11 +39,11 @@ def prepare(
         if config
         else SimulatorConfig(resolution, RobotConfig(radius_m=robot_radius), LaserConfig(range_m=laser_range))
     )
-    done = run_prepare(data_set(dataset), given, workers or count_cores())
-    out = console()
+    done = run_prepare(open_data_set(dataset), given, workers or count_cores())
+    out = make_console()
     out.print(
         f"{count_noun(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",
         highlight=False,
         soft_wrap=True,
     )
-    print_refused(out, "no world", done.refused)
+    print_problems(out, "no world", done.refused)

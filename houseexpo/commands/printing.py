@@ -23,7 +23,7 @@ _AROUND = 3
 """The width around a column of a table: a space on both sides, and a line."""
 
 
-def console(*, stderr: bool = False, quiet: bool = False) -> Console:
+def make_console(*, stderr: bool = False, quiet: bool = False) -> Console:
     """Return a console that prints nothing more after its reader has gone (``| head -1``); the command continues.
 
     Text in square brackets is printed literally, since paths, ids and labels may contain it. Styles are given by name.
@@ -34,12 +34,12 @@ def console(*, stderr: bool = False, quiet: bool = False) -> Console:
         def on_broken_pipe(self) -> None:  # rich would exit with code 1
             self.quiet = True
             if not self.stderr:
-                drop_output()
+                discard_output()
 
     return PipedConsole(stderr=stderr, quiet=quiet, markup=False)
 
 
-def print_named(out: Console, name: str, said: str, style: str = "bold") -> None:
+def print_name_and_text(out: Console, name: str, said: str, style: str = "bold") -> None:
     """Print a name, in bold or another style, and a text about it on the same line."""
     out.print(f"{name} ", style=style, end="", highlight=False)
     out.print(said, highlight=False, soft_wrap=True)
@@ -91,7 +91,7 @@ def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
     return parts
 
 
-def drop_output() -> None:
+def discard_output() -> None:
     """Discard further standard output, since its reader has gone."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -101,13 +101,13 @@ def print_json(value: Any) -> None:  # any value that json accepts
     sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
 
 
-def typed_command() -> str:
+def running_command_line() -> str:
     """Return the running command as a line for a shell."""
     by_module = Path(sys.argv[0]).name == "__main__.py"
     return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])
 
 
-def print_refused(out: Console, what: str, problems: Sequence[str]) -> None:
+def print_problems(out: Console, what: str, problems: Sequence[str]) -> None:
     """Print the first problems, each after ``what``, and the number of further ones."""
     for problem in problems[:_REFUSED]:
         out.print(f"{what}: {problem}", highlight=False, soft_wrap=True)

@@ -8,8 +8,8 @@ from typing import Annotated, Final, Literal
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, completion_of
-from houseexpo.commands.environment import MotionName, TaskName
+from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, make_completion
+from houseexpo.commands.simulator_environment import MotionName, TaskName
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
@@ -36,7 +36,7 @@ def record(
         typer.Option(
             help="A name such as frontier, a file, or module:name; several, separated by commas, run side by side.",
             show_default="frontier; wall, avoidance; a-star, navigation",
-            autocompletion=completion_of(*POLICIES),
+            autocompletion=make_completion(*POLICIES),
         ),
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Largest number of steps; the episode may end earlier.")] = 200,
@@ -60,8 +60,8 @@ def record(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag with its robot's map and sensor data."""
-    from houseexpo.commands.environment import environment
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import make_console
+    from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.errors import ConfigError
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
@@ -69,7 +69,7 @@ def record(
     from houseexpo.pseudoslam.io.record import record as write
     from houseexpo.words import count_noun
 
-    printed = console()
+    printed = make_console()
     names = (_POLICIES[task] if policy is None else policy).split(",")
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
@@ -79,7 +79,7 @@ def record(
             racers = [
                 (
                     name,
-                    *environment(
+                    *make_environment(
                         dataset, plan, task, config, steps, interface=interface, resolution=resolution, motion=motion
                     ),
                 )
@@ -98,7 +98,7 @@ def record(
                 opened.enter_context(Output(file, [dataset], replace=replace))
         opened.enter_context(printed.status(f"recording {count_noun(steps, 'step')}"))
         interface = interface_for(names[0], task)
-        env, options = environment(
+        env, options = make_environment(
             dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution,
             motion=motion,
         )  # fmt: skip

@@ -22,17 +22,17 @@ def replay(
     """Play the scans of a ROS 2 bag back, and write the map that they make, for map_server, build and play."""
     import numpy as np
 
-    from houseexpo.commands.printing import console
-    from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_files
+    from houseexpo.commands.printing import make_console
+    from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_server_files
     from houseexpo.outputs import Output
     from houseexpo.pseudoslam.io.playback import map_of_bag
 
     with Output(out, [bag], replace=replace, folder=True) as place:
         made = map_of_bag(bag, resolution, scan_topic=scan_topic)
         pixels = np.where(made.occupied, WALL, np.where(made.free, FREE, UNKNOWN)).astype(np.uint8)
-        for name, data in map_files("map", pixels, made.resolution_m, made.origin[:2]).items():
+        for name, data in map_server_files("map", pixels, made.resolution_m, made.origin[:2]).items():
             place.write(out / name, data)
     rows, cols = made.occupancy.shape
     free_m2 = float(made.free.sum()) * made.resolution_m**2
     said = f"{out / 'map.yaml'}: {rows} x {cols} cells, {free_m2:,.0f} m2 free"
-    console().print(said, highlight=False, soft_wrap=True)
+    make_console().print(said, highlight=False, soft_wrap=True)

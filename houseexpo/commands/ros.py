@@ -85,13 +85,13 @@ def ros(
     Topics and frames are those of nav2's loopback simulator: cmd_vel and initialpose in; clock, tf, odom, scan and map
     out.
     """
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.printing import make_console
     from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
     from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS, Node, NodeConfig
 
-    shown = console()
+    shown = make_console()
 
     def say(text: str) -> None:
         shown.print(text, highlight=False, soft_wrap=True)
@@ -134,14 +134,14 @@ class _Houses:
     """The plan to begin with, and others of the same data set."""
 
     def __init__(self, dataset: Path | None, plan: str | None) -> None:
-        from houseexpo.commands.arguments import data_set, is_plan_file
+        from houseexpo.commands.arguments import is_plan_file, open_data_set
         from houseexpo.floorplan import load_plan
 
         self._data = None
         if dataset is not None and is_plan_file(dataset):
             self.first = load_plan(dataset)
         else:
-            self._data = data_set(dataset)
+            self._data = open_data_set(dataset)
             self.first = self._data[plan] if plan else self._data[0]
 
     def load(self, plan_id: str) -> FloorPlan:

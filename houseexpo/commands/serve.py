@@ -71,11 +71,11 @@ def serve(
             typer.echo(f"{shown.name}: {count_noun(len(shown.now.views.table), 'plan')}")
             if review:
                 typer.echo(f"decisions go to {_check_decisions(shown.path)}")
-        typer.echo(f"open {address(settings)} in a browser; Ctrl-C ends it")
+        typer.echo(f"open {browser_address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
 
 
-def address(settings: Settings) -> str:
+def browser_address(settings: Settings) -> str:
     """Return the address to open in a browser, with the token if there is one."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = settings.names[0] if settings.names else host
@@ -84,18 +84,18 @@ def address(settings: Settings) -> str:
 
 def _check_decisions(dataset: Path) -> Path:
     """Return the file for decisions on a data set; raise ConfigError if it is not writable."""
-    from houseexpo.dataset.store.folders import overrides_file
+    from houseexpo.dataset.store.folders import overrides_path
     from houseexpo.service.review.decisions import Decisions
 
-    decisions = Decisions(overrides_file(dataset))
+    decisions = Decisions(overrides_path(dataset))
     decisions.check()
     return decisions.file
 
 
 def _published_data_set() -> Path:
-    from houseexpo.commands.arguments import data_set
+    from houseexpo.commands.arguments import open_data_set
 
-    return data_set(None).path
+    return open_data_set(None).path
 
 
 def _listening_socket(host: str, port: int) -> socket.socket:

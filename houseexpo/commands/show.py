@@ -35,10 +35,10 @@ def show(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
-    from houseexpo.commands.arguments import named_plans
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.arguments import plans_from_arguments
+    from houseexpo.commands.printing import make_console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
-    from houseexpo.exports.encoding import image
+    from houseexpo.exports.encoding import encode_image
     from houseexpo.files import write_atomically
     from houseexpo.outputs import Output
     from houseexpo.progress import show_progress
@@ -46,7 +46,7 @@ def show(
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
     with Output(out, [*what, data], replace=replace):
-        found = _choose_plans(named_plans(what, data, ids), limit, sample, seed)
+        found = _choose_plans(plans_from_arguments(what, data, ids), limit, sample, seed)
         across = columns or math.ceil(math.sqrt(len(found)))
         names = [plan.id for plan in found]
         shown = show_progress((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
@@ -55,9 +55,9 @@ def show(
             content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
         else:
             images = [draw_plan(plan, size=size) for plan in shown]
-            content = image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
+            content = encode_image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
         write_atomically(out, content)
-    console().print(f"{count_noun(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
+    make_console().print(f"{count_noun(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)
 
 
 def _choose_plans(found: Sequence[FloorPlan], limit: int | None, sample: int | None, seed: int) -> Sequence[FloorPlan]:

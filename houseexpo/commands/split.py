@@ -25,11 +25,11 @@ def split(
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
-    from houseexpo.commands.printing import console, new_table
+    from houseexpo.commands.printing import make_console, new_table
     from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
-    from houseexpo.dataset.splits import split as run_split
+    from houseexpo.dataset.splits import split_plans as run_split
     from houseexpo.dataset.store import files_at
     from houseexpo.outputs import check_not_in_inputs
     from houseexpo.words import count_noun
@@ -50,7 +50,7 @@ def split(
         table.add_column(heading, justify="right" if heading in ("ids", "share") else "left")
     for name, said in record["lists"].items():
         table.add_row(name, str(said["ids"]), f"{said['ids'] / max(len(plans), 1):.3f}", said["sha256"][:16])
-    printed = console()
+    printed = make_console()
     printed.print(table)
     kept = count_noun(record["groups"], "group") if record["groups"] else "none"
     said = f"{count_noun(len(plans), 'plan')}; levels and copies of a house that stay together: {kept}"

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from houseexpo.commands.environment import MotionName, TaskName
+from houseexpo.commands.simulator_environment import MotionName, TaskName
 from houseexpo.errors import INTERRUPTED, ConfigError
 
 
@@ -48,7 +48,7 @@ def train(
     policy.pt and policy.json, the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is
     trained by a search over whole explorations, without PyTorch; its folder contains weights.json.
     """
-    from houseexpo.commands.printing import typed_command
+    from houseexpo.commands.printing import running_command_line
 
     if data is not None and dataset is not None and data != dataset:
         raise ConfigError(f"expected one data set, found {data} and --dataset {dataset}")
@@ -63,7 +63,7 @@ def train(
         else:
             _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume)
     except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
-        again = typed_command() + ("" if resume else " --resume")
+        again = running_command_line() + ("" if resume else " --resume")
         typer.echo(f"interrupted; it goes on by: {again}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
@@ -84,8 +84,8 @@ def _policy(
     from dataclasses import replace
     from functools import partial
 
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console
     from houseexpo.configuration import read_config
     from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.learning import need_learn
@@ -105,12 +105,12 @@ def _policy(
         raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
     check_not_in_inputs(out, [where])
-    opened = None if where is None and task == "avoidance" else data_set(where)
+    opened = None if where is None and task == "avoidance" else open_data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))
 
     from houseexpo.pseudoslam.learning.training import POLICY, Run, train as run_train  # isort: skip  # PyTorch
 
-    say = partial(console().print, highlight=False, soft_wrap=True)
+    say = partial(make_console().print, highlight=False, soft_wrap=True)
     plans = choose_plans(opened, given.environment, given.evaluation.plans)
     run_train(Run(task, given, plans, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, described in {out / Path(POLICY).with_suffix('.json')}")
@@ -123,8 +123,8 @@ def _chooser(
     from dataclasses import replace
     from functools import partial
 
-    from houseexpo.commands.arguments import data_set
-    from houseexpo.commands.printing import console
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console
     from houseexpo.configuration import read_config
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
@@ -133,7 +133,7 @@ def _chooser(
     given = read_config(ChoosingConfig, config) if config else ChoosingConfig()
     given = given if seed is None else replace(given, seed=seed)
     check_not_in_inputs(out, [dataset])
-    opened, say = data_set(dataset), partial(console().print, highlight=False, soft_wrap=True)
+    opened, say = open_data_set(dataset), partial(make_console().print, highlight=False, soft_wrap=True)
     threads = threads or count_cores()
     train_chooser(opened, opened.split("train").ids, given, out, resume=resume, threads=threads, say=say)
     say(f"{out / WEIGHTS}")

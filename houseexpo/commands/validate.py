@@ -21,10 +21,10 @@ def validate(
 
     The exit code is 0 if nothing is found, 1 if something is, and 2 if the data set cannot be read.
     """
-    from houseexpo.commands.printing import console, new_table, print_json
+    from houseexpo.commands.printing import make_console, new_table, print_json
     from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset.validation import RULES
-    from houseexpo.dataset.validation import validate as run_validate
+    from houseexpo.dataset.validation import validate_dataset as run_validate
     from houseexpo.words import count_noun
 
     report = run_validate(dataset, workers or count_cores())
@@ -32,7 +32,7 @@ def validate(
         rules = {rule: {"findings": found, "plans": plans} for rule, (found, plans) in report.by_rule().items()}
         print_json({"plans": report.plans, "rules": rules, "findings": list(map(asdict, report.findings))})
         raise typer.Exit(1 if report.findings else 0)
-    out = console()
+    out = make_console()
     if list_:
         for finding in report.findings:
             out.print(str(finding), highlight=False, soft_wrap=True)

@@ -35,7 +35,7 @@ OPTIONS: Final = frozenset({
 _SWITCHES: Final = {"True": "", "False": "no-"}
 
 
-class Build(msgspec.Struct, frozen=True):
+class BuildCommand(msgspec.Struct, frozen=True):
     """One ``houseexpo build``: its sources, and its options as texts by their names in Python. Paths are absolute."""
 
     sources: tuple[str, ...] = ()
@@ -62,8 +62,8 @@ class BuildRecord(msgspec.Struct, frozen=True):
         The builds whose plans it kept (``--add``), in the order in which they ran.
     """
 
-    build: Build
-    earlier: tuple[Build, ...] = ()
+    build: BuildCommand
+    earlier: tuple[BuildCommand, ...] = ()
 
     def with_earlier(self, before: BuildRecord | None) -> BuildRecord:
         """Return the record of a build that added its plans to those of the builds in ``before``."""
@@ -81,34 +81,34 @@ class BuildRecord(msgspec.Struct, frozen=True):
         return [shlex.join(["houseexpo", *words]) for words in self.commands(out)]
 
 
-def _with_add(build: Build) -> Build:
+def _with_add(build: BuildCommand) -> BuildCommand:
     return msgspec.structs.replace(build, options={**build.options, "add": "True"})
 
 
-def record_build(root: Path, record: BuildRecord) -> None:
+def write_build_record(root: Path, record: BuildRecord) -> None:
     """Save the record in a data set folder and note that this user built it; an equal file is not written again."""
     if read_build_record(root) != record:
-        write_atomically(root / FILE, encode_record(record), durable=True)
-    note_built_here(root, record)
+        write_atomically(root / FILE, encode_build_record(record), durable=True)
+    remember_own_build(root, record)
 
 
-def note_built_here(root: Path, record: BuildRecord) -> None:
+def remember_own_build(root: Path, record: BuildRecord) -> None:
     """Note in the cache that this user built a data set in this place (R2); do nothing if it is not writable."""
     with suppress(HouseExpoError, OSError):
         file = _copy_in_cache(root)
-        if not file.exists() or file.read_bytes() != encode_record(record):
-            write_atomically(file, encode_record(record))
+        if not file.exists() or file.read_bytes() != encode_build_record(record):
+            write_atomically(file, encode_build_record(record))
 
 
-def was_built_here(root: Path, record: BuildRecord) -> bool:
+def is_own_build(root: Path, record: BuildRecord) -> bool:
     """Return whether this user built the data set in this place as the record says (R2)."""
     try:
-        return _copy_in_cache(root).read_bytes() == encode_record(record)
+        return _copy_in_cache(root).read_bytes() == encode_build_record(record)
     except (HouseExpoError, OSError):
         return False
 
 
-def encode_record(record: BuildRecord) -> bytes:
+def encode_build_record(record: BuildRecord) -> bytes:
     """Return the bytes of the record in a data set."""
     return encode_json(msgspec.to_builtins(record))
 

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, Literal, get_args
 
-from houseexpo.dataset.manifest import Manifest, Source, load_manifest
-from houseexpo.dataset.store.records import damage_as_error
+from houseexpo.dataset.manifest import DownloadFile, DownloadManifest, load_manifest
+from houseexpo.dataset.store.stored_plans import damage_as_dataset_error
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import atomic_folder, cache_folder
 
@@ -31,7 +31,9 @@ _TIMEOUT_S: Final = 30.0
 _MAX_BYTES: Final = 2 * 2**30
 
 
-def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, progress: Progress | None = None) -> Path:
+def fetch(
+    subset: Subset | int = "all", *, manifest: DownloadManifest | None = None, progress: Progress | None = None
+) -> Path:
     """Download the published data set into the user's cache folder, once, and return the folder to open.
 
     1. An interrupted download is kept and resumed, up to three times in this call and again in the next one.
@@ -56,7 +58,7 @@ def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, pro
     size = str(subset)
     if size not in _SUBSETS:
         raise ConfigError(f"fetch: subset: expected one of {', '.join(_SUBSETS)}; found {size[:40]!r}")
-    target = folder_of(size, published)
+    target = subset_folder(size, published)
     if target.is_dir():
         return target
     downloads = cache_folder("downloads")
@@ -68,23 +70,23 @@ def fetch(subset: Subset | int = "all", *, manifest: Manifest | None = None, pro
         return _is_plan(name) and (ids is None or PurePosixPath(name).stem in ids)
 
     if not target.is_dir():  # another process may have created it meanwhile
-        unpack(archive, target, wanted=is_wanted, beside=lists)
+        unpack_archive(archive, target, wanted=is_wanted, beside=lists)
     return target
 
 
-def folder_of(subset: str, manifest: Manifest | None = None) -> Path:
+def subset_folder(subset: str, manifest: DownloadManifest | None = None) -> Path:
     """Return the folder of a subset, whether it has been fetched or not."""
     published = load_manifest() if manifest is None else manifest
     return cache_folder("data", f"{published.name.lower()}-{published.archive.git_blob[:12]}") / subset
 
 
-def download(source: Source, folder: Path, progress: Progress | None = None) -> Path:
+def download(source: DownloadFile, folder: Path, progress: Progress | None = None) -> Path:
     """Download a file into ``folder`` unless it is there, verify it and return its path (R1, R2 of ``fetch``)."""
     import pooch
     import requests
 
     file = folder / source.file
-    if file.exists() and git_blob(file) != source.git_blob:
+    if file.exists() and git_blob_id(file) != source.git_blob:
         file.unlink()
     store = pooch.create(
         path=folder, base_url="", registry={source.file: None}, urls={source.file: source.url}, retry_if_failed=_RETRIES
@@ -119,7 +121,7 @@ def _describe_error(error: Exception) -> str:
     return str(error)
 
 
-def git_blob(file: Path) -> str:
+def git_blob_id(file: Path) -> str:
     """Return a file's git blob id: the hexadecimal SHA-1 of ``blob <size>``, a zero byte and its bytes."""
     digest = hashlib.sha1(b"blob %d\0" % file.stat().st_size, usedforsecurity=False)
     with file.open("rb") as stream:
@@ -131,13 +133,13 @@ def git_blob(file: Path) -> str:
 class _Resuming:
     """A downloader for pooch that keeps an interrupted download beside the file and requests only the rest."""
 
-    def __init__(self, source: Source, folder: Path, progress: Progress | None) -> None:
+    def __init__(self, source: DownloadFile, folder: Path, progress: Progress | None) -> None:
         self._source, self._progress = source, progress
         self._partial = folder / f"{source.git_blob}.partial"
 
     def __call__(self, url: str, output_file: str, pooch: Any, *, check_only: bool = False) -> None:  # noqa: ARG002
         self._receive(url)
-        if (found := git_blob(self._partial)) != self._source.git_blob:
+        if (found := git_blob_id(self._partial)) != self._source.git_blob:
             self._partial.unlink()
             raise ValueError(f"found one with {found}, which was thrown away")
         Path(output_file).write_bytes(b"")
@@ -166,7 +168,7 @@ class _Resuming:
                         raise ValueError(f"found more than {_MAX_BYTES} bytes")
 
 
-def unpack(
+def unpack_archive(
     archive: Path,
     target: Path,
     *,
@@ -193,7 +195,7 @@ def unpack(
         raise DatasetError(f"{target}: the folder already exists; delete it or choose another")
     count = 0
     with atomic_folder(target) as folder:
-        with damage_as_error(archive):
+        with damage_as_dataset_error(archive):
             for name, data in _members(archive, max_files, max_bytes):
                 if wanted(name):
                     file = folder / name
@@ -205,9 +207,9 @@ def unpack(
     return count
 
 
-def member_names(archive: Path) -> list[str]:
-    """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack`` refuses."""
-    with damage_as_error(archive):
+def archive_names(archive: Path) -> list[str]:
+    """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack_archive`` refuses."""
+    with damage_as_dataset_error(archive):
         return [name for name, _ in _members(archive, MAX_FILES, MAX_BYTES)]
 
 
@@ -217,7 +219,7 @@ def _is_plan(name: str) -> bool:
 
 def _ids(archive: Path, count: int, first: Iterable[str]) -> frozenset[str]:
     """Return the ids of a subset (R3)."""
-    known = {PurePosixPath(name).stem for name in member_names(archive) if _is_plan(name)}
+    known = {PurePosixPath(name).stem for name in archive_names(archive) if _is_plan(name)}
     chosen = [name for name in first if name in known]
     rest = sorted(known.difference(chosen), key=lambda name: hashlib.sha256(name.encode()).digest())
     return frozenset([*chosen, *rest][:count])

@@ -33,7 +33,7 @@ SCHEMA = pa.schema(
 )
 
 
-def row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
+def index_row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
     """Return the row of a plan in the index.
 
     ``split`` is None until the data set is split, and so are columns that a published plan lacks. ``area`` is the area

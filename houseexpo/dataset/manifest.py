@@ -15,7 +15,7 @@ _HOMES: Final = tuple(Path(__file__).parents[up] / "data_manifests" for up in (1
 
 
 @dataclass(frozen=True)
-class Source:
+class DownloadFile:
     """A file to download; ``git_blob`` is the SHA-1 of ``blob <size>``, a zero byte and its bytes."""
 
     file: str
@@ -29,7 +29,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Manifest:
+class DownloadManifest:
     """A published data set: an archive of plans, lists of ids, and ids of subsets by name."""
 
     name: str
@@ -37,8 +37,8 @@ class Manifest:
     source: str
     paper: str
     plans: int
-    archive: Source
-    lists: tuple[Source, ...] = ()
+    archive: DownloadFile
+    lists: tuple[DownloadFile, ...] = ()
     subsets: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -51,16 +51,17 @@ def _check_name(name: str, key: str) -> None:
         raise ConfigError(f"{key}: expected a plain name of letters, digits, '.', '_' and '-', found {name!r}")
 
 
-def load_manifest(path: Path | None = None) -> Manifest:
+def load_manifest(path: Path | None = None) -> DownloadManifest:
     """Read a manifest, by default that of the published data set; raise ConfigError if it is invalid."""
-    return read_config(Manifest, manifest_path("houseexpo") if path is None else path, convert=_convert)
+    return read_config(DownloadManifest, manifest_path("houseexpo") if path is None else path, convert=_convert)
 
 
 def _convert(value: Any, hint: Any, key: str) -> Any:
     """Return a value of a manifest: files to download in a list, or another value as its type."""
-    if hint == tuple[Source, ...] and isinstance(value, list):
+    if hint == tuple[DownloadFile, ...] and isinstance(value, list):
         return tuple(
-            config_from_mapping(Source, each, f"{key}[{i}]", convert=convert_value) for i, each in enumerate(value)
+            config_from_mapping(DownloadFile, each, f"{key}[{i}]", convert=convert_value)
+            for i, each in enumerate(value)
         )
     return convert_value(value, hint, key)
 
@@ -74,6 +75,6 @@ def manifest_path(name: str) -> Path:
     raise ConfigError(f"no manifest {name!r}; known: {', '.join(known)}")
 
 
-def is_bundled(file: Path) -> bool:
+def is_bundled_manifest(file: Path) -> bool:
     """Return whether a file is a manifest that comes with the project, in the wheel or in a clone."""
     return file.absolute().parent in {home.absolute() for home in _HOMES}

@@ -20,7 +20,7 @@ _COLUMNS: Final = {
 }
 
 
-def as_html(plans: Any) -> str:
+def dataset_html(plans: Any) -> str:
     """Return the HTML of a ``Dataset``; this reads six plans for their pictures."""
     from houseexpo.drawing import svg
 

@@ -135,9 +135,9 @@ class Dataset(Sequence[FloorPlan]):
         Published plans lack ``navigability`` and ``n_doors``; these are computed on request and cached. With
         ``compute=False``, values that have not been computed yet are None.
         """
-        from houseexpo.dataset.store.columns import column
+        from houseexpo.dataset.store.columns import read_column
 
-        return column(self._catalogue, self._rows, name, compute=compute)
+        return read_column(self._catalogue, self._rows, name, compute=compute)
 
     def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
         """Return the number of a plan, given the plan or its id: ``plans[plans.index(item)]`` is that plan.
@@ -249,7 +249,7 @@ class Dataset(Sequence[FloorPlan]):
 
         A progress bar shows the plans still to be measured. An interrupted run continues where it stopped.
         """
-        from houseexpo.dataset.store.derived import measure_cached
+        from houseexpo.dataset.store.value_cache import measure_cached
 
         return measure_cached(self._catalogue, self._rows.tolist(), name, measure, workers)
 
@@ -285,29 +285,29 @@ class Dataset(Sequence[FloorPlan]):
             Any other condition, a function of the plan; it is evaluated last.
         """
         from houseexpo.dataset.store.columns import (
-            column,
-            connected_shares,
-            is_within,
-            known_labels,
-            least_share,
-            share_of_one,
+            are_within_limits,
+            check_share,
+            largest_area_shares,
+            parse_labels,
+            read_column,
+            required_share,
         )
 
-        least = least_share(robot_radius, min_connected)
+        least = required_share(robot_radius, min_connected)
         rows = self._rows
-        least_quality = None if min_quality is None else (share_of_one(min_quality, "min_quality"), None)
+        least_quality = None if min_quality is None else (check_share(min_quality, "min_quality"), None)
         given = (("rooms", "room_num", rooms), ("area", "area", area), ("min_quality", "quality", least_quality))
         for name, measure, limits in given:
             if limits is not None:
-                rows = rows[is_within(self._catalogue.numbers(measure)[rows], limits, name)]
-        if wanted := known_labels(labels):
+                rows = rows[are_within_limits(self._catalogue.numbers(measure)[rows], limits, name)]
+        if wanted := parse_labels(labels):
             found = self._catalogue.table.column("labels").take(rows).to_pylist()
             rows = rows[np.array([wanted.issubset(has) for has in found], dtype=bool)]
         if doors is not None:
-            counts = column(self._catalogue, rows, "n_doors")
-            rows = rows[is_within(np.array(counts, dtype=np.float64), doors, "doors")]
+            counts = read_column(self._catalogue, rows, "n_doors")
+            rows = rows[are_within_limits(np.array(counts, dtype=np.float64), doors, "doors")]
         if robot_radius is not None:
-            rows = rows[connected_shares(self._catalogue, rows, robot_radius) >= least]
+            rows = rows[largest_area_shares(self._catalogue, rows, robot_radius) >= least]
         if where is not None:
             rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]
         return Dataset(self._catalogue, rows)
@@ -345,9 +345,9 @@ class Dataset(Sequence[FloorPlan]):
 
     def _repr_html_(self) -> str:
         """Show the data set in a notebook: counts, the first plans as pictures, and a table of some plans."""
-        from houseexpo.dataset.notebook import as_html
+        from houseexpo.dataset.notebook import dataset_html
 
-        return as_html(self)
+        return dataset_html(self)
 
     def _row(self, plan_id: str) -> int:
         row = self._catalogue.row_of.get(plan_id, -1)

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from houseexpo.dataset.opening import Dataset, open_dataset
-from houseexpo.dataset.store.records import Record, lists, records
+from houseexpo.dataset.store.stored_plans import StoredPlan, read_id_lists, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.progress import show_progress
 
 
 @dataclass(frozen=True)
-class Broken:
+class BrokenPlan:
     """A plan that cannot be read: its file, member or line, and its fault."""
 
     place: str
@@ -27,7 +27,7 @@ class Broken:
 
 
 @contextmanager
-def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
+def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]]:
     """Open the readable plans of a data set, and list the broken ones.
 
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
@@ -44,29 +44,29 @@ def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[Broken, ...]]]:
         copy = Path(folder) / f"{path.name}.jsonl"
         broken = _copy_readable(path, copy)
         (Path(folder) / "splits").mkdir()
-        for name, data in lists(path).items():
+        for name, data in read_id_lists(path).items():
             (Path(folder) / "splits" / f"{name}.txt").write_bytes(data)
         if not copy.stat().st_size:
             raise DatasetError(f"{path}: none of its plans can be read: {broken[0]}")
         yield open_dataset(copy), broken
 
 
-def _copy_readable(path: Path, copy: Path) -> tuple[Broken, ...]:
+def _copy_readable(path: Path, copy: Path) -> tuple[BrokenPlan, ...]:
     seen: dict[str, str] = {}
     broken = []
     with copy.open("wb") as out:
-        for record in show_progress(records(path), f"reading {path.name}"):
+        for record in show_progress(read_stored_plans(path), f"reading {path.name}"):
             try:
                 plan = _decode_checked(record, seen)
             except PlanError as error:
-                broken.append(Broken(record.place, f"{error.key}: {error.problem}" if error.key else error.problem))
+                broken.append(BrokenPlan(record.place, f"{error.key}: {error.problem}" if error.key else error.problem))
                 continue
             seen[plan.id] = record.place
             out.write(record.data.replace(b"\r", b" ").replace(b"\n", b" ") + b"\n")
     return tuple(broken)
 
 
-def _decode_checked(record: Record, seen: dict[str, str]) -> FloorPlan:
+def _decode_checked(record: StoredPlan, seen: dict[str, str]) -> FloorPlan:
     """Decode a plan (R1); raise PlanError if it is broken."""
     plan = decode(record.data)
     if plan.id in seen:

@@ -52,13 +52,13 @@ class Split:
             "threshold": THRESHOLD,
             "groups": sum(len(group) > 1 for group in self.groups),
             "lists": {
-                name: {"ids": len(ids), "sha256": hashlib.sha256(list_bytes(ids)).hexdigest()}
+                name: {"ids": len(ids), "sha256": hashlib.sha256(encode_id_list(ids)).hexdigest()}
                 for name, ids in self.parts.items()
             },
         }
 
 
-def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int = 1) -> Split:
+def split_plans(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int = 1) -> Split:
     """Split the plans into named parts.
 
     Parameters
@@ -75,7 +75,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     """
     _check(shares)
     used = {name: share for name, share in shares.items() if share > 0}
-    groups = groups_of(plans, workers)
+    groups = inseparable_groups(plans, workers)
     index = {name: number for number, name in enumerate(plans.ids)}
     strata = _strata(plans)
     rng = np.random.default_rng(seed)
@@ -91,7 +91,7 @@ def split(plans: Dataset, shares: Mapping[str, float], seed: int, workers: int =
     return Split({name: tuple(sorted(ids)) for name, ids in parts.items()}, seed, used, groups)
 
 
-def groups_of(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
+def inseparable_groups(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
     """Return the ids in groups that no split may divide (R1, R2), each sorted, the groups by their first id."""
     ids = plans.ids
     sets = _Sets(len(ids))
@@ -110,7 +110,7 @@ def groups_of(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...], ...]:
     return tuple(sorted(tuple(sorted(ids[i] for i in group)) for group in sets.groups()))
 
 
-def list_bytes(ids: Iterable[str]) -> bytes:
+def encode_id_list(ids: Iterable[str]) -> bytes:
     """Return the bytes of a list's file: one id per line."""
     return "".join(f"{name}\n" for name in ids).encode()
 
@@ -127,7 +127,7 @@ def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Pa
         A list of the same name is there that no split wrote, or that was changed since.
     """
     home = folder / "splits"
-    lists = {home / f"{name}.txt": list_bytes(ids) for name, ids in found.parts.items()}
+    lists = {home / f"{name}.txt": encode_id_list(ids) for name, ids in found.parts.items()}
     former = _lists_of_former(home)
     if not replace:
         for file, data in lists.items():

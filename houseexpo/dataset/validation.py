@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 
 from houseexpo.dataset.store import files_at
-from houseexpo.dataset.store.records import Record, records
+from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import read_json, sha256_of
 from houseexpo.floorplan import FloorPlan, decode
@@ -269,7 +269,7 @@ class _Areas(msgspec.Struct):
     rooms: list[_Area] = []
 
 
-def validate(path: Path, workers: int = 1) -> Report:
+def validate_dataset(path: Path, workers: int = 1) -> Report:
     """Check a data set, including one that ``open_dataset`` refuses because of some of its plans.
 
     Parameters
@@ -298,7 +298,7 @@ def validate(path: Path, workers: int = 1) -> Report:
     return Report(count, tuple(findings))
 
 
-def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Finding]]:
+def check_stored_plans(chunk: list[StoredPlan]) -> tuple[list[tuple[str, str]], list[Finding]]:
     """Check a chunk of files; return the place and id of each, and the findings."""
     ids, findings, whole = [], [], []
     for record in chunk:
@@ -312,23 +312,23 @@ def check_records(chunk: list[Record]) -> tuple[list[tuple[str, str]], list[Find
 
 
 def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
-    waiting = records(path)
+    waiting = read_stored_plans(path)
     first = list(islice(waiting, _FEW))
     chunks = split_into_chunks(chain(first, waiting), _CHUNK)
     if workers <= 1 or len(first) < _FEW:
-        yield from map(check_records, chunks)
+        yield from map(check_stored_plans, chunks)
         return
-    yield from map_in_processes(check_records, chunks, workers)
+    yield from map_in_processes(check_stored_plans, chunks, workers)
 
 
-def _read(record: Record) -> tuple[FloorPlan | None, list[Finding]]:
+def _read(record: StoredPlan) -> tuple[FloorPlan | None, list[Finding]]:
     try:
         return decode(record.data), []
     except PlanError as error:
         return None, [Finding(record.place, error.plan, "schema", error.key, error.problem)]
 
 
-def _check_plan(record: Record, plan: FloorPlan) -> Iterator[Finding]:
+def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[Finding]:
     made = partial(Finding, record.place, plan.id)
     ours = b'"format"' in record.data
     for name, rule in chain(BOTH.items(), (OURS if ours else PUBLISHED).items()):
@@ -346,7 +346,7 @@ def _check_plan(record: Record, plan: FloorPlan) -> Iterator[Finding]:
                 yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m2, found {record_.area:.2f}")
 
 
-def _not_simple(plans: list[tuple[Record, FloorPlan]]) -> Iterator[Finding]:
+def _not_simple(plans: list[tuple[StoredPlan, FloorPlan]]) -> Iterator[Finding]:
     import shapely
 
     shapes = np.array([shapely.Polygon(plan.verts, plan.holes) for _, plan in plans], dtype=object)

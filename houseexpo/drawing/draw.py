@@ -1,4 +1,4 @@
-"""Draw a plan as an RGB array or as SVG, from the same layout (``scene``), and arrange several pictures on a sheet.
+"""Draw a plan as an RGB array or as SVG, laid out by ``lay_out_plan``, and arrange several pictures on a sheet.
 
 Pictures show the plan with x right and y up. (Plans of SUNCG keep x = X, y = Z as published, so that a SUNCG house
 appears as seen from below its floor; exports to right-handed worlds undo that.)
@@ -13,7 +13,7 @@ from html import escape
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.drawing.scene import INK, PAPER, Area, Scene, font, scene
+from houseexpo.drawing.scene import INK, PAPER, FilledArea, Scene, lay_out_plan, load_font
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import all_rings, fill_cells
@@ -42,14 +42,14 @@ def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: in
     -------
     The picture, (rows, cols, 3) uint8, RGB, with smooth edges.
     """
-    layout = scene(plan, pixels_per_metre, size)
+    layout = lay_out_plan(plan, pixels_per_metre, size)
     image = _paint(layout)
     return _with_words(image, layout)
 
 
 def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> str:
     """Draw a plan as an SVG document and return its text; the parameters are those of ``draw_plan``."""
-    layout = scene(plan, pixels_per_metre, size)
+    layout = lay_out_plan(plan, pixels_per_metre, size)
     frame = _frame(layout, layout.pixels_per_metre)
     rows, cols = frame.shape
     parts = [
@@ -104,7 +104,7 @@ def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str]
         tall = heights[row] - line - _GAP_PX
         sheet.paste(Pillow.fromarray(image), (left + (wide - image.shape[1]) // 2, top + (tall - image.shape[0]) // 2))
         if i < len(captions):
-            draw.text((left + wide / 2, top + tall + line / 2), captions[i], INK, font(size), anchor="mm")
+            draw.text((left + wide / 2, top + tall + line / 2), captions[i], INK, load_font(size), anchor="mm")
     return np.asarray(sheet).copy()
 
 
@@ -130,7 +130,7 @@ def svg_sheet(pictures: Sequence[str], columns: int, captions: Sequence[str] = (
     return "\n".join([head, f'<rect width="{width}" height="{top}" fill="{PAPER}"/>', *parts, "</svg>\n"])
 
 
-def path_data(rings: Iterable[npt.NDArray[np.float64]], number: Callable[[float], str]) -> str:
+def svg_path_data(rings: Iterable[npt.NDArray[np.float64]], number: Callable[[float], str]) -> str:
     """Return rings (n, 2) as SVG path data: closed subpaths, with y down; ``number`` formats a coordinate."""
     return " ".join(
         "M" + " ".join(f"{number(x)},{number(y)}" for x, y in np.asarray(ring).tolist()) + "Z" for ring in rings
@@ -167,7 +167,7 @@ def _with_words(image: Image, layout: Scene) -> Image:
         x, y = frame.pixels_from_points((words.x, words.y)).tolist()
         for i, line in enumerate(words.lines):
             middle = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size
-            draw.text((x, middle), line, INK, font(words.size), anchor="mm" if words.centred else "lm")
+            draw.text((x, middle), line, INK, load_font(words.size), anchor="mm" if words.centred else "lm")
     return np.asarray(picture).copy()
 
 
@@ -177,8 +177,8 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _path(area: Area, frame: GridFrame) -> str:
+def _path(area: FilledArea, frame: GridFrame) -> str:
     """Return an area as an SVG path, with holes by the even-odd rule."""
     rings = [frame.pixels_from_points(ring).round(2) for ring in all_rings(area.shape)]
-    steps = path_data(rings, "{:g}".format)
+    steps = svg_path_data(rings, "{:g}".format)
     return f'<path fill="{area.fill}" fill-rule="evenodd" d="{steps}"/>'

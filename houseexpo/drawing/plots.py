@@ -32,7 +32,7 @@ _FIXED: Final = {
 """The values of the page's variables without a page: the colours of its light theme."""
 
 
-def plain_style(ink: str, muted: str, line: str) -> dict[str, Any]:
+def plot_style(ink: str, muted: str, line: str) -> dict[str, Any]:
     """Return matplotlib settings for plain plots, given the colours of titles, of other text and of lines."""
     return {
         "text.color": ink,
@@ -53,7 +53,7 @@ def plain_style(ink: str, muted: str, line: str) -> dict[str, Any]:
     }
 
 
-_STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
+_STYLE: Final[Any] = plot_style(INK, MUTED, GRID) | {
     "svg.fonttype": "none",  # keep text as text: it scales, can be searched and takes the page's font
     "svg.hashsalt": "houseexpo",
     "font.size": 10.5,
@@ -64,14 +64,14 @@ _STYLE: Final[Any] = plain_style(INK, MUTED, GRID) | {
 
 
 @contextmanager
-def axes_of(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
+def svg_axes(size: tuple[float, float]) -> Iterator[tuple[Axes, io.StringIO]]:
     """Yield axes of this size in inches, and a buffer that holds their SVG when the context ends."""
-    with figure_of(size) as (figure, out):
+    with svg_figure(size) as (figure, out):
         yield figure.subplots(), out
 
 
 @contextmanager
-def figure_of(size: tuple[float, float]) -> Iterator[tuple[Figure, io.StringIO]]:
+def svg_figure(size: tuple[float, float]) -> Iterator[tuple[Figure, io.StringIO]]:
     """Yield an empty figure of this size in inches, and a buffer that holds its SVG when the context ends."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -83,15 +83,15 @@ def figure_of(size: tuple[float, float]) -> Iterator[tuple[Figure, io.StringIO]]
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
 
 
-def svg_alone(out: io.StringIO) -> str:
+def standalone_svg(out: io.StringIO) -> str:
     """Return a plot as a standalone SVG file, on white and in fixed colours."""
-    text = svg_of(out).replace("<svg", '<svg style="background: #ffffff; font-family: sans-serif"', 1)
+    text = embedded_svg(out).replace("<svg", '<svg style="background: #ffffff; font-family: sans-serif"', 1)
     for variable, colour in _FIXED.items():
         text = text.replace(f"var({variable})", colour)
     return f"{text}\n"
 
 
-def svg_of(out: io.StringIO) -> str:
+def embedded_svg(out: io.StringIO) -> str:
     """Return the SVG for embedding in a page: without prologue or size, and with ids that are unique among plots."""
     text = out.getvalue()
     text = text[text.index("<svg") :]

@@ -51,7 +51,7 @@ _BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
 
 
 @dataclass(frozen=True)
-class Area:
+class FilledArea:
     """A filled polygon, metres."""
 
     shape: Polygon | MultiPolygon
@@ -67,7 +67,7 @@ class _Space:
 
 
 @dataclass(frozen=True)
-class Words:
+class TextLines:
     """Lines of text, centred on a point in metres or starting there; ``size`` is in pixels."""
 
     x: float
@@ -83,19 +83,19 @@ class Scene:
 
     bounds: Box
     pixels_per_metre: float
-    areas: tuple[Area, ...]
-    words: tuple[Words, ...]
+    areas: tuple[FilledArea, ...]
+    words: tuple[TextLines, ...]
 
 
 @lru_cache(maxsize=64)  # a new font object would be unpacked, and its glyphs drawn, again
-def font(size: float) -> FreeTypeFont:
+def load_font(size: float) -> FreeTypeFont:
     """Return the font that comes with Pillow, so that pictures look the same on every machine."""
     from PIL import ImageFont
 
     return ImageFont.load_default(size)  # type: ignore[return-value]  # a FreeTypeFont wherever a size is given
 
 
-def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
+def lay_out_plan(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     """Lay out the picture of a plan.
 
     It has rooms in their label's colour with the label and the area, dark walls, light furniture, doors by kind, and
@@ -114,9 +114,9 @@ def scene(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
     margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
     closed = _inner_area(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
     rooms = list(_rooms(plan)) or list(_boxes(plan))
-    floors = [Area(room.shape, label_colour(room.labels[0])) for room in rooms]
+    floors = [FilledArea(room.shape, label_colour(room.labels[0])) for room in rooms]
     inside = [*floors, *_hatches(plan), *_furniture(plan), *_doors(plan)]
-    areas = [Area(closed, WALL), Area(plan.free_space, FLOOR), *inside]
+    areas = [FilledArea(closed, WALL), FilledArea(plan.free_space, FLOOR), *inside]
     words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
@@ -169,21 +169,21 @@ def _overlap(one: Polygon, other: Polygon) -> float:
     return common / (float(one.area) + float(other.area) - common)
 
 
-def _furniture(plan: PlanData) -> Iterator[Area]:
+def _furniture(plan: PlanData) -> Iterator[FilledArea]:
     for thing in plan.objects:
-        yield Area(thing.polygon, FURNITURE_EDGE)
+        yield FilledArea(thing.polygon, FURNITURE_EDGE)
         if not (inside := thing.polygon.buffer(-_EDGE_M, join_style="mitre")).is_empty:
-            yield Area(inside, FURNITURE)
+            yield FilledArea(inside, FURNITURE)
 
 
-def _doors(plan: PlanData) -> Iterator[Area]:
+def _doors(plan: PlanData) -> Iterator[FilledArea]:
     import shapely
 
     for door in plan.doors:
-        yield Area(door.polygon, _TINTS[door.kind])
+        yield FilledArea(door.polygon, _TINTS[door.kind])
         leaf = shapely.LineString(door.segment)
         for part in _dashes(leaf) if door.is_unsure else [leaf]:
-            yield Area(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+            yield FilledArea(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
 
 
 def _dashes(line: LineString) -> list[LineString]:
@@ -195,7 +195,7 @@ def _dashes(line: LineString) -> list[LineString]:
     return [substring(line, k * each, (k + 1) * each) for k in range(0, count, 2)]
 
 
-def _hatches(plan: PlanData) -> Iterator[Area]:
+def _hatches(plan: PlanData) -> Iterator[FilledArea]:
     """Return the hatching of unsure rooms."""
     import shapely
 
@@ -208,10 +208,10 @@ def _hatches(plan: PlanData) -> Iterator[Area]:
         lines = [shapely.LineString([(k * apart - y1, y1), (k * apart - y2, y2)]) for k in steps]
         bands = shapely.buffer(shapely.union_all(lines), thick / 2).intersection(room.polygon)
         for part in shapely.get_parts(bands):
-            yield Area(part, _UNSURE)
+            yield FilledArea(part, _UNSURE)
 
 
-def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | None:
+def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines | None:
     """Place a label and the area where the room is wide, as large as fits on one or more lines; None if too small."""
     centre, clearance = _middle(room.shape)
     wide_px = _free_width(room.shape, centre) * scale * 0.92
@@ -222,11 +222,11 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> Words | No
     layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
 
     def fits(lines: tuple[str, ...]) -> float:
-        longest = max(font(size).getlength(line) for line in lines)
+        longest = max(load_font(size).getlength(line) for line in lines)
         return min(size, size * wide_px / longest, tall_px / (1.2 * len(lines)))
 
     lines = next((found for found in layouts if fits(found) >= 0.85 * size), max(layouts, key=fits))
-    return Words(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
+    return TextLines(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
 
 
 def _middle(shape: Polygon) -> tuple[Point, float]:
@@ -257,25 +257,25 @@ def _free_width(shape: Polygon, centre: Point) -> float:
 
 def _key(
     plan: PlanData, start: tuple[float, float], size: float, scale: float
-) -> tuple[list[Area], list[Words], float]:
+) -> tuple[list[FilledArea], list[TextLines], float]:
     """Return a scale bar and a legend of doors and furniture in a row from a point, and the row's end, metres."""
     import shapely
 
     (x, y), half, em = start, 0.18 * size / scale, size / scale
     x1, y1, x2, y2 = plan.bbox
     length = max((bar for bar in _BARS_M if bar <= max(x2 - x1, y2 - y1) / 4), default=_BARS_M[0])
-    areas = [Area(shapely.box(x, y - half, x + length, y + half), INK)]
-    areas += [Area(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
+    areas = [FilledArea(shapely.box(x, y - half, x + length, y + half), INK)]
+    areas += [FilledArea(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
     entries = [(f"{length:g} m", x + length + 0.5 * em)]
     occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
     occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
     unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
     occur |= {"unsure": _UNSURE} if unsure else {}
     for name, fill in occur.items():
-        left = entries[-1][1] + font(size).getlength(entries[-1][0]) / scale + 1.2 * em
+        left = entries[-1][1] + load_font(size).getlength(entries[-1][0]) / scale + 1.2 * em
         steps = ((0.0, 1.0),) if name != "unsure" else ((0.0, 0.2), (0.4, 0.6), (0.8, 1.0))
         for a, b in steps:
-            areas.append(Area(shapely.box(left + a * em, y - half * 1.6, left + b * em, y + half * 1.6), fill))
+            areas.append(FilledArea(shapely.box(left + a * em, y - half * 1.6, left + b * em, y + half * 1.6), fill))
         entries.append((name, left + 1.4 * em))
-    words = [Words(at, y, (text,), size, centred=False) for text, at in entries]
-    return areas, words, entries[-1][1] + font(size).getlength(entries[-1][0]) / scale
+    words = [TextLines(at, y, (text,), size, centred=False) for text, at in entries]
+    return areas, words, entries[-1][1] + load_font(size).getlength(entries[-1][0]) / scale

@@ -20,10 +20,10 @@ from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb, obj
 from houseexpo.exports.mjcf import mjcf
-from houseexpo.exports.orientation import is_mirrored, oriented, world_from_plan
+from houseexpo.exports.orientation import is_mirrored, orient_plan, world_from_plan
 from houseexpo.exports.pol import pol
-from houseexpo.exports.published import published
-from houseexpo.exports.rasters import npz, png, ros
+from houseexpo.exports.published_json import published_json
+from houseexpo.exports.rasters import npz, png, ros_map
 from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
@@ -46,12 +46,12 @@ __all__ = [
     "mjcf",
     "npz",
     "obj",
-    "oriented",
+    "orient_plan",
     "png",
     "pol",
-    "published",
+    "published_json",
     "rmf",
-    "ros",
+    "ros_map",
     "sdf",
     "stage",
     "svg",

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import compact_json, image, pixels_per_metre
-from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.polygons import without_holes
+from houseexpo.exports.encoding import compact_json, encode_image, picture_scale
+from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.polygons import join_holes_by_slits
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
@@ -45,8 +45,8 @@ def coco(
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for number, plan in enumerate(plans, start=1):
-        turned = oriented(plan, orientation)
-        frame = GridFrame.around(_bounds(turned), pixels_per_metre(plan, resolution), margin_px=MARGIN_PX, y_up=True)
+        turned = orient_plan(plan, orientation)
+        frame = GridFrame.around(_bounds(turned), picture_scale(plan, resolution), margin_px=MARGIN_PX, y_up=True)
         name = f"{plan.id}.png"
         (rows, cols), (x, y) = frame.shape, frame.origin_m
         images.append({"id": number, "file_name": name, "width": cols, "height": rows, "plan": plan.id})
@@ -54,7 +54,7 @@ def coco(
         for instance in _instances(turned, frame):
             annotations.append({"id": len(annotations) + 1, "image_id": number, "iscrowd": 0, **instance})
         mask, _ = free_mask(turned, frame=frame)
-        yield f"images/{name}", image(mask.astype(np.uint8) * 255, "PNG")
+        yield f"images/{name}", encode_image(mask.astype(np.uint8) * 255, "PNG")
     info = {"description": "HouseExpo floor plans: rooms and doors", "version": "1.0"}
     yield (
         "annotations.json",
@@ -85,7 +85,7 @@ def _instances(plan: FloorPlan, frame: GridFrame) -> Iterator[dict[str, Any]]:
 
 
 def _instance(shape: BaseGeometry, label: str, frame: GridFrame) -> dict[str, Any]:
-    whole = [without_holes(part) for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    whole = [join_holes_by_slits(part) for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
     rings = [frame.pixels_from_points(shapely.get_coordinates(part)[:-1]).round(2) for part in whole]
     corners = np.concatenate(rings)
     (x1, y1), (x2, y2) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()

@@ -10,8 +10,8 @@ import shapely
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.solid import WALL_THICKNESS_M
+from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -46,7 +46,7 @@ def dxf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     options.write_fixed_meta_data_for_testing = True  # not the time at which it is written
     try:
         document = new("R2010", units=_METRES)
-        _draw(document, oriented(plan, orientation), wall_thickness)
+        _draw(document, orient_plan(plan, orientation), wall_thickness)
         stream = io.StringIO()
         document.write(stream)
     finally:

@@ -1,4 +1,4 @@
-"""Write numbers, JSON and pictures as text or bytes for exports; ``plain`` replaces characters that XML cannot hold.
+"""Write numbers, JSON and pictures as text or bytes for exports, and replace characters that XML cannot hold.
 
 ``Files`` is what the function of a format returns: the content of each file, by its name.
 """
@@ -28,28 +28,28 @@ Files: TypeAlias = dict[str, bytes]
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def plain(text: str) -> str:
+def valid_xml_text(text: str) -> str:
     """Return a text without what no XML and no UTF-8 can hold: control characters and halves of surrogate pairs."""
     return _NO_XML.sub("\ufffd", text)
 
 
-def number(value: float) -> str:
+def format_number(value: float) -> str:
     """Return a number of metres as text to a tenth of a millimetre, without trailing zeros.
 
     Examples
     --------
-    >>> number(2.50000001), number(-0.00001), number(3)
+    >>> format_number(2.50000001), format_number(-0.00001), format_number(3)
     ('2.5', '0', '3')
     """
     return f"{round(value, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
 
 
-def numbers(*values: float) -> str:
+def format_numbers(*values: float) -> str:
     """Return several numbers as text, separated by spaces."""
-    return " ".join(map(number, values))
+    return " ".join(map(format_number, values))
 
 
-def pixels_per_metre(plan: FloorPlan, resolution: float) -> float:
+def picture_scale(plan: FloorPlan, resolution: float) -> float:
     """Return the scale of a plan's picture, given its metres per pixel.
 
     Raises
@@ -78,7 +78,7 @@ def compact_json(value: Any) -> bytes:
     )
 
 
-def image(pixels: npt.NDArray[np.uint8], kind: str, text: Mapping[str, str] | None = None) -> bytes:
+def encode_image(pixels: npt.NDArray[np.uint8], kind: str, text: Mapping[str, str] | None = None) -> bytes:
     """Return a picture (rows, cols) or (rows, cols, 3) as the bytes of an image file ("PNG", or "PPM" for pgm).
 
     ``text`` is written into a PNG, by keyword.

@@ -18,8 +18,8 @@ from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb, obj
 from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.pol import pol
-from houseexpo.exports.published import published
-from houseexpo.exports.rasters import npz, png, ros
+from houseexpo.exports.published_json import published_json
+from houseexpo.exports.rasters import npz, png, ros_map
 from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
@@ -64,14 +64,14 @@ FORMATS: Final = {
     "graphml": Format("GraphML: rooms and doors", graphml),
     "ifc": Format("IFC 4 building with spaces and doors", ifc),
     "irsim": Format("IR-SIM world", irsim),
-    "json": Format("HouseExpo JSON as published", published),
+    "json": Format("HouseExpo JSON as published", published_json),
     "mjcf": Format("MuJoCo world", mjcf),
     "npz": Format("NumPy grids", npz),
     "obj": Format("OBJ mesh", obj),
     "png": Format("picture of the free space", png),
     "pol": Format("polygon with holes as fractions", pol),
     "rmf": Format("Open-RMF building for traffic_editor", rmf),
-    "ros": Format("ROS map_server: pgm and yaml", ros),
+    "ros": Format("ROS map_server: pgm and yaml", ros_map),
     "sdf": Format("Gazebo world", sdf),
     "stage": Format("Stage world", stage),
     "svg": Format("SVG to scale", svg),

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.exports.encoding import Files, compact_json
-from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
-from houseexpo.exports.solid import WALL_THICKNESS_M
+from houseexpo.exports.orientation import Orientation, orient_plan, world_from_plan
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
     ``properties`` are the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the matrix
     ``world_from_plan``. Rings follow the right-hand rule.
     """
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     collection = {
         "type": "FeatureCollection",
         "crs": {"type": "name", "properties": {"name": _METRES}},

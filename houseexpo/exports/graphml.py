@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from houseexpo.exports.encoding import Files, plain
-from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.encoding import Files, valid_xml_text
+from houseexpo.exports.orientation import Orientation, orient_plan
 from houseexpo.floorplan import FloorPlan
 
 
@@ -22,14 +22,14 @@ def graphml(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
     """
     import networkx as nx
 
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     graph = turned.graph() if turned.rooms else _boxes(turned)
     graph.graph = {"id": turned.id, "area": round(turned.area, 4)}
     for _, data in graph.nodes(data=True):
         if "position" in data:
             data["x"], data["y"] = (round(float(value), 4) for value in data.pop("position"))
         if isinstance(data.get("label"), str):
-            data["label"] = plain(data["label"])
+            data["label"] = valid_xml_text(data["label"])
     stream = io.BytesIO()
     nx.write_graphml_xml(graph, stream, named_key_ids=True)
     return {f"{plan.id}.graphml": stream.getvalue() + b"\n"}

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
-from houseexpo.exports.encoding import Files, plain
+from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.mesh import FLOOR_M
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
@@ -41,7 +41,7 @@ def ifc(
     Each connected piece of wall is an IfcWall and goes on over doors. A passage is an IfcOpeningElement, as deep as
     the wall. Doors and entrances have an IfcDoor in their opening. Each room is an IfcSpace: ``Name`` is its id,
     ``LongName`` the source's own word or the label, ``ObjectType`` the label. Furniture is IfcFurniture. Options are
-    those of ``solid``.
+    those of ``plan_bodies``.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def ifc(
         raise MissingDependencyError(
             f"IFC needs ifcopenshell, which is not installed: {install_command('ifc')}"
         ) from None
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -99,7 +99,7 @@ class _Writer:
             UnitsInContext=self._new("IfcUnitAssignment", Units=units),
         )
 
-    def write(self, built: Solid, doors: Sequence[WallOpening]) -> None:
+    def write(self, built: PlanBodies, doors: Sequence[WallOpening]) -> None:
         """Put a house into the file."""
         place = self._new("IfcLocalPlacement", RelativePlacement=self._axes)
         site = self._root("IfcSite", "site", Name="Site", ObjectPlacement=place, CompositionType="ELEMENT")
@@ -123,7 +123,9 @@ class _Writer:
             self._aggregate("spaces", storey, spaces)
         elements = [*self._walls(built, doors), self._slab(built)]
         elements += [
-            self._element("IfcFurniture", f"object {thing.id}", plain(thing.label), thing.polygon, 0.0, thing.height)
+            self._element(
+                "IfcFurniture", f"object {thing.id}", valid_xml_text(thing.label), thing.polygon, 0.0, thing.height
+            )
             for thing in built.furniture
             if thing.height > 0
         ]
@@ -134,7 +136,7 @@ class _Writer:
             RelatingStructure=storey,
         )
 
-    def _walls(self, built: Solid, doors: Sequence[WallOpening]) -> list[Any]:
+    def _walls(self, built: PlanBodies, doors: Sequence[WallOpening]) -> list[Any]:
         """Walls with their openings, and the doors in these."""
         whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=WELD_M)
         bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
@@ -164,14 +166,14 @@ class _Writer:
                 found.append(door)
         return found
 
-    def _space(self, room: Room, built: Solid) -> Any:
+    def _space(self, room: Room, built: PlanBodies) -> Any:
         space = self._element("IfcSpace", f"room {room.id}", str(room.id), room.polygon, 0.0, built.wall_height)
-        space.LongName = plain(next(iter(room.source_labels), room.label))
+        space.LongName = valid_xml_text(next(iter(room.source_labels), room.label))
         space.ObjectType = room.label
         space.CompositionType, space.PredefinedType = "ELEMENT", "INTERNAL"
         return space
 
-    def _slab(self, built: Solid) -> Any:
+    def _slab(self, built: PlanBodies) -> Any:
         whole = shapely.union_all([built.space, *built.walls], grid_size=WELD_M)
         slab = self._element("IfcSlab", "floor", "Floor", whole, -FLOOR_M, FLOOR_M)
         slab.PredefinedType = "FLOOR"

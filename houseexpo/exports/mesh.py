@@ -11,7 +11,7 @@ import shapely
 from houseexpo.exports.encoding import Files
 from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds, under_walls
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -41,9 +41,9 @@ def glb(
     World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
     ``walls`` (with doors as gaps under lintels), ``entrance_door_<id>``, ``<label>_floor_<id>`` of each room,
     ``door_threshold_<id>`` or ``opening_threshold_<id>``, ``floor`` (under the walls) and, if there is any,
-    ``furniture``; each is a closed body. Options are those of ``houseexpo.exports.solid.solid``.
+    ``furniture``; each is a closed body. Options are those of ``houseexpo.exports.plan_bodies.plan_bodies``.
     """
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -64,7 +64,7 @@ def obj(
     """Write ``<id>.obj`` with the axes, bodies and options of ``glb``, without colours."""
     from trimesh.exchange.obj import export_obj
 
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -77,7 +77,7 @@ def obj(
     return {f"{plan.id}.obj": text.encode() + b"\n"}
 
 
-def _scene(built: Solid, wall_thickness: float) -> trimesh.Scene:
+def _scene(built: PlanBodies, wall_thickness: float) -> trimesh.Scene:
     import trimesh
 
     scene = trimesh.Scene()
@@ -95,38 +95,40 @@ def _scene(built: Solid, wall_thickness: float) -> trimesh.Scene:
     return scene
 
 
-def _bodies(built: Solid, wall_thickness: float) -> Iterator[tuple[str, str, Manifold]]:
+def _bodies(built: PlanBodies, wall_thickness: float) -> Iterator[tuple[str, str, Manifold]]:
     """Yield the name, material and body of each part of the house."""
     doors = entrance_doors(built, wall_thickness)
     yield "walls", "walls", _walls(built, list(doors.values()))
     for name, shape in doors.items():
-        yield name, "walls", extrude(shape, built.door_height)
+        yield name, "walls", extrude_polygon(shape, built.door_height)
     floors = {**room_floors(built), **thresholds(built)}
     for name, shape in {**floors, "floor": under_walls(built, floors)}.items():
-        yield name, "floor", extrude(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
+        yield name, "floor", extrude_polygon(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
     if any(thing.height > 0 for thing in built.furniture):
         yield "furniture", "furniture", _furniture(built)
 
 
-def _walls(built: Solid, doors: list[BaseGeometry]) -> Manifold:
+def _walls(built: PlanBodies, doors: list[BaseGeometry]) -> Manifold:
     """Return the walls: one part up to the height of doors, and one with lintels above."""
     above = shapely.union_all([*built.walls, *built.lintels])
     if not built.lintels and not doors:
-        return extrude(above, built.wall_height)
-    below = extrude(shapely.difference(shapely.union_all(built.walls), shapely.union_all(doors)), built.door_height)
+        return extrude_polygon(above, built.wall_height)
+    below = extrude_polygon(
+        shapely.difference(shapely.union_all(built.walls), shapely.union_all(doors)), built.door_height
+    )
     if built.door_height == built.wall_height:
         return below
-    return below + extrude(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
+    return below + extrude_polygon(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
 
 
-def _furniture(built: Solid) -> Manifold:
+def _furniture(built: PlanBodies) -> Manifold:
     from manifold3d import Manifold, OpType
 
-    pieces = [extrude(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
+    pieces = [extrude_polygon(thing.polygon, thing.height) for thing in built.furniture if thing.height > 0]
     return Manifold.batch_boolean(pieces, OpType.Add)
 
 
-def extrude(shape: Any, height: float) -> Manifold:
+def extrude_polygon(shape: Any, height: float) -> Manifold:
     """Return a closed body on a shape, from height 0 to ``height``."""
     from manifold3d import CrossSection, FillRule
 

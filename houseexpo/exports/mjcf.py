@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import Files, numbers
+from houseexpo.exports.encoding import Files, format_numbers
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.polygons import trapezoids
-from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.tolerances import CRUMB_M2, TINY
 
@@ -35,9 +35,9 @@ def mjcf(
     Names: geoms ``wall_<i>``, ``lintel_<i>``, ``room|<id>|<label>|<piece>`` (a floor; without rooms ``floor_<i>``), and
     ``object_<id>_<piece>``; sites ``door_<id>`` for doors and entrances and ``doorway_<id>`` for openings, which are as
     large as the passage. Sites collide with nothing, so a robot drives through. A convex piece is a box where it is a
-    rectangle along the axes, else a mesh with its corners in the file. Options are those of ``solid``.
+    rectangle along the axes, else a mesh with its corners in the file. Options are those of ``plan_bodies``.
     """
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -50,7 +50,10 @@ def mjcf(
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0 0 20", dir="-0.2 0.1 -1", directional="true", castshadow="false")
     x1, y1, x2, y2 = built.bounds
-    middle, half = numbers((x1 + x2) / 2, (y1 + y2) / 2, -_SLAB_M), numbers((x2 - x1) / 2 + 5, (y2 - y1) / 2 + 5, 1)
+    middle, half = (
+        format_numbers((x1 + x2) / 2, (y1 + y2) / 2, -_SLAB_M),
+        format_numbers((x2 - x1) / 2 + 5, (y2 - y1) / 2 + 5, 1),
+    )
     ET.SubElement(world, "geom", name="ground", type="plane", pos=middle, size=half, rgba="0.5 0.5 0.5 1")
     for name, colour, ring, low, high in _pieces(built):
         _geom((asset, world), name, ring, (low, high), colour)
@@ -60,21 +63,21 @@ def mjcf(
     return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
 
 
-def _pieces(built: Solid) -> Iterator[tuple[str, str, Any, float, float]]:
+def _pieces(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
     """Yield convex pieces: name, colour, ring (n, 2), lower and upper height, metres."""
-    walls = [ring for wall in built.walls for ring in trapezoids(wall)]
+    walls = [ring for wall in built.walls for ring in cut_into_trapezoids(wall)]
     yield from ((f"wall_{i}", _WALL, ring, 0.0, built.wall_height) for i, ring in enumerate(walls))
-    lintels = [ring for lintel in built.lintels for ring in trapezoids(lintel)]
+    lintels = [ring for lintel in built.lintels for ring in cut_into_trapezoids(lintel)]
     if built.door_height < built.wall_height:
         yield from ((f"lintel_{i}", _LINTEL, r, built.door_height, built.wall_height) for i, r in enumerate(lintels))
     for room in built.plan.rooms:
-        for i, ring in enumerate(trapezoids(room.polygon)):
+        for i, ring in enumerate(cut_into_trapezoids(room.polygon)):
             yield f"room|{room.id}|{room.label}|{i}", _FLOOR, ring, -_SLAB_M, 0.0
     rest = shapely.difference(built.space, shapely.union_all([room.polygon for room in built.plan.rooms]))
-    floors = [ring for part in shapely.get_parts(rest) if part.area > CRUMB_M2 for ring in trapezoids(part)]
+    floors = [ring for part in shapely.get_parts(rest) if part.area > CRUMB_M2 for ring in cut_into_trapezoids(part)]
     yield from ((f"floor_{i}", _FLOOR, ring, -_SLAB_M, 0.0) for i, ring in enumerate(floors))
     for thing in built.furniture:
-        for i, ring in enumerate(trapezoids(thing.polygon) if thing.height > 0 else ()):
+        for i, ring in enumerate(cut_into_trapezoids(thing.polygon) if thing.height > 0 else ()):
             yield f"object_{thing.id}_{i}", _THING, ring, 0.0, thing.height
 
 
@@ -84,12 +87,12 @@ def _geom(into: tuple[ET.Element, ET.Element], name: str, ring: Any, heights: tu
     x1, y1, x2, y2 = shapely.Polygon(ring).bounds
     square = {tuple(corner) for corner in ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
     if square:
-        at = numbers((x1 + x2) / 2, (y1 + y2) / 2, (low + high) / 2)
-        size = numbers((x2 - x1) / 2, (y2 - y1) / 2, (high - low) / 2)
+        at = format_numbers((x1 + x2) / 2, (y1 + y2) / 2, (low + high) / 2)
+        size = format_numbers((x2 - x1) / 2, (y2 - y1) / 2, (high - low) / 2)
         ET.SubElement(world, "geom", name=name, type="box", pos=at, size=size, rgba=colour)
         return
     corners = [(x, y, z) for z in heights for x, y in ring.tolist()]
-    ET.SubElement(asset, "mesh", name=name, vertex=numbers(*np.ravel(corners).tolist()), inertia="shell")
+    ET.SubElement(asset, "mesh", name=name, vertex=format_numbers(*np.ravel(corners).tolist()), inertia="shell")
     ET.SubElement(world, "geom", name=name, type="mesh", mesh=name, rgba=colour)
 
 
@@ -108,8 +111,8 @@ def _site(world: ET.Element, each: WallOpening, height: float) -> None:
         "site",
         name=f"{kind}_{each.door.id}",
         type="box",
-        pos=numbers(*middle.tolist(), height / 2),
-        size=numbers(length / 2, float(depths.max() - depths.min()) / 2, height / 2),
-        euler=numbers(0, 0, turn),
+        pos=format_numbers(*middle.tolist(), height / 2),
+        size=format_numbers(length / 2, float(depths.max() - depths.min()) / 2, height / 2),
+        euler=format_numbers(0, 0, turn),
         rgba=_MARK,
     )

@@ -15,25 +15,25 @@ from typing import TYPE_CHECKING
 import shapely
 
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.solid import Solid
+from houseexpo.exports.plan_bodies import PlanBodies
 from houseexpo.tolerances import CRUMB_M2
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 
-def room_floors(built: Solid) -> dict[str, BaseGeometry]:
+def room_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
     """Return the floor of each room by its name (N1), metres; none for a plan without rooms."""
     return {f"{room.label.lower()}_floor_{room.id}": room.polygon for room in built.plan.rooms}
 
 
-def thresholds(built: Solid) -> dict[str, BaseGeometry]:
+def thresholds(built: PlanBodies) -> dict[str, BaseGeometry]:
     """Return the floor in each doorway by its name (N2), metres; entrances, which are shut, have none."""
     kinds = {"opening": "opening", "cut": "opening", "door": "door"}
     return {f"{kinds[d.kind]}_threshold_{d.id}": d.polygon for d in built.plan.doors if d.kind in kinds}
 
 
-def entrance_doors(built: Solid, wall_thickness: float) -> dict[str, BaseGeometry]:
+def entrance_doors(built: PlanBodies, wall_thickness: float) -> dict[str, BaseGeometry]:
     """Return what stands in the wall at each entrance by its name (N3), metres."""
     if all(door.kind != "entrance" for door in built.plan.doors):
         return {}
@@ -47,7 +47,7 @@ def entrance_doors(built: Solid, wall_thickness: float) -> dict[str, BaseGeometr
     return found
 
 
-def under_walls(built: Solid, parts: dict[str, BaseGeometry]) -> BaseGeometry:
+def under_walls(built: PlanBodies, parts: dict[str, BaseGeometry]) -> BaseGeometry:
     """Return the floor of the house without the parts that have names of their own, metres."""
     slab = shapely.union_all([built.space, *built.walls])
     return shapely.difference(slab, shapely.union_all(list(parts.values())))

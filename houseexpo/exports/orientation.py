@@ -52,7 +52,7 @@ def world_from_plan(plan: FloorPlan, orientation: Orientation = "world") -> Matr
     return (1.0, 0.0, 0.0), (0.0, -1.0, round(low + high, _DIGITS))
 
 
-def oriented(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
+def orient_plan(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
     """Return the plan with ``world_from_plan`` applied to everything in it, including its frame."""
     (_, _, _), (_, sign, shift) = world_from_plan(plan, orientation)
     if sign > 0:

@@ -8,7 +8,7 @@ import shapely
 
 from houseexpo.errors import PlanError
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.orientation import Orientation, orient_plan
 from houseexpo.floorplan import FloorPlan
 
 _DENOMINATOR = 10_000  # a tenth of a millimetre; published coordinates, in centimetres, are exact
@@ -25,7 +25,7 @@ def pol(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
     PlanError
         The free space has several pieces; the format can represent only one.
     """
-    space = oriented(plan, orientation).free_space
+    space = orient_plan(plan, orientation).free_space
     if space.geom_type != "Polygon":
         pieces = len(shapely.get_parts(space))
         raise PlanError(f"expected a free space in one piece, as .pol holds, found {pieces} pieces", "verts", plan.id)

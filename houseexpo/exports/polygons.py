@@ -22,7 +22,7 @@ _DIGITS = 2  # the format's 1 cm grid
 _AXES: Final = ((1, 0), (-1, 0), (0, 1), (0, -1))
 
 
-def without_holes(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
+def join_holes_by_slits(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Polygon:
     """Join the holes of a polygon to its outline, each by the shortest slit.
 
     S1  A slit is 0.01 m wide. It runs along an axis and on the 1 cm grid from a corner of the hole to the outline or
@@ -86,7 +86,7 @@ def _strip(corner: Any, axis: tuple[int, int], side: int, reach: float) -> Polyg
     return shapely.Polygon([corner, corner + along * reach, corner + along * reach + across, corner + across])
 
 
-def trapezoids(polygon: Polygon) -> list[Ring]:
+def cut_into_trapezoids(polygon: Polygon) -> list[Ring]:
     """Cut a valid polygon, including its holes, along vertical lines through its vertices.
 
     A vertical line sweeps from left to right. Between two neighbouring stops, the edges that it crosses form pairs of a

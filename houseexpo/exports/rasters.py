@@ -11,9 +11,9 @@ import numpy.typing as npt
 import shapely
 
 from houseexpo.errors import PlanError
-from houseexpo.exports.encoding import Files, image, number, pixels_per_metre
-from houseexpo.exports.orientation import Orientation, oriented, world_from_plan
-from houseexpo.exports.solid import WALL_THICKNESS_M
+from houseexpo.exports.encoding import Files, encode_image, format_number, picture_scale
+from houseexpo.exports.orientation import Orientation, orient_plan, world_from_plan
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import fill_cells, free_mask
@@ -35,8 +35,8 @@ def png(plan: FloorPlan, *, resolution: float = PNG_RESOLUTION_M, orientation: O
     ``resolution`` is in metres per pixel. The text ``walls_only`` says that it shows no furniture. For pictures with
     rooms and labels, use ``houseexpo.draw_plan``.
     """
-    mask, _ = free_mask(oriented(plan, orientation), pixels_per_metre(plan, resolution), y_up=True)
-    return {f"{plan.id}.png": image(mask.astype(np.uint8) * 255, "PNG", {WALLS_ONLY: "true"})}
+    mask, _ = free_mask(orient_plan(plan, orientation), picture_scale(plan, resolution), y_up=True)
+    return {f"{plan.id}.png": encode_image(mask.astype(np.uint8) * 255, "PNG", {WALLS_ONLY: "true"})}
 
 
 def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: Orientation = "plan") -> Files:
@@ -47,7 +47,7 @@ def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: O
     - ``origin``: (2,) metres, the corner of cell (0, 0) with the lowest x and y; ``resolution``: metres per cell;
     - ``world_from_plan``: (2, 3); the plan keeps its own axes unless ``orientation`` is "world".
     """
-    turned, scale = oriented(plan, orientation), pixels_per_metre(plan, resolution)
+    turned, scale = orient_plan(plan, orientation), picture_scale(plan, resolution)
     rows, cols = turned.grid_frame(scale).shape
     if rows * cols > MAX_NPZ_CELLS:
         raise PlanError(
@@ -70,7 +70,7 @@ def npz(plan: FloorPlan, *, resolution: float = NPZ_RESOLUTION_M, orientation: O
     return {f"{plan.id}.npz": stream.getvalue()}
 
 
-def ros(
+def ros_map(
     plan: FloorPlan,
     *,
     resolution: float = ROS_RESOLUTION_M,
@@ -94,11 +94,11 @@ def ros(
     orientation
         See ``houseexpo.exports.orientation``.
     """
-    pixels, frame = occupancy(plan, resolution, wall_thickness, orientation)
-    return map_files(plan.id, pixels, resolution, frame.origin_m, walls_only=not plan.objects)
+    pixels, frame = occupancy_picture(plan, resolution, wall_thickness, orientation)
+    return map_server_files(plan.id, pixels, resolution, frame.origin_m, walls_only=not plan.objects)
 
 
-def map_files(
+def map_server_files(
     name: str,
     pixels: npt.NDArray[np.uint8],
     resolution: float,
@@ -112,21 +112,21 @@ def map_files(
         f"image: {json.dumps(name + '.pgm', ensure_ascii=False)}",  # JSON strings are valid in YAML
         "mode: trinary",
         f"resolution: {float(resolution)!r}",
-        f"origin: [{number(x)}, {number(y)}, 0.0]",
+        f"origin: [{format_number(x)}, {format_number(y)}, 0.0]",
         "negate: 0",
         "occupied_thresh: 0.65",
         "free_thresh: 0.196",
         *([f"{WALLS_ONLY}: true"] if walls_only else []),
     ]
-    return {f"{name}.pgm": image(pixels, "PPM"), f"{name}.yaml": ("\n".join(lines) + "\n").encode()}
+    return {f"{name}.pgm": encode_image(pixels, "PPM"), f"{name}.yaml": ("\n".join(lines) + "\n").encode()}
 
 
-def occupancy(
+def occupancy_picture(
     plan: FloorPlan, resolution: float, wall_thickness: float, orientation: Orientation
 ) -> tuple[np.ndarray[tuple[int, int], np.dtype[np.uint8]], GridFrame]:
     """Return the picture (rows, cols) of FREE, WALL and UNKNOWN, highest y first, and its position."""
-    scale = pixels_per_metre(plan, resolution)
-    turned = oriented(plan, orientation)
+    scale = picture_scale(plan, resolution)
+    turned = orient_plan(plan, orientation)
     walls = shapely.MultiPolygon(turned.walls(max(wall_thickness, resolution)))
     frame = GridFrame.around(walls.bounds, scale, y_up=True)
     pixels = np.full(frame.shape, UNKNOWN, dtype=np.uint8)

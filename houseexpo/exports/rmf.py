@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import Files, plain
+from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.polygons import trapezoids
+from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
+from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
-from houseexpo.exports.solid import WALL_THICKNESS_M, solid
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings, free_mask
 from houseexpo.plan.room_labels import UNLABELLED
@@ -38,11 +38,11 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each room is
     a floor, and a vertex in it has the room's label or its source's own word as its name. Lanes are yours to draw.
     """
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
     sheet = _Sheet(frame)
     doors = wall_openings(turned, wall_thickness)
-    walls = shapely.union_all(solid(turned, wall_thickness=wall_thickness, orientation="plan").walls)
+    walls = shapely.union_all(plan_bodies(turned, wall_thickness=wall_thickness, orientation="plan").walls)
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
     bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
     level = {
@@ -64,7 +64,7 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         word = room.label if room.label != UNLABELLED else next(iter(room.source_labels), "")
         at = shapely.point_on_surface(room.polygon)
         if word:
-            sheet.name(plain(word.replace("_", " ")), (at.x, at.y))
+            sheet.name(valid_xml_text(word.replace("_", " ")), (at.x, at.y))
     level["vertices"] = sheet.vertices
     building = {
         "coordinate_system": "reference_image",
@@ -127,7 +127,7 @@ def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], di
     covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=MITRE)
     for rest in shapely.get_parts(shapely.difference(body, covered)):
         if rest.geom_type == "Polygon" and rest.area > CRUMB_M2:
-            yield from (_strip(ring) for ring in trapezoids(rest))
+            yield from (_strip(ring) for ring in cut_into_trapezoids(rest))
 
 
 def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import Files, numbers, plain
+from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.polygons import trapezoids
-from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, Solid, solid
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
@@ -40,9 +40,9 @@ def sdf(
     and a visual: a box if the piece is a rectangle along the axes, else an extruded polyline. Furniture is another
     model, with the height of each piece. Each room has a model ``<label>_floor_<id>``, each doorway a model
     ``door_threshold_<id>`` or ``opening_threshold_<id>``: visuals on the ground, which collide with nothing. Each
-    entrance has a model ``entrance_door_<id>``, which shuts it. Options are those of ``solid``.
+    entrance has a model ``entrance_door_<id>``, which shuts it. Options are those of ``plan_bodies``.
     """
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -75,7 +75,7 @@ class _Piece(NamedTuple):
     high: float
 
 
-def _pieces(built: Solid, entrances: BaseGeometry) -> Iterator[_Piece]:
+def _pieces(built: PlanBodies, entrances: BaseGeometry) -> Iterator[_Piece]:
     walls = _convex(shapely.difference(shapely.union_all(built.walls), entrances) if entrances.area else built.walls)
     lintels = _convex(built.lintels)
     for i, ring in enumerate(walls):
@@ -94,14 +94,14 @@ def _plates(name: str, colour: str, shape: BaseGeometry, height: float) -> Itera
 
 def _convex(shape: BaseGeometry | Sequence[BaseGeometry]) -> list[Ring]:
     parts = [part for part in np.atleast_1d(shapely.get_parts(shape)) if part.geom_type == "Polygon"]
-    return [ring for part in parts for ring in trapezoids(part)]
+    return [ring for part in parts for ring in cut_into_trapezoids(part)]
 
 
-def _furniture(built: Solid) -> Iterator[_Piece]:
+def _furniture(built: PlanBodies) -> Iterator[_Piece]:
     for thing in built.furniture:
-        rings = trapezoids(thing.polygon) if thing.height > 0 else []
+        rings = cut_into_trapezoids(thing.polygon) if thing.height > 0 else []
         for i, ring in enumerate(rings):
-            name = f"{plain(thing.label).replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
+            name = f"{valid_xml_text(thing.label).replace(' ', '_')}_{thing.id}" + (f"_{i}" if len(rings) > 1 else "")
             yield _Piece(name, _FURNITURE, ring, 0.0, thing.height)
 
 
@@ -123,30 +123,30 @@ def _add_piece(link: ET.Element, kind: str, piece: _Piece) -> None:
     square = {tuple(corner) for corner in piece.ring.tolist()} == {(x1, y1), (x2, y1), (x2, y2), (x1, y2)}
     part = _child(link, kind, name=f"{piece.name}_{kind}")
     if square:
-        _child(part, "pose", numbers((x1 + x2) / 2, (y1 + y2) / 2, (piece.low + piece.high) / 2, 0, 0, 0))
-        size = numbers(x2 - x1, y2 - y1, piece.high - piece.low)
+        _child(part, "pose", format_numbers((x1 + x2) / 2, (y1 + y2) / 2, (piece.low + piece.high) / 2, 0, 0, 0))
+        size = format_numbers(x2 - x1, y2 - y1, piece.high - piece.low)
         _child(_child(_child(part, "geometry"), "box"), "size", size)
     else:
-        _child(part, "pose", numbers(0, 0, piece.low, 0, 0, 0))
+        _child(part, "pose", format_numbers(0, 0, piece.low, 0, 0, 0))
         polyline = _child(_child(part, "geometry"), "polyline")
         for x, y in piece.ring.tolist():
-            _child(polyline, "point", numbers(x, y))
-        _child(polyline, "height", numbers(piece.high - piece.low))
+            _child(polyline, "point", format_numbers(x, y))
+        _child(polyline, "height", format_numbers(piece.high - piece.low))
     if kind == "visual":
         _add_colour(part, piece.colour)
 
 
-def _ground(world: ET.Element, built: Solid) -> None:
+def _ground(world: ET.Element, built: PlanBodies) -> None:
     x1, y1, x2, y2 = built.bounds
     model = _child(world, "model", name="ground")
     _child(model, "static", "true")
-    _child(model, "pose", numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
+    _child(model, "pose", format_numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
     link = _child(model, "link", name="ground")
     for kind in ("collision", "visual"):
         part = _child(link, kind, name=f"ground_{kind}")
         plane = _child(_child(part, "geometry"), "plane")
         _child(plane, "normal", "0 0 1")
-        _child(plane, "size", numbers(x2 - x1 + 10, y2 - y1 + 10))
+        _child(plane, "size", format_numbers(x2 - x1 + 10, y2 - y1 + 10))
         if kind == "visual":
             _add_colour(part, _GROUND)
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import shapely
 
-from houseexpo.drawing.draw import path_data
+from houseexpo.drawing.draw import svg_path_data
 from houseexpo.drawing.scene import FURNITURE
-from houseexpo.exports.encoding import Files, number, plain
+from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.solid import WALL_THICKNESS_M
+from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan.room_labels import label_colour
@@ -32,12 +32,12 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has furniture, ``objects``. Rooms
     and objects have their label as a title. For pictures with a scale bar and a legend, use ``houseexpo.svg``.
     """
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     walls = turned.walls(wall_thickness)
     x1, y1, x2, y2 = shapely.total_bounds(walls).tolist()
     entrances = [each for each in wall_openings(turned, wall_thickness) if each.door.kind == "entrance"]
-    box = f"{number(x1)} {number(-y2)} {number(x2 - x1)} {number(y2 - y1)}"
-    wide, high = number((x2 - x1) * _PIXELS_A_METRE), number((y2 - y1) * _PIXELS_A_METRE)
+    box = f"{format_number(x1)} {format_number(-y2)} {format_number(x2 - x1)} {format_number(y2 - y1)}"
+    wide, high = format_number((x2 - x1) * _PIXELS_A_METRE), format_number((y2 - y1) * _PIXELS_A_METRE)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="{box}">',
         f"<title>{escape(plan.id)}</title>",
@@ -54,7 +54,8 @@ def svg(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
 
 def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[str]:
     paths = [
-        f'<path fill="{fill}" fill-rule="evenodd" d="{_path(shape)}"><title>{escape(plain(title))}</title></path>'
+        f'<path fill="{fill}" fill-rule="evenodd" d="{_path(shape)}">'
+        f"<title>{escape(valid_xml_text(title))}</title></path>"
         for shape, fill, title in parts
     ]
     return [f'<g id="{name}">', *paths, "</g>"] if paths else []
@@ -62,4 +63,4 @@ def _layer(name: str, parts: Iterable[tuple[BaseGeometry, str, str]]) -> list[st
 
 def _path(shape: BaseGeometry) -> str:
     """Return the rings as closed subpaths, with y down."""
-    return path_data((ring * (1.0, -1.0) for ring in all_rings(shape)), number)
+    return svg_path_data((ring * (1.0, -1.0) for ring in all_rings(shape)), format_number)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.exports.encoding import Files, number, plain
-from houseexpo.exports.mesh import FLOOR_M, extrude
+from houseexpo.exports.encoding import Files, format_number, valid_xml_text
+from houseexpo.exports.mesh import FLOOR_M, extrude_polygon
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.solid import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, solid
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, plan_bodies
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -41,9 +41,9 @@ def usd(
     furniture are colliders (PhysicsCollisionAPI). Doors are bodies of the passage between its jambs: guides, which
     renderers and physics pass over, so that a robot drives through. Each prim carries its class in the three ways that
     are in use (``semantics:labels:class``, ``semantic:Semantics:params:semanticData``, ``semanticLabel``): wall, floor
-    and the room's label, door, opening or entrance, or the object's word. Options are those of ``solid``.
+    and the room's label, door, opening or entrance, or the object's word. Options are those of ``plan_bodies``.
     """
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -98,7 +98,7 @@ def _body(
 ) -> list[str]:
     """Return the lines of a mesh that stands on a shape: ``heights`` are that of its foot, and its own, metres."""
     low, high = heights
-    mesh = extrude(shape, high).to_mesh64()
+    mesh = extrude_polygon(shape, high).to_mesh64()
     points = np.asarray(mesh.vert_properties)[:, :3] + (0.0, 0.0, low)
     lines = _mesh(name, kind, points, np.asarray(mesh.tri_verts))
     return [f"        {line}" for line in (*lines, *_semantics(kind, label, words), "}")]
@@ -107,7 +107,7 @@ def _body(
 def _mesh(name: str, kind: str, points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Iterator[str]:
     apis = ['"SemanticsLabelsAPI:class"', '"SemanticsAPI:Semantics"']
     apis += [] if kind == "door" else ['"PhysicsCollisionAPI"']
-    corners = ", ".join(f"({number(x)}, {number(y)}, {number(z)})" for x, y, z in points.tolist())
+    corners = ", ".join(f"({format_number(x)}, {format_number(y)}, {format_number(z)})" for x, y, z in points.tolist())
     yield f'def Mesh "{name}" ('
     yield f"    prepend apiSchemas = [{', '.join(apis)}]"
     yield ")"
@@ -132,5 +132,5 @@ def _semantics(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
 
 def _quote(text: str) -> str:
     """Return a text as USD writes one; control characters are left out."""
-    said = plain(re.sub(r"[\x00-\x1f]", " ", text)).replace("\\", "\\\\").replace('"', '\\"')
+    said = valid_xml_text(re.sub(r"[\x00-\x1f]", " ", text)).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{said}"'

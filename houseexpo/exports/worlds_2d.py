@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+from typing import TYPE_CHECKING
 
-from houseexpo.exports.encoding import Files, number, numbers
+import numpy as np
+
+from houseexpo.analysis.navigability import disc_centre_areas
+from houseexpo.exports.encoding import Files, format_number, format_numbers
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.polygons import trapezoids
-from houseexpo.exports.solid import WALL_HEIGHT_M, WALL_THICKNESS_M, solid, start_and_goal
+from houseexpo.exports.plan_bodies import WALL_HEIGHT_M, WALL_THICKNESS_M, plan_bodies
+from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 from houseexpo.tolerances import ROBOT_M
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
+Point = tuple[float, float]
 
 _STAGE_ROBOT = """define robot position
 (
@@ -28,27 +37,27 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
     Obstacles are convex, as IR-SIM's planners require. One robot with a lidar starts at the widest place; its goal is a
     far place that it can reach.
     """
-    built = solid(plan, wall_thickness=wall_thickness, orientation=orientation)
+    built = plan_bodies(plan, wall_thickness=wall_thickness, orientation=orientation)
     x1, y1, x2, y2 = built.bounds
     start, goal = start_and_goal(built.free)
     solids = (*built.walls, *(thing.polygon for thing in built.furniture))
     lines = [
         f"# plan {json.dumps(plan.id)}; metres",
         "world:",
-        f"  width: {number(x2 - x1)}",
-        f"  height: {number(y2 - y1)}",
+        f"  width: {format_number(x2 - x1)}",
+        f"  height: {format_number(y2 - y1)}",
         f"  offset: {_list(x1, y1)}",
         "  step_time: 0.1",
         "  collision_mode: 'stop'",
         "robot:",
         "  - kinematics: {name: 'diff'}",
-        f"    shape: {{name: 'circle', radius: {number(ROBOT_M)}}}",
+        f"    shape: {{name: 'circle', radius: {format_number(ROBOT_M)}}}",
         f"    state: {_list(*start, 0)}",
         f"    goal: {_list(*goal, 0)}",
         "    sensors:",
         "      - {name: 'lidar2d', range_min: 0, range_max: 5, angle_range: 3.14159265, number: 180}",
         "obstacle:",
-        *(_obstacle(ring) for shape in solids for ring in trapezoids(shape)),
+        *(_obstacle(ring) for shape in solids for ring in cut_into_trapezoids(shape)),
     ]
     return {f"{plan.id}.irsim.yaml": ("\n".join(lines) + "\n").encode()}
 
@@ -59,7 +68,7 @@ def _obstacle(ring: Ring) -> str:
 
 
 def _list(*values: float) -> str:
-    return f"[{', '.join(map(number, values))}]"
+    return f"[{', '.join(map(format_number, values))}]"
 
 
 def stage(
@@ -73,9 +82,9 @@ def stage(
 
     Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks keep
     their coordinates. Stage draws blocks as convex polygons, so that walls are cut into convex pieces. One robot with a
-    laser starts at the widest place. Options are those of ``houseexpo.exports.solid.solid``.
+    laser starts at the widest place. Options are those of ``houseexpo.exports.plan_bodies.plan_bodies``.
     """
-    built = solid(
+    built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
@@ -85,34 +94,52 @@ def stage(
     x1, y1, x2, y2 = built.bounds
     (x, y), _ = start_and_goal(built.free)
     side = ROBOT_M * math.sqrt(2)  # the square that fits in the disc
-    middle = numbers((x1 + x2) / 2, (y1 + y2) / 2)
+    middle = format_numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
         f"name {_quote(plan.id)}",
         "resolution 0.02",
         "interval_sim 100",
-        f"window ( size [800 800] center [{middle}] scale {number(round(700 / max(x2 - x1, y2 - y1), 2))} )",
-        _STAGE_ROBOT.format(side=number(round(side, 3))),
+        f"window ( size [800 800] center [{middle}] scale {format_number(round(700 / max(x2 - x1, y2 - y1), 2))} )",
+        _STAGE_ROBOT.format(side=format_number(round(side, 3))),
         "model",
         "(",
         '  name "walls"',
         '  color "gray30"',
-        f"  size [{numbers(x2 - x1, y2 - y1, built.wall_height)}]",
+        f"  size [{format_numbers(x2 - x1, y2 - y1, built.wall_height)}]",
         f"  pose [{middle} 0 0]",
         "  gui_nose 0",
         "  gui_move 0",
         "  obstacle_return 1",
-        *(_block(ring, built.wall_height) for wall in built.walls for ring in trapezoids(wall)),
-        *(_block(ring, thing.height) for thing in built.furniture for ring in trapezoids(thing.polygon)),
+        *(_block(ring, built.wall_height) for wall in built.walls for ring in cut_into_trapezoids(wall)),
+        *(_block(ring, thing.height) for thing in built.furniture for ring in cut_into_trapezoids(thing.polygon)),
         ")",
-        f'robot ( name "robot" pose [{numbers(x, y, 0, 0)}] )',
+        f'robot ( name "robot" pose [{format_numbers(x, y, 0, 0)}] )',
     ]
     return {f"{plan.id}.world": ("\n".join(lines) + "\n").encode()}
 
 
 def _block(ring: Ring, height: float) -> str:
-    points = " ".join(f"point[{i}] [{numbers(x, y)}]" for i, (x, y) in enumerate(ring.tolist()))
-    return f"  block ( points {len(ring)} {points} z [{numbers(0, height)}] )"
+    points = " ".join(f"point[{i}] [{format_numbers(x, y)}]" for i, (x, y) in enumerate(ring.tolist()))
+    return f"  block ( points {len(ring)} {points} z [{format_numbers(0, height)}] )"
 
 
 def _quote(name: str) -> str:
     return '"' + name.replace('"', "'") + '"'  # strings of world files have no escapes
+
+
+def start_and_goal(space: Polygon | MultiPolygon) -> tuple[Point, Point]:
+    """Return the widest place of a free space, and a far place that a robot can reach from it, metres.
+
+    If the space is too narrow for the robot, both are the same point inside.
+    """
+    import shapely
+
+    pieces = disc_centre_areas(space, ROBOT_M)
+    if not pieces:
+        point = space.representative_point()
+        return (point.x, point.y), (point.x, point.y)
+    start = np.asarray(shapely.maximum_inscribed_circle(pieces[0], tolerance=0.01).coords[0])
+    corners = np.asarray(pieces[0].exterior.coords)
+    goal = corners[np.argmax(np.hypot(*(corners - start).T))]
+    (x1, y1), (x2, y2) = start.round(3).tolist(), goal.round(3).tolist()
+    return (x1, y1), (x2, y2)

@@ -12,8 +12,8 @@ import numpy as np
 from houseexpo.analysis.measures import BY_NAME
 from houseexpo.dataset import Dataset
 from houseexpo.drawing import contact_sheet, draw_plan
-from houseexpo.drawing.plots import plain_style
-from houseexpo.exports.encoding import image
+from houseexpo.drawing.plots import plot_style
+from houseexpo.exports.encoding import encode_image
 from houseexpo.release.descriptions import KEYWORDS, Facts, bibtex
 from houseexpo.release.tables import Table
 from houseexpo.tolerances import ROBOT_M
@@ -116,7 +116,7 @@ _SHEET_PX: Final = 300
 _INK, _MUTED, _LINE, _BAR = "#2f343b", "#6b7280", "#d9dce1", "#2f6da8"
 _LABELS_SHOWN: Final = 14
 _TAIL: Final = 0.99  # the last bar includes everything beyond this share
-_STYLE: Final[Any] = plain_style(_INK, _MUTED, _LINE) | {
+_STYLE: Final[Any] = plot_style(_INK, _MUTED, _LINE) | {
     "font.family": "DejaVu Sans",  # comes with matplotlib, the same on every machine
     "font.size": 9,
     "axes.titlesize": 10,
@@ -152,7 +152,7 @@ def measures_png(stats: Mapping[str, Any]) -> bytes:
 def sheet_png(plans: Dataset) -> bytes:
     """Draw a sheet of randomly chosen plans."""
     chosen = plans.sample(min(SHEET_PLANS, len(plans)), seed=0)
-    return image(contact_sheet([draw_plan(plan, size=_SHEET_PX) for plan in chosen], _SHEET_COLUMNS), "PNG")
+    return encode_image(contact_sheet([draw_plan(plan, size=_SHEET_PX) for plan in chosen], _SHEET_COLUMNS), "PNG")
 
 
 def _histogram(axes: Axes, tally: Mapping[str, Any], title: str, unit: str) -> None:

@@ -23,7 +23,7 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.store.records import records
+from houseexpo.dataset.store.stored_plans import read_stored_plans
 from houseexpo.errors import DatasetError
 from houseexpo.files import read_json, real_path, sha256_of
 from houseexpo.progress import show_progress
@@ -150,7 +150,7 @@ def _no_build(path: Path) -> DatasetError:
     """Return the error for something that is not a finished build (R1, R5)."""
     if (path / ".build").is_dir():
         return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
-    first = next(iter(records(path)))  # raises an error if there is no plan
+    first = next(iter(read_stored_plans(path)))  # raises an error if there is no plan
     if b'"format"' not in first.data:
         return DatasetError(
             f"{path}: published HouseExpo plans are not passed on from here, because whoever wants them gets them from "

@@ -15,11 +15,11 @@ from typing import Final
 
 import msgspec
 
-from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.splits import encode_id_list
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
-from houseexpo.exports.encoding import image
+from houseexpo.exports.encoding import encode_image
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import decode
 from houseexpo.outputs import check_not_in_inputs
@@ -122,7 +122,7 @@ def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str,
     rows: dict[str, list[Row]] = {table.name: [] for table in TABLES}
     for data, group in plans:
         plan = decode(data)
-        placed = Placed(plan, part, group, image(draw_plan(plan, size=PICTURE_PX), "PNG"))
+        placed = Placed(plan, part, group, encode_image(draw_plan(plan, size=PICTURE_PX), "PNG"))
         for table in TABLES:
             rows[table.name] += table.rows(placed)
     return part, rows
@@ -135,7 +135,7 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
     for home in ("splits", "pictures"):
         (folder / home).mkdir()
     for part, ids in facts.parts.lists.items():
-        write_atomically(folder / "splits" / f"{part}.txt", list_bytes(ids))
+        write_atomically(folder / "splits" / f"{part}.txt", encode_id_list(ids))
     provenance = msgspec.to_builtins(manifest)
     del provenance["files"]
     written = {

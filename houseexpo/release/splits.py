@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.splits import groups_of, split
+from houseexpo.dataset.splits import inseparable_groups, split_plans
 from houseexpo.errors import DatasetError
 from houseexpo.words import count_noun
 
@@ -41,11 +41,11 @@ def release_splits(plans: Dataset, workers: int = 1) -> Splits:
     """Split a data set for its release; raise DatasetError if its own lists are not a valid split."""
     own = plans.splits
     if not own:  # R2
-        found = split(plans, SHARES, SEED, workers)
+        found = split_plans(plans, SHARES, SEED, workers)
         lists: Mapping[str, tuple[str, ...]] = {name: ids for name, ids in found.parts.items() if ids}
         groups = found.groups
     else:
-        groups = groups_of(plans, workers)
+        groups = inseparable_groups(plans, workers)
         lists = _check_lists(own, plans)
     group_of = {name: group[0] for group in groups for name in group}
     _check_apart(lists, groups, plans)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from houseexpo.dataset.index import row
+from houseexpo.dataset.index import index_row
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 
@@ -60,7 +60,7 @@ class Table:
 
 def _plan_rows(placed: Placed) -> Iterator[Row]:
     plan = placed.plan
-    known = row(plan)
+    known = index_row(plan)
     reach = known.pop("navigability") or {}
     yield {
         **known,

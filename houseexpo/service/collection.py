@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.store.folders import plan_stamp
+from houseexpo.dataset.store.folders import folder_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.recent import Recent
@@ -179,7 +179,7 @@ def _stamp(path: Path) -> object:
         try:
             found = file.stat()
             if file == path and path.is_dir():  # plan files; decisions beside them do not count
-                return plan_stamp(path)
+                return folder_stamp(path)
         except (OSError, HouseExpoError):
             continue
         return (str(file), found.st_size, found.st_mtime_ns)

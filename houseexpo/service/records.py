@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import msgspec
 
-from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.errors import PlanError
 from houseexpo.files import decode_json, read_file
 from houseexpo.plan import checks
@@ -86,7 +86,7 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
 
 def picture_of_refused(path: Path, name: str) -> Path | None:
     """Return the picture that a build kept of a rejected input, None if it kept none."""
-    return _unlinked_file(refused_picture(path, name))
+    return _unlinked_file(rejected_picture_path(path, name))
 
 
 def _unlinked_file(file: Path) -> Path | None:

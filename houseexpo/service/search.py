@@ -27,7 +27,7 @@ from starlette.datastructures import ImmutableMultiDict
 
 from houseexpo.analysis.measures import BY_NAME, Measure
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.store.columns import known_label
+from houseexpo.dataset.store.columns import parse_label
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
@@ -190,7 +190,7 @@ def _words(given: Mapping[str, str], name: str) -> set[str]:
 
 
 def _labels(given: Mapping[str, str], name: str) -> tuple[str, ...]:
-    return tuple(sorted({known_label(word) for word in _words(given, name)}))
+    return tuple(sorted({parse_label(word) for word in _words(given, name)}))
 
 
 def _range(name: str, word: str) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from houseexpo.dataset.store.folders import overrides_file
+from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_atomically
 
@@ -44,7 +44,7 @@ class Tags:
 
     def __init__(self, dataset: str | Path) -> None:
         local = "://" not in str(dataset) and Path(dataset).exists()
-        beside = overrides_file(Path(dataset)) if local else None
+        beside = overrides_path(Path(dataset)) if local else None
         self.file = None if beside is None else beside.with_name(beside.name.replace("overrides.toml", "tags.toml"))
         self._thread = threading.Lock()
         self._read: tuple[object, Tagged] = (None, Tagged())

@@ -28,7 +28,7 @@ from houseexpo.analysis.similarity import (
     find_similar_pairs,
 )
 from houseexpo.cpu_cores import count_cores
-from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.index import index_row, index_table
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
@@ -390,7 +390,7 @@ def publish(
     for name, plan_kept in kept.items():
         data = plans.get(plan_kept)
         plan = decode(data)
-        rows.append({**row(plan), "split": parts_of.get(name)})
+        rows.append({**index_row(plan), "split": parts_of.get(name)})
         rules.update(_rules(plan))
         doubtful += plan.quality is not None and plan.quality.is_doubtful
         unmeasured += not _add_to(summaries.values(), plan)

@@ -23,7 +23,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from houseexpo.drawing.plots import MUTED, ONE, OTHER, axes_of, svg_alone
+from houseexpo.drawing.plots import MUTED, ONE, OTHER, standalone_svg, svg_axes
 from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
@@ -83,7 +83,7 @@ def curve(experiment: str) -> tuple[np.ndarray, np.ndarray]:
 def draw(task: str, lines: dict[str, float], folder: Path) -> None:
     """Draw learning curves, each with a band from the worst seed to the best, and a line for each other policy."""
     scale = 100 if task == "exploration" else 1
-    with axes_of((6.4, 3.4)) as (axes, out):
+    with svg_axes((6.4, 3.4)) as (axes, out):
         for label, (ending, colour) in LEARNED.items():
             steps, seeds = curve(task + ending)
             low, middle, high = scale * seeds.min(axis=0), scale * seeds.mean(axis=0), scale * seeds.max(axis=0)
@@ -98,7 +98,7 @@ def draw(task: str, lines: dict[str, float], folder: Path) -> None:
         axes.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}k")
         axes.set_xlabel("steps learned from")
         axes.set_ylabel("return in 200 steps" if task == "avoidance" else "seen in 200 steps, %")
-    (folder / f"learning_{task}.svg").write_text(svg_alone(out))
+    (folder / f"learning_{task}.svg").write_text(standalone_svg(out))
 
 
 @needs_shared

@@ -26,7 +26,7 @@ from rich.table import Table
 
 from houseexpo import Dataset, encode, open_dataset
 from houseexpo.analysis.similarity import SimilarPairs, choose_duplicates, find_duplicates, find_similar_pairs
-from houseexpo.dataset.validation import validate
+from houseexpo.dataset.validation import validate_dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
 from tests.builders.shared import DATA, needs_shared
@@ -117,7 +117,7 @@ def test_select(plans: Dataset) -> None:
 
 
 def test_validate_all(plans: Dataset) -> None:
-    seconds, report = timed(lambda: validate(PUBLISHED, 2))
+    seconds, report = timed(lambda: validate_dataset(PUBLISHED, 2))
     ROWS.append(("validate, two processes", f"{seconds:.1f} s", "30 s"))
     assert report.plans == len(plans)
 

@@ -17,7 +17,7 @@ import numpy as np
 import shapely
 import trimesh
 
-from houseexpo.exports import export, oriented
+from houseexpo.exports import export, orient_plan
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
 from pipeline.algorithm import plan_level
@@ -208,7 +208,7 @@ def through(plan: FloorPlan, form: str, folder: Path, suffix: str = "") -> Floor
 
 def likeness(plan: FloorPlan, other: FloorPlan) -> float:
     """IoU of the free space of two plans; the lower left corners of their bounds are laid on each other."""
-    one, two = oriented(plan).free_space, other.free_space
+    one, two = orient_plan(plan).free_space, other.free_space
     (x1, y1, *_), (x2, y2, *_) = one.bounds, two.bounds
     moved = shapely.affinity.translate(two, x1 - x2, y1 - y2)
     return float(one.intersection(moved).area / one.union(moved).area)

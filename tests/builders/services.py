@@ -17,7 +17,7 @@ from typing import Any
 import msgspec
 
 from houseexpo import save_plan
-from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.index import index_row, index_table
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
@@ -74,7 +74,7 @@ def built(folder: Path, plans: list[FloorPlan], train: tuple[str, ...] = ()) -> 
         old.unlink()
     for plan in plans:
         (folder / "json" / f"{plan.id}.json").write_bytes(encode(plan))
-    (folder / "index.parquet").write_bytes(index_table([row(plan) for plan in plans]))
+    (folder / "index.parquet").write_bytes(index_table([index_row(plan) for plan in plans]))
     (folder / "splits").mkdir(exist_ok=True)
     (folder / "splits" / "train.txt").write_text("".join(f"{name}\n" for name in train))
     lines(folder / "rejected.jsonl", [

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from houseexpo import draw_plan, save_plan
 from houseexpo.commands.app import make_app
-from houseexpo.dataset.tensors import RasterConfig, rasters
+from houseexpo.dataset.plan_rasters import RasterConfig, rasterise_plan
 from houseexpo.drawing import svg
 from houseexpo.errors import ConfigError, HouseExpoError, PlanError
 from houseexpo.exports import export
@@ -84,7 +84,7 @@ def test_grids_of_npz_that_take_many_gigabytes_are_refused(tmp_path: Path) -> No
         lambda scale: SMALL.to_world((0, 0), scale),
         lambda scale: draw_plan(SMALL, scale),
         lambda scale: svg(SMALL, scale),
-        lambda scale: rasters(SMALL, RasterConfig(pixels_per_metre=scale)),
+        lambda scale: rasterise_plan(SMALL, RasterConfig(pixels_per_metre=scale)),
     ],
 )
 def test_functions_refuse_too_few_pixels_per_metre(use, scale: float) -> None:  # type: ignore[no-untyped-def]
@@ -111,7 +111,7 @@ def test_a_size_of_a_picture_is_some_pixels_and_not_billions() -> None:
 )
 def test_tensors_of_no_size_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ConfigError):
-        rasters(SMALL, RasterConfig(**wrong))  # type: ignore[arg-type]
+        rasterise_plan(SMALL, RasterConfig(**wrong))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("scale", [1e-9, 0.3, 200.0])

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from houseexpo.commands.arguments import plan_ids
+from houseexpo.commands.arguments import parse_ids
 from houseexpo.configuration import read_toml
 from houseexpo.errors import ConfigError, PlanError, TrainingError
 from houseexpo.floorplan import load_plan
@@ -29,7 +29,7 @@ def trained(file: Path) -> Any:
 
 READERS: list[Callable[[Path], Any]] = [
     read_toml, SimulatorConfig.from_yaml, read_result, read_weights, read_list, trained,
-    lambda file: plan_ids([f"@{file}"]),
+    lambda file: parse_ids([f"@{file}"]),
     lambda file: load_overrides(None, file),
 ]  # fmt: skip
 NESTED = b"[" * 100_000

@@ -9,7 +9,14 @@ from typing import Any
 
 import pytest
 
-from houseexpo.dataset.build_record import FILE, Build, BuildRecord, read_build_record, record_build, was_built_here
+from houseexpo.dataset.build_record import (
+    FILE,
+    BuildCommand,
+    BuildRecord,
+    is_own_build,
+    read_build_record,
+    write_build_record,
+)
 from houseexpo.dataset.manifest import manifest_path
 from pipeline.cli_build import Work
 from pipeline.cli_parts import settings_of
@@ -24,7 +31,7 @@ def work(given: dict[str, Any], config: Path | None = None, overrides: Path | No
 
 def test_options_that_were_given_are_given_again_but_not_where_the_work_is_done() -> None:
     found = work({"sources": ("procedural:3",), "limit": 1, "seed": 0, "scale": 1.0}).record(add=False)
-    assert found == BuildRecord(Build(("procedural:3",), {"limit": "1", "scale": "1.0", "seed": "0"}))
+    assert found == BuildRecord(BuildCommand(("procedural:3",), {"limit": "1", "scale": "1.0", "seed": "0"}))
     words = ["build", "--limit=1", "--scale=1.0", "--seed=0", "--out", "/plans", "--", "procedural:3"]
     assert found.commands(OUT) == [words]
     assert "--furniture" in work({"furniture": True}).record(add=True).commands(OUT)[0]
@@ -43,7 +50,7 @@ def test_paths_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_a_manifest_of_the_project_is_recorded_by_its_name() -> None:
     record = work({}, manifest_path("demo")).record(add=False)
-    assert record == BuildRecord(Build((), {"config": "demo"}))
+    assert record == BuildRecord(BuildCommand((), {"config": "demo"}))
     assert record.build.words(OUT) == ["build", "--config=demo", "--out", str(OUT)]
 
 
@@ -56,8 +63,8 @@ def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> None:
-    a, b = Build(("a",), {"overrides": "/mine.toml"}), Build(("b",), {"add": "True"})
-    added = Build(("a",), {"overrides": "/mine.toml", "add": "True"})
+    a, b = BuildCommand(("a",), {"overrides": "/mine.toml"}), BuildCommand(("b",), {"add": "True"})
+    added = BuildCommand(("a",), {"overrides": "/mine.toml", "add": "True"})
     first, second = BuildRecord(a), BuildRecord(b)
     assert second.with_earlier(None) == second
     both = second.with_earlier(first)
@@ -71,12 +78,12 @@ def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> No
 def test_a_record_is_read_as_it_was_written_and_else_there_is_none(tmp_path: Path) -> None:
     (tmp_path / ".build").mkdir()
     assert read_build_record(tmp_path) is None
-    record = BuildRecord(Build(("procedural:3",), {"seed": "2"}))
-    record_build(tmp_path, record)
+    record = BuildRecord(BuildCommand(("procedural:3",), {"seed": "2"}))
+    write_build_record(tmp_path, record)
     assert read_build_record(tmp_path) == record
     file = tmp_path / FILE
     before = file.stat().st_mtime_ns
-    record_build(tmp_path, record)
+    write_build_record(tmp_path, record)
     assert file.stat().st_mtime_ns == before
     for other in (
         b'{"arguments": 3',
@@ -96,7 +103,7 @@ def test_only_options_that_say_what_plans_are_like_are_taken_from_a_record() -> 
         "seed": "1",
         "up": "--rehash",
     }
-    found = BuildRecord(Build(("--verify", "houses"), hostile))
+    found = BuildRecord(BuildCommand(("--verify", "houses"), hostile))
     assert found.commands(OUT) == [
         ["build", "--seed=1", "--up=--rehash", "--out", "/plans", "--", "--verify", "houses"]
     ]
@@ -106,11 +113,11 @@ def test_only_options_that_say_what_plans_are_like_are_taken_from_a_record() -> 
 def test_who_built_it_where_is_known_of_the_folder_alone(tmp_path: Path) -> None:
     plans, copy = tmp_path / "plans", tmp_path / "copy"
     (plans / ".build").mkdir(parents=True)
-    record = BuildRecord(Build(("procedural:3",)))
-    record_build(plans, record)
+    record = BuildRecord(BuildCommand(("procedural:3",)))
+    write_build_record(plans, record)
     shutil.copytree(plans, copy)
-    assert was_built_here(plans, record)
-    assert not was_built_here(copy, record)
-    assert not was_built_here(plans, BuildRecord(Build(("procedural:4",))))
+    assert is_own_build(plans, record)
+    assert not is_own_build(copy, record)
+    assert not is_own_build(plans, BuildRecord(BuildCommand(("procedural:4",))))
     (tmp_path / "link").symlink_to(plans)
-    assert was_built_here(tmp_path / "link", record)
+    assert is_own_build(tmp_path / "link", record)

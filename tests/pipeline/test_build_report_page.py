@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.drawing import draw_plan
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
@@ -72,7 +72,9 @@ def test_pictures_of_what_was_refused_are_kept_for_the_service(street: Path, tmp
     _page(data_set)
     kept = tmp_path / "out" / ".build" / "pictures" / "refused"
     assert [each.id for each in data_set.refused] == ["d_refuse", "empty"]
-    assert list(kept.iterdir()) == [refused_picture(data_set.root, "d_refuse")]  # nothing was found in the empty file
+    assert list(kept.iterdir()) == [
+        rejected_picture_path(data_set.root, "d_refuse")
+    ]  # nothing was found in the empty file
     assert next(kept.iterdir()).read_bytes() == data_set.refused[0].picture != b""
     (street / "d_refuse.ply").unlink()
     _page(run_build([street], tmp_path / "out"))

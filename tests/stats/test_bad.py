@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.commands.arguments import plan_ids
+from houseexpo.commands.arguments import parse_ids
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.readable import open_readable
 from houseexpo.errors import DatasetError
@@ -82,7 +82,7 @@ def test_the_list_is_lines_with_the_id_first_or_json(odd: Path, tmp_path: Path) 
     line = next(line for line in text.splitlines() if line.startswith("dumbbell"))
     assert line == "dumbbell\tnot connected for a robot of 0.30 m: 2 pieces, 50% in the largest"
     (tmp_path / "bad.txt").write_text(text)
-    assert plan_ids([f"@{tmp_path / 'bad.txt'}"]) == ["bow", "dumbbell", "h4"]
+    assert parse_ids([f"@{tmp_path / 'bad.txt'}"]) == ["bow", "dumbbell", "h4"]
     call("show", odd, "--ids", f"@{tmp_path / 'bad.txt'}", "--out", tmp_path / "bad.svg", "--size", "100")
     said = json.loads(call("stats", odd, "--list-bad", "--radius", "0.3", "--json", "--workers", "1")[0])
     assert {"id": "dumbbell", "pieces": 2, "largest_share": 0.5} in said["bad"]

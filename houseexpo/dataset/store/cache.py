@@ -17,8 +17,8 @@ from typing import Any, Final
 
 import pyarrow as pa
 
-from houseexpo.dataset.store.folders import file_stamp, plan_files, plan_folder, plan_stamp
-from houseexpo.dataset.store.records import damage_as_error
+from houseexpo.dataset.store.folders import file_stamp, folder_stamp, plan_file_names, plan_folder
+from houseexpo.dataset.store.stored_plans import damage_as_dataset_error
 from houseexpo.files import PARTIAL, atomic_folder, cache_folder, real_path, write_atomically
 
 VERSION: Final = "2"
@@ -34,7 +34,7 @@ _SCHEMA: Final = pa.schema([("plan", pa.large_binary())])
 _LEFT_S: Final = 3600.0  # seconds after which an unchanged temporary folder is left over from a killed process
 
 
-def cached_copy(path: Path, write: Callable[[Path, Path], None]) -> Path:
+def ensure_cached_copy(path: Path, write: Callable[[Path, Path], None]) -> Path:
     """Return the folder with the cached copy of a data set, and call ``write`` if there is none yet.
 
     1. Path, size and time of a file (for a folder, of every plan in it) lead to the hash of its content.
@@ -130,7 +130,7 @@ def _is_whole(source: Path, store: Path) -> bool:
 def _stamp(path: Path) -> str:
     digest = hashlib.sha256(os.fsencode(real_path(path)))
     if path.is_dir():
-        digest.update(plan_stamp(plan_folder(path)).encode())
+        digest.update(folder_stamp(plan_folder(path)).encode())
     else:
         digest.update(repr(file_stamp(path.stat())).encode())
     return digest.hexdigest()
@@ -138,10 +138,10 @@ def _stamp(path: Path) -> str:
 
 def _content(path: Path) -> str:
     digest = hashlib.sha256()
-    with damage_as_error(path):
+    with damage_as_dataset_error(path):
         if path.is_dir():
             folder = plan_folder(path)
-            for name in plan_files(folder):
+            for name in plan_file_names(folder):
                 digest.update(name.encode() + b"\0" + hashlib.sha256((folder / name).read_bytes()).digest())
         else:
             with path.open("rb") as stream:

@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 import pyarrow as pa
 
-from houseexpo.dataset.store.cache import PLANS, BlockReader, cached_copy, read_index
-from houseexpo.dataset.store.folders import plan_files, plan_folder
-from houseexpo.dataset.store.records import linked_lists, lists, plans_in
+from houseexpo.dataset.store.cache import PLANS, BlockReader, ensure_cached_copy, read_index
+from houseexpo.dataset.store.folders import plan_file_names, plan_folder
+from houseexpo.dataset.store.stored_plans import linked_list_names, plans_path, read_id_lists
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import is_device
 from houseexpo.plan import checks
@@ -30,7 +30,7 @@ class Catalogue:
 
     def __init__(self, path: Path, table: Any, store: Path | None) -> None:
         self.path, self.table, self._store = path, table, store
-        self._is_loose = plans_in(path).is_dir()
+        self._is_loose = plans_path(path).is_dir()
         self.ids: list[str] = table.column("id").to_pylist()
         self.row_of = {name: number for number, name in enumerate(self.ids)}
 
@@ -78,12 +78,12 @@ class Catalogue:
         A list that is a link to a file outside of the data set counts only if it names plans of the data set: else the
         data set of a stranger would show any text of this machine to those who it is served to.
         """
-        found, elsewhere = {}, linked_lists(self.path)
-        for name, data in lists(self.path).items():
+        found, elsewhere = {}, linked_list_names(self.path)
+        for name, data in read_id_lists(self.path).items():
             if name in elsewhere and not self._names_plans(data):
                 _log.warning("%s: list %r is a link to a file that names other things than plans", self.path, name)
                 continue
-            found[name] = read_ids(data, f"{self.path}: list {name!r}")
+            found[name] = parse_id_list(data, f"{self.path}: list {name!r}")
         return found
 
     def _names_plans(self, data: bytes) -> bool:
@@ -115,7 +115,7 @@ class Catalogue:
 
 
 def open_catalogue(path: Path) -> Catalogue:
-    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_copy``).
+    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_cached_copy``).
 
     Raises
     ------
@@ -130,11 +130,11 @@ def open_catalogue(path: Path) -> Catalogue:
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
     if is_device(path):
         raise DatasetError(f"{path}: expected a file or a folder, found a device or a pipe; save its content to a file")
-    store = cached_copy(plans_in(path), _write_copy)
+    store = ensure_cached_copy(plans_path(path), _write_copy)
     return Catalogue(path, read_index(store), store)
 
 
-def read_ids(data: bytes, what: str) -> tuple[str, ...]:
+def parse_id_list(data: bytes, what: str) -> tuple[str, ...]:
     """Read a list of ids, one per line; a ``.json`` after an id and empty lines are ignored.
 
     Raises
@@ -155,9 +155,11 @@ def read_ids(data: bytes, what: str) -> tuple[str, ...]:
 
 
 def _write_copy(source: Path, target: Path) -> None:
-    from houseexpo.dataset.store.write_copy import write_copy  # it loads libraries that an existing copy does not need
+    from houseexpo.dataset.store.write_copy import (
+        write_cached_copy,  # it loads libraries that an existing copy does not need
+    )
 
-    write_copy(source, target)
+    write_cached_copy(source, target)
 
 
 def _with_later_columns(table: Any) -> Any:
@@ -182,7 +184,7 @@ def _own_index(path: Path) -> Any:
     ids = table.column("id").to_pylist()
     for name in ids:
         checks.check_plan_id(name)
-    missing = sorted({f"{name}.json" for name in ids} ^ set(plan_files(plan_folder(path))))
+    missing = sorted({f"{name}.json" for name in ids} ^ set(plan_file_names(plan_folder(path))))
     if missing or len(set(ids)) != len(ids):
         raise DatasetError(
             f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(missing)}: "

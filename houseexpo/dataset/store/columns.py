@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.dataset.store.catalogue import Catalogue
-from houseexpo.dataset.store.derived import cached_values, measure_cached
+from houseexpo.dataset.store.value_cache import cached_values, measure_cached
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.words import unknown_name_message
@@ -27,7 +27,7 @@ _COUNTS: Final = ("rooms", "doors")
 """The conditions for which ``select`` also takes a single number; an area is hardly ever equal to one."""
 
 
-def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True) -> list[Any]:
+def read_column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True) -> list[Any]:
     """Return a column of the index for some rows; values that published plans lack are computed if not cached.
 
     With ``compute=False``, they are None instead.
@@ -44,7 +44,7 @@ def column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = True)
     return values
 
 
-def connected_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
+def largest_area_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
     """Return the share of the largest connected area for a disc; it is measured if the index does not record it."""
     key = f"{radius:.2f}"
     values: list[float | None] = [None] * len(rows)
@@ -55,7 +55,7 @@ def connected_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDA
     return np.array(values, dtype=np.float64)
 
 
-def known_label(word: str) -> str:
+def parse_label(word: str) -> str:
     """Return the label that a word spells in any way; raise ConfigError if it is not a label."""
     from houseexpo.plan.room_labels import LABELS, canonical
 
@@ -65,28 +65,28 @@ def known_label(word: str) -> str:
     return found
 
 
-def known_labels(words: Iterable[str]) -> set[str]:
+def parse_labels(words: Iterable[str]) -> set[str]:
     """Return the labels that words spell; a single string is one label, not a sequence of letters."""
-    return {known_label(word) for word in ([words] if isinstance(words, str) else words)}
+    return {parse_label(word) for word in ([words] if isinstance(words, str) else words)}
 
 
-def least_share(robot_radius: float | None, min_connected: float | None) -> float:
+def required_share(robot_radius: float | None, min_connected: float | None) -> float:
     """Return the share that the largest connected area must have; raise ConfigError for an invalid combination."""
     if robot_radius is None and min_connected is not None:
         raise ConfigError("select: min_connected needs a robot_radius")
     if robot_radius is not None and not (_is_number(robot_radius) and 0 <= robot_radius < math.inf):
         raise ConfigError(f"select: robot_radius: expected metres, 0 or more, found {robot_radius!r}")
-    return 1.0 if min_connected is None else share_of_one(min_connected, "min_connected")
+    return 1.0 if min_connected is None else check_share(min_connected, "min_connected")
 
 
-def share_of_one(value: float, name: str) -> float:
+def check_share(value: float, name: str) -> float:
     """Return a number from 0 to 1; raise ConfigError for anything else."""
     if not (_is_number(value) and 0 <= value <= 1):
         raise ConfigError(f"select: {name}: expected 0 to 1, found {value!r}")
     return value
 
 
-def is_within(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
+def are_within_limits(values: npt.NDArray[np.float64], limits: Any, name: str) -> npt.NDArray[np.bool_]:
     """Return whether each value lies within the limits, None for no limit; for a count, a single number is allowed."""
     low, high = _ends(limits, name)
     if low is not None and high is not None and low > high:

@@ -21,12 +21,12 @@ ARCHIVE: Final = "json.tar.gz"
 """The archive of all plans in the folder of a release (``houseexpo.release``)."""
 
 
-def refused_picture(path: Path, name: str) -> Path:
+def rejected_picture_path(path: Path, name: str) -> Path:
     """Return the path of the picture of a rejected input; its name is a hash, since inputs may have any name."""
     return path / ".build" / "pictures" / "refused" / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.png"
 
 
-def overrides_file(dataset: Path) -> Path:
+def overrides_path(dataset: Path) -> Path:
     """Return the path of the file with manual corrections of a data set; it may not exist yet.
 
     In a folder of plans, the file is ``overrides.toml``, so that it moves with the folder. Nothing is added to an
@@ -55,7 +55,7 @@ def is_plan(name: str) -> bool:
     return path.suffix == ".json" and not hidden and not beside
 
 
-def plan_files(folder: Path) -> list[str]:
+def plan_file_names(folder: Path) -> list[str]:
     """Return the sorted names of the plans in a folder; raise DatasetError if there are JSON lines beside them.
 
     It would not be clear which of the two was meant, and one of them would be ignored silently.
@@ -72,12 +72,12 @@ def plan_files(folder: Path) -> list[str]:
     return plans
 
 
-def plan_stamp(folder: Path) -> str:
+def folder_stamp(folder: Path) -> str:
     """Return a stamp that changes exactly if a plan in the folder changes; no plan is read.
 
-    Raise DatasetError like ``plan_files``.
+    Raise DatasetError like ``plan_file_names``.
     """
-    names = set(plan_files(folder))
+    names = set(plan_file_names(folder))
     with os.scandir(folder) as entries:
         found = sorted((entry.name, *file_stamp(entry.stat())) for entry in entries if entry.name in names)
     return hashlib.sha256(repr(found).encode()).hexdigest()
@@ -88,7 +88,7 @@ def file_stamp(found: os.stat_result) -> tuple[int, int, int]:
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def instead_of_plans(path: Path) -> str:
+def no_plans_advice(path: Path) -> str:
     """Return advice for a folder without plans: what to open in it instead, if there is something."""
     if not path.is_dir():
         return "check the path"

@@ -27,8 +27,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from houseexpo.dataset.index import SCHEMA
-from houseexpo.dataset.store.catalogue import Catalogue, read_ids
-from houseexpo.dataset.store.records import MAX_PLAN_BYTES
+from houseexpo.dataset.store.catalogue import Catalogue, parse_id_list
+from houseexpo.dataset.store.stored_plans import MAX_PLAN_BYTES
 from houseexpo.errors import DatasetError
 from houseexpo.files import cache_folder, write_atomically
 from houseexpo.plan import checks
@@ -128,7 +128,9 @@ class RemoteCatalogue(Catalogue):
         except msgspec.DecodeError as error:
             raise DatasetError(f"{self._server.plain}: expected the description of a data set, found {error}") from None
         return {
-            name: read_ids(self._server.get(f"/splits/{quote(name, safe='')}", _INDEX_BYTES).data, f"list {name!r}")
+            name: parse_id_list(
+                self._server.get(f"/splits/{quote(name, safe='')}", _INDEX_BYTES).data, f"list {name!r}"
+            )
             for name in about.splits
         }
 

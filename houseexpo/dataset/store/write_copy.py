@@ -13,9 +13,9 @@ import numpy as np
 import pyarrow as pa
 import shapely
 
-from houseexpo.dataset.index import SCHEMA, row
+from houseexpo.dataset.index import SCHEMA, index_row
 from houseexpo.dataset.store.cache import INDEX, PLANS, BlockWriter
-from houseexpo.dataset.store.records import Record, records
+from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import split_into_chunks
@@ -27,7 +27,7 @@ CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string(
 _CHUNK: Final = 256  # plans that are measured together
 
 
-def write_copy(source: Path, target: Path) -> None:
+def write_cached_copy(source: Path, target: Path) -> None:
     """Write ``index.arrow`` and, unless the source is a folder, ``plans.arrow`` into the folder ``target``.
 
     Raises
@@ -53,11 +53,11 @@ def write_copy(source: Path, target: Path) -> None:
             index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
 
 
-def _measure_chunks(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan], list[float]]]:
+def _measure_chunks(source: Path) -> Iterator[tuple[list[StoredPlan], list[FloorPlan], list[float]]]:
     """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
-    waiting: tuple[list[Record], list[FloorPlan], Future[list[float]]] | None = None
+    waiting: tuple[list[StoredPlan], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
-        for chunk in split_into_chunks(show_progress(records(source), f"reading {source.name}"), _CHUNK):
+        for chunk in split_into_chunks(show_progress(read_stored_plans(source), f"reading {source.name}"), _CHUNK):
             plans = [_decode(source, record) for record in chunk]
             before, waiting = waiting, (chunk, plans, thread.submit(_areas, plans))
             if before is not None:
@@ -66,12 +66,12 @@ def _measure_chunks(source: Path) -> Iterator[tuple[list[Record], list[FloorPlan
             yield waiting[0], waiting[1], waiting[2].result()
 
 
-def _row(record: Record, plan: FloorPlan, area: float) -> dict[str, Any]:
+def _row(record: StoredPlan, plan: FloorPlan, area: float) -> dict[str, Any]:
     digest = hashlib.sha1(record.data, usedforsecurity=False).hexdigest()
-    return {**row(plan, area), "file": record.place, "digest": digest}
+    return {**index_row(plan, area), "file": record.place, "digest": digest}
 
 
-def _decode(source: Path, record: Record) -> FloorPlan:
+def _decode(source: Path, record: StoredPlan) -> FloorPlan:
     """Decode a record; add its place to any error."""
     try:
         return decode(record.data)

@@ -11,8 +11,8 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.exports.encoding import image as as_file
-from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_files
+from houseexpo.exports.encoding import encode_image as as_file
+from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_server_files
 from houseexpo.files import make_folder, write_atomically
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels import mapping
@@ -137,7 +137,7 @@ class Drive:
         state, frame = self._env.state, self._env.simulator.world.frame
         shades = np.full(256, UNKNOWN, np.uint8)
         shades[[mapping.FREE, mapping.OBSTACLE]] = FREE, WALL
-        files = map_files("map", shades[state.known], frame.cell_m, frame.origin_m)
+        files = map_server_files("map", shades[state.known], frame.cell_m, frame.origin_m)
         files["map.png"] = as_file(self.picture((1600, 1200)), "PNG")
         stream = io.StringIO(newline="")
         csv.writer(stream, lineterminator="\n").writerows([Row._fields, *self.rows])

@@ -21,7 +21,7 @@ from typing import Any, Final
 from houseexpo.analysis.similarity import find_similar_pairs
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.manifest import manifest_path
-from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.progress import show_progress
 from houseexpo.words import count_noun
@@ -55,7 +55,7 @@ def seed_of(*words: str) -> int:
 
 def ids_sha256(ids: Sequence[str]) -> str:
     """Return the hash of a list of ids, which is that of ``sha256sum`` for a file with one id per line."""
-    return hashlib.sha256(list_bytes(ids)).hexdigest()
+    return hashlib.sha256(encode_id_list(ids)).hexdigest()
 
 
 def content_sha256(plans: Dataset) -> str:

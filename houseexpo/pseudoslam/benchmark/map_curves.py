@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.drawing.plots import SERIES, figure_of
+from houseexpo.drawing.plots import SERIES, svg_figure
 from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
 from houseexpo.pseudoslam.benchmark.comparison import Compared, Entry
 from houseexpo.pseudoslam.benchmark.tables import title
@@ -69,7 +69,7 @@ def map_panels(compared: Compared, colours: Colours | None = None) -> Iterator[t
         columns = 3 if len(names) <= _FEW else _COLUMNS
         rows = -(-len(shown) // columns)
         width, height = (2.9, 2.1) if columns == 3 else (1.75, 1.45)
-        with figure_of((columns * width, rows * height + 0.5)) as (figure, out):
+        with svg_figure((columns * width, rows * height + 0.5)) as (figure, out):
             panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
             for panel, name in zip(panels.flat, shown, strict=False):
                 for colour, _, curves in lines:

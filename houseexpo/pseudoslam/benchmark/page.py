@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from houseexpo.drawing.plots import SERIES, axes_of, svg_alone, svg_of
+from houseexpo.drawing.plots import SERIES, embedded_svg, standalone_svg, svg_axes
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_atomically
 from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
@@ -61,17 +61,17 @@ def write_comparison(
         for over, _ in compared.track.curves:
             picture = file.with_suffix("") / f"{compared.track.id}-{over}.svg"
             picture.parent.mkdir(exist_ok=True)
-            with axes_of(_WIDE) as (axes, out):
+            with svg_axes(_WIDE) as (axes, out):
                 _draw(axes, compared, over, colours)
                 axes.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the lines
-            write(picture, svg_alone(out).encode())
+            write(picture, standalone_svg(out).encode())
             pictures[compared.track.id, over] = f"{picture.parent.name}/{picture.name}"
     more: dict[str, list[tuple[str, str]]] = {}
     for compared in found if each_map else ():
         for number, (about, out) in enumerate(map_panels(compared, colours), start=1):
             picture = file.with_suffix("") / f"{compared.track.id}-maps-{number}.svg"
             picture.parent.mkdir(exist_ok=True)
-            write(picture, svg_alone(out).encode())
+            write(picture, standalone_svg(out).encode())
             more.setdefault(compared.track.id, []).append((about, f"{picture.parent.name}/{picture.name}"))
     write(file, markdown(found, heading, pictures, more).encode())
 
@@ -91,7 +91,7 @@ def page(found: Sequence[Compared], heading: str = HEADING, *, each_map: bool = 
     sections = [
         (
             *(each, facts(each), list(_tables(each)), _legend(each, colours), list(_curves(each, colours))),
-            [(about, svg_of(out)) for about, out in map_panels(each, colours)] if each_map else [],
+            [(about, embedded_svg(out)) for about, out in map_panels(each, colours)] if each_map else [],
         )
         for each in found
     ]
@@ -112,9 +112,9 @@ def _legend(compared: Compared, colours: Colours) -> list[tuple[int, str]]:
 def _curves(compared: Compared, colours: Colours) -> Iterator[tuple[str, str]]:
     """Yield the quantity over which coverage is drawn, and the drawing."""
     for over, _ in compared.track.curves:
-        with axes_of(_SIZE) as (axes, out):
+        with svg_axes(_SIZE) as (axes, out):
             _draw(axes, compared, over, colours)
-        yield over, svg_of(out)
+        yield over, embedded_svg(out)
 
 
 def _draw(axes: Axes, compared: Compared, over: str, colours: Colours) -> None:

@@ -32,7 +32,7 @@ import numpy as np
 
 import houseexpo
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, install_command
 from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.floorplan import FloorPlan
@@ -265,7 +265,7 @@ def train_chooser(
     MissingDependencyError
         ``cma`` is not installed.
     """
-    run = {**asdict(config), "train": hashlib.sha256(list_bytes(sorted(ids))).hexdigest()}
+    run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
     made_by = commit()  # the code at the start, not at the end
     search = Search(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)

@@ -11,7 +11,7 @@ import numpy as np
 
 from houseexpo.configuration import config_from_mapping, config_to_mapping
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.splits import list_bytes
+from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import with_preset
@@ -45,7 +45,7 @@ class RunPlans:
         """Return the numbers of plans for training and evaluation, and the SHA-256 of their lists."""
         lists = {"train": self.train, "test": self.test}
         return {
-            side: {"plans": len(ids), "sha256": hashlib.sha256(list_bytes(ids)).hexdigest()}
+            side: {"plans": len(ids), "sha256": hashlib.sha256(encode_id_list(ids)).hexdigest()}
             for side, ids in lists.items()
             if ids is not None
         }

@@ -33,7 +33,7 @@ from typing import Final, Literal, Protocol
 import numpy as np
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from houseexpo.exports.rasters import FREE, WALL, occupancy
+from houseexpo.exports.rasters import FREE, WALL, occupancy_picture
 from houseexpo.pseudoslam.io.poses import Pose, compose, relative
 from houseexpo.pseudoslam.io.robot_topics import (
     BASE,
@@ -444,7 +444,7 @@ def origin_of(pose: Pose, seen: Pose) -> Pose:
 def _whole(fleet: Fleet) -> OccupancyGrid:
     """Return the house as a map, as ``houseexpo export --to ros`` writes it."""
     cell_m = 1.0 / fleet.config.pixels_per_metre
-    pixels, frame = occupancy(fleet.plan, cell_m, cell_m, "world")
+    pixels, frame = occupancy_picture(fleet.plan, cell_m, cell_m, "world")
     values = np.full(256, -1, np.int8)
     values[[FREE, WALL]] = 0, 100
     return OccupancyGrid(values[pixels[::-1]], frame.cell_m, frame.origin_m)

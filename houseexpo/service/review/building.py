@@ -28,7 +28,7 @@ from typing import Any, Final, Literal
 import msgspec
 
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import BuildRecord, read_build_record, was_built_here
+from houseexpo.dataset.build_record import BuildRecord, is_own_build, read_build_record
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.service.collection import Collection
 from houseexpo.service.records import read_records
@@ -74,7 +74,7 @@ class Building:
         record = read_build_record(root)
         if record is None:
             return f"{root.name} has no record of its build; run its houseexpo build once more to create it"
-        if not was_built_here(root, record):
+        if not is_own_build(root, record):
             typed = "; ".join(record.shell_lines(root.resolve()))
             return (
                 f"{root.name} was built in another place or by somebody else, so its recorded commands are not run "
@@ -111,7 +111,7 @@ class Building:
         if why := self.refusal():
             raise ConfigError(why)
         record = self._record()
-        if not was_built_here(self.root, record) or confirmed != self._commands_to_confirm(record)["confirm"]:
+        if not is_own_build(self.root, record) or confirmed != self._commands_to_confirm(record)["confirm"]:
             raise DecidedOtherwiseError("the commands have changed since they were shown; check and confirm them again")
         with self._lock:
             if self.phase == "building":

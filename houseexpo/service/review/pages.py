@@ -21,9 +21,9 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.dataset import Dataset
-from houseexpo.dataset.store.folders import overrides_file
+from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.drawing import svg
-from houseexpo.drawing.scene import scene
+from houseexpo.drawing.scene import lay_out_plan
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import GridFrame, plan_points_from_source, source_points_from_plan
@@ -218,7 +218,7 @@ def plan_values(plan: FloorPlan) -> dict[str, Any]:
     """Return a plan's measures, its grounds (the strongest first), and the position of its picture in metres."""
     quality = plan.quality
     grounds = sorted((quality.grounds if quality else {}).items(), key=lambda pair: -pair[1])
-    layout = scene(plan, None, SIZE_PX)
+    layout = lay_out_plan(plan, None, SIZE_PX)
     frame = GridFrame.around(layout.bounds, layout.pixels_per_metre, margin_px=0, y_up=True)
     return {
         "plan": plan.id,
@@ -295,7 +295,7 @@ class Review:
     def __init__(self, collection: Collection) -> None:
         self._collection = collection
         self._queue = Queue(collection.dataset)
-        self.decisions = Decisions(overrides_file(collection.path))
+        self.decisions = Decisions(overrides_path(collection.path))
         self.building = Building(collection, self.decisions)
 
     @property

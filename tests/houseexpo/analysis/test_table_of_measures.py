@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from houseexpo.analysis.measures import BY_NAME, MEASURES
-from houseexpo.dataset.index import SCHEMA, row
+from houseexpo.dataset.index import SCHEMA, index_row
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanData
 
@@ -47,8 +47,12 @@ def test_two_rooms_with_a_door(two_rooms):
     assert (found["doors"], found["cuts"], found["loops"], found["holes"]) == ([2], [0], [0], [1])
     assert (found["doors_per_room"], found["degree"], found["door_width"]) == ([2, 1], [1, 1], [0.8, 0.9])
     assert found["depth"] == [1]
-    assert row(two_rooms)["area"] == round(two_rooms.area, 2)
-    assert (row(two_rooms)["n_doors"], row(two_rooms)["n_cuts"], row(two_rooms)["width"]) == (2, 0, 7.1)
+    assert index_row(two_rooms)["area"] == round(two_rooms.area, 2)
+    assert (index_row(two_rooms)["n_doors"], index_row(two_rooms)["n_cuts"], index_row(two_rooms)["width"]) == (
+        2,
+        0,
+        7.1,
+    )
 
 
 def test_measures_of_a_robot(two_rooms):

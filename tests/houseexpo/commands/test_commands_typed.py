@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import houseexpo
 from houseexpo import encode
 from houseexpo.commands import app
-from houseexpo.commands.arguments import plan_ids
+from houseexpo.commands.arguments import parse_ids
 from houseexpo.commands.split import _shares
 from houseexpo.dataset import open_dataset
 from tests.builders.plan_files import hexed, house, houses, pack
@@ -73,9 +73,9 @@ def test_a_sample_is_the_seeds(data, tmp_path):
 
 def test_ids_are_given_alike_in_every_command(data, tmp_path):
     (tmp_path / "ids.txt").write_text(f"{hexed(0)}\n{hexed(2)}\n")
-    assert plan_ids([f"a,b.json, {hexed(0)}", f"@{tmp_path / 'ids.txt'}"]) == ["a", "b", hexed(0), hexed(2)]
+    assert parse_ids([f"a,b.json, {hexed(0)}", f"@{tmp_path / 'ids.txt'}"]) == ["a", "b", hexed(0), hexed(2)]
     (tmp_path / "bad.txt").write_text("# of stats --list-bad\nHouse 12\tinvalid ring\n" + hexed(2) + " a note\n")
-    assert plan_ids([f"@{tmp_path / 'bad.txt'}"]) == ["House 12", hexed(2)]
+    assert parse_ids([f"@{tmp_path / 'bad.txt'}"]) == ["House 12", hexed(2)]
     for words in ([f"@{tmp_path / 'ids.txt'}"], [f"{hexed(0)},{hexed(2)}"], [hexed(0), hexed(2)]):
         call("show", *words, "--data", data, "--size", "100", "--out", tmp_path / "sheet.svg")
         assert (tmp_path / "sheet.svg").read_text().count("<svg ") == 3

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
-from houseexpo.dataset.index import index_table, row
+from houseexpo.dataset.index import index_row, index_table
 from houseexpo.plan import Navigability, Quality
 from houseexpo.words import unknown_name_message
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
@@ -131,7 +131,7 @@ def test_selecting_by_quality(tmp_path):
 def test_an_index_of_before_there_was_a_quality_still_opens(tmp_path):
     plan = house("a", quality=Quality(0.9))
     path = pack(tmp_path, "nested", {"a": encode(plan)})
-    table = pq.read_table(io.BytesIO(index_table([row(plan)])))
+    table = pq.read_table(io.BytesIO(index_table([index_row(plan)])))
     pq.write_table(table, path / "index.parquet")
     assert open_dataset(path).column("quality") == [0.9]
     pq.write_table(table.drop_columns(["quality"]), path / "index.parquet")

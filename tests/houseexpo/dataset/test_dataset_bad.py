@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from houseexpo import HouseExpoError, encode, open_dataset
-from houseexpo.dataset.index import index_table, row
-from houseexpo.dataset.store import records
+from houseexpo.dataset.index import index_row, index_table
+from houseexpo.dataset.store import stored_plans
 from houseexpo.dataset.store.cache import VERSION
-from houseexpo.dataset.store.catalogue import read_ids
+from houseexpo.dataset.store.catalogue import parse_id_list
 from houseexpo.files import cache_folder
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 
@@ -121,13 +121,13 @@ def test_a_member_of_a_gigabyte(tmp_path):
 
 @pytest.mark.parametrize("kind", ["zip", "jsonl.gz", "folder"])
 def test_a_plan_that_is_too_large(tmp_path, kind, monkeypatch):
-    monkeypatch.setattr(records, "MAX_PLAN_BYTES", 10_000)
+    monkeypatch.setattr(stored_plans, "MAX_PLAN_BYTES", 10_000)
     path = pack(tmp_path, kind, {"good": good(), "large": b" " * 20_000 + good("large")})
     assert "expected a plan of at most" in refused(path)
 
 
 def test_an_archive_that_unpacks_to_too_much(tmp_path, monkeypatch):
-    monkeypatch.setattr(records, "MAX_BYTES", 20_000)
+    monkeypatch.setattr(stored_plans, "MAX_BYTES", 20_000)
     path = tmp_path / "plans.tar.gz"
     path.write_bytes(tar({"json/a.json": good("a"), "pictures/a.png": bytes(100_000)}))
     assert "found more" in refused(path)
@@ -144,7 +144,7 @@ def test_members_outside_are_only_read(tmp_path):
 def test_a_list_that_is_none():
     for data in (b"good\n../../evil\n", b"\xff\xfe", b"a\na\n"):
         with pytest.raises(HouseExpoError, match="list"):
-            read_ids(data, "list 'train'")
+            parse_id_list(data, "list 'train'")
 
 
 def test_a_build_that_is_not_finished(tmp_path):
@@ -155,11 +155,11 @@ def test_a_build_that_is_not_finished(tmp_path):
 
 def test_an_index_of_other_plans(tmp_path):
     path = pack(tmp_path, "nested", {"a": good("a")})
-    (path / "index.parquet").write_bytes(index_table([row(house("a")), row(house("b"))]))
+    (path / "index.parquet").write_bytes(index_table([index_row(house("a")), index_row(house("b"))]))
     assert "b.json" in refused(path)
     (path / "index.parquet").write_bytes(b"PAR1")
     assert "index.parquet" in refused(path)
-    (path / "index.parquet").write_bytes(index_table([row(house("a"))]))
+    (path / "index.parquet").write_bytes(index_table([index_row(house("a"))]))
     assert open_dataset(path).ids == ["a"]
 
 

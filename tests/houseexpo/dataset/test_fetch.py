@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from houseexpo import ConfigError, DatasetError, open_dataset
-from houseexpo.dataset.fetch import fetch, folder_of, git_blob, unpack
-from houseexpo.dataset.manifest import Manifest, Source, load_manifest, manifest_path
+from houseexpo.dataset.fetch import fetch, git_blob_id, subset_folder, unpack_archive
+from houseexpo.dataset.manifest import DownloadFile, DownloadManifest, load_manifest, manifest_path
 from houseexpo.files import cache_folder
 from pipeline.config import PipelineConfig
 from pipeline.config_file import load_config
@@ -38,15 +38,15 @@ def server(tmp_path, monkeypatch):
         yield served
 
 
-def published(server, data: bytes = ARCHIVE) -> Manifest:
-    return Manifest(
+def published(server, data: bytes = ARCHIVE) -> DownloadManifest:
+    return DownloadManifest(
         name="Small",
         licence="MIT",
         source=server.address,
         paper="",
         plans=120,
-        archive=Source("json.tar.gz", f"{server.address}/json.tar.gz", blob(data)),
-        lists=(Source("map_id_train.txt", f"{server.address}/map_id_train.txt", blob(TRAIN)),),
+        archive=DownloadFile("json.tar.gz", f"{server.address}/json.tar.gz", blob(data)),
+        lists=(DownloadFile("map_id_train.txt", f"{server.address}/map_id_train.txt", blob(TRAIN)),),
         subsets={"demo": tuple(hexed(i) for i in range(100, 110))},
     )
 
@@ -65,7 +65,7 @@ def test_fetching_once(server):
 
 def test_what_another_process_has_fetched_meanwhile_stays(server):
     manifest = published(server)
-    theirs = folder_of("all", manifest) / "theirs.json"
+    theirs = subset_folder("all", manifest) / "theirs.json"
 
     def quicker(*_told: object) -> None:
         theirs.parent.mkdir(exist_ok=True)
@@ -97,7 +97,7 @@ def test_the_next_run_goes_on(server):
     server.cut = 4
     with pytest.raises(DatasetError, match=r"json\.tar\.gz.*run the same command again"):
         fetch(manifest=published(server))
-    assert not folder_of("all", published(server)).exists()
+    assert not subset_folder("all", published(server)).exists()
     asked = len(server.requests)
     assert len(open_dataset(fetch(manifest=published(server)))) == 120
     assert server.requests[asked][1].startswith("bytes=")
@@ -120,7 +120,7 @@ def test_what_stays_corrupt_is_thrown_away(server):
         fetch(manifest=published(server))
     assert blob(ARCHIVE) in str(caught.value)
     assert not list(cache_folder("downloads").iterdir())
-    assert not folder_of("all", published(server)).exists()
+    assert not subset_folder("all", published(server)).exists()
 
 
 def test_a_file_that_rots_in_the_cache_is_fetched_again(server):
@@ -130,12 +130,12 @@ def test_a_file_that_rots_in_the_cache_is_fetched_again(server):
 
 
 def test_no_such_file_and_no_server(server):
-    lost = Source("json.tar.gz", f"{server.address}/lost", blob(ARCHIVE))
+    lost = DownloadFile("json.tar.gz", f"{server.address}/lost", blob(ARCHIVE))
     with pytest.raises(DatasetError, match="404"):
-        fetch(manifest=Manifest("Lost", "", "", "", 0, lost))
-    nobody = Source("json.tar.gz", "http://127.0.0.1:9/json.tar.gz", blob(ARCHIVE))
+        fetch(manifest=DownloadManifest("Lost", "", "", "", 0, lost))
+    nobody = DownloadFile("json.tar.gz", "http://127.0.0.1:9/json.tar.gz", blob(ARCHIVE))
     with pytest.raises(DatasetError, match="Check the connection"):
-        fetch(manifest=Manifest("Nobody", "", "", "", 0, nobody))
+        fetch(manifest=DownloadManifest("Nobody", "", "", "", 0, nobody))
 
 
 def member(name: str, kind: bytes = tarfile.REGTYPE, link: str = "", size: int = 0) -> tarfile.TarInfo:
@@ -165,7 +165,7 @@ def test_unpacking_refuses(tmp_path, bad):
     archive.write_bytes(tar({"json/a.json": b"{}"}, (bad,)))
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(DatasetError, match=r"a\.tar\.gz"):
-        unpack(archive, tmp_path / "out")
+        unpack_archive(archive, tmp_path / "out")
     assert sorted(tmp_path.rglob("*")) == before
 
 
@@ -174,13 +174,13 @@ def test_unpacking_has_limits(tmp_path):
     archive.write_bytes(tar({f"json/{i}.json": bytes(100) for i in range(20)}))
     for limit in ({"max_files": 19}, {"max_bytes": 1999}):
         with pytest.raises(DatasetError, match="expected at most"):
-            unpack(archive, tmp_path / "out", **limit)
-    assert unpack(archive, tmp_path / "out", max_files=20, max_bytes=2000) == 20
+            unpack_archive(archive, tmp_path / "out", **limit)
+    assert unpack_archive(archive, tmp_path / "out", max_files=20, max_bytes=2000) == 20
     with pytest.raises(DatasetError, match="already exists"):
-        unpack(archive, tmp_path / "out")
+        unpack_archive(archive, tmp_path / "out")
     archive.write_bytes(archive.read_bytes()[:-9])
     with pytest.raises(DatasetError, match="cut off"):
-        unpack(archive, tmp_path / "out2")
+        unpack_archive(archive, tmp_path / "out2")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.tar.gz", "out"]
 
 
@@ -219,7 +219,7 @@ def test_blob_ids_are_gits(tmp_path):
     file = tmp_path / "a"
     file.write_bytes(b"some bytes")
     found = subprocess.run(["git", "hash-object", file], check=True, capture_output=True, text=True).stdout.strip()
-    assert git_blob(file) == found
+    assert git_blob_id(file) == found
 
 
 def test_the_lists_are_the_published_ones():
@@ -227,5 +227,5 @@ def test_the_lists_are_the_published_ones():
         pytest.skip("the published plans are not on this machine")
     manifest = load_manifest()
     for source in manifest.lists:
-        assert git_blob(SHARED / source.file) == source.git_blob
+        assert git_blob_id(SHARED / source.file) == source.git_blob
     assert manifest.subsets["demo"] == tuple((SHARED / "map_id_10.txt").read_text().split())

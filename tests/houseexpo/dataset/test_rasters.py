@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from houseexpo import ConfigError, FloorPlan, MissingDependencyError
-from houseexpo.dataset.tensors import RasterConfig, rasters
+from houseexpo.dataset.plan_rasters import RasterConfig, rasterise_plan
 from houseexpo.torch import PlanDataset
 from tests.builders.plan_files import house, houses, pack
 
 
 def test_small_plans_are_padded_all_round(two_rooms):
-    found = rasters(two_rooms, RasterConfig(size=(50, 90), pixels_per_metre=10))
+    found = rasterise_plan(two_rooms, RasterConfig(size=(50, 90), pixels_per_metre=10))
     assert found.free.shape == found.rooms.shape == found.doors.shape == (50, 90)
     assert found.free.sum() / 100 == pytest.approx(two_rooms.area, rel=0.005)
     rows, cols = np.nonzero(found.free)
@@ -29,18 +29,18 @@ def test_small_plans_are_padded_all_round(two_rooms):
 
 def test_large_plans_are_shrunk_cropped_or_refused():
     plan = house("long", 20.0)
-    shrunk = rasters(plan, RasterConfig(size=(40, 40), pixels_per_metre=10))
+    shrunk = rasterise_plan(plan, RasterConfig(size=(40, 40), pixels_per_metre=10))
     assert shrunk.frame.pixels_per_metre == 2
     assert shrunk.free.sum() == 40 * 8
-    cropped = rasters(plan, RasterConfig(size=(50, 40), pixels_per_metre=10, fit="crop"))
+    cropped = rasterise_plan(plan, RasterConfig(size=(50, 40), pixels_per_metre=10, fit="crop"))
     assert cropped.free.sum() == 40 * 40
     assert cropped.free.any(axis=0).all()
     with pytest.raises(ConfigError, match=r"'long': 20\.00 x 4\.00 m do not fit"):
-        rasters(plan, RasterConfig(size=(40, 40), fit="refuse"))
+        rasterise_plan(plan, RasterConfig(size=(40, 40), fit="refuse"))
 
 
 def test_pictures_have_the_highest_y_on_top(two_rooms):
-    down, up = (rasters(two_rooms, RasterConfig(size=(60, 90), y_up=y_up)).free for y_up in (False, True))
+    down, up = (rasterise_plan(two_rooms, RasterConfig(size=(60, 90), y_up=y_up)).free for y_up in (False, True))
     assert (down[::-1] == up).all()
 
 
@@ -51,8 +51,8 @@ def test_rooms_of_published_plans_are_found():
     assert plan.divided.divided is plan.divided
     assert plan.graph().number_of_edges() == 1
     assert set(np.unique(plan.door_grid())) == {-1, 0}
-    assert set(np.unique(rasters(plan, RasterConfig(size=(64, 96))).rooms)) == {-1, 0, 1}
-    assert set(np.unique(rasters(plan, RasterConfig(size=(64, 96), find_rooms=False)).rooms)) == {-1}
+    assert set(np.unique(rasterise_plan(plan, RasterConfig(size=(64, 96))).rooms)) == {-1, 0, 1}
+    assert set(np.unique(rasterise_plan(plan, RasterConfig(size=(64, 96), find_rooms=False)).rooms)) == {-1}
 
 
 @pytest.mark.parametrize("wrong", [{"size": (0, 5)}, {"fit": "squeeze"}, {"pixels_per_metre": float("nan")}])
@@ -63,7 +63,9 @@ def test_configurations_are_checked(wrong):
 
 def test_without_torch_the_message_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "torch", None)
-    with pytest.raises(MissingDependencyError, match=r"pip install torch.* houseexpo\.dataset\.tensors\.rasters"):
+    with pytest.raises(
+        MissingDependencyError, match=r"pip install torch.* houseexpo\.dataset\.plan_rasters\.rasterise_plan"
+    ):
         PlanDataset(pack(tmp_path, "jsonl", houses(2)))
 
 

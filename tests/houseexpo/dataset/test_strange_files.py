@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from houseexpo import open_dataset
-from houseexpo.dataset.validation import validate
+from houseexpo.dataset.validation import validate_dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import read_file, read_json
 from houseexpo.service.records import read_records
@@ -46,7 +46,7 @@ HOWS = ("folder", "pipe", "device", "deep", "bytes")
 def test_a_strange_manifest_is_said(folder: Path, how: str) -> None:
     strange(folder / "manifest.json", how)
     with pytest.raises(DatasetError, match="expected the manifest of a data set, found"):
-        validate(folder)
+        validate_dataset(folder)
     if how in {"deep", "bytes"}:
         assert "manifest.json: damaged" in verify(folder)
     else:

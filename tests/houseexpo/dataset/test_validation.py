@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from houseexpo import DatasetError, encode
-from houseexpo.dataset.validation import RULES, validate
+from houseexpo.dataset.validation import RULES, validate_dataset
 from houseexpo.plan import Navigability, PlanObject, Quality
 from houseexpo.plan.schema import SHIPPED, make_schema, schema_bytes
 from tests.builders.plan_files import hexed, house, houses, pack
@@ -22,7 +22,7 @@ GOOD = house(hexed(7))
 
 def found(tmp_path: Path, data: bytes, name: str = hexed(7)) -> dict[str, str]:
     """Return key by rule."""
-    report = validate(pack(tmp_path, "folder", {name: data}))
+    report = validate_dataset(pack(tmp_path, "folder", {name: data}))
     return {finding.rule: finding.key for finding in report.findings}
 
 
@@ -112,7 +112,7 @@ def test_our_plans(tmp_path, whole):
 
 def test_two_plans_with_one_id_and_many_findings(tmp_path):
     path = pack(tmp_path, "jsonl", {"a": encode(GOOD), "b": encode(GOOD), "c": b"{", "d": moved(room_num=0)})
-    report = validate(path)
+    report = validate_dataset(path)
     assert report.plans == 4
     assert {rule: n for rule, (n, _) in report.by_rule().items() if n} == {"schema": 1, "file": 2, "count": 1}
     assert list(report.by_rule()) == list(RULES)
@@ -123,30 +123,30 @@ def test_a_manifest_that_disagrees(tmp_path):
     path = pack(tmp_path, "nested", {hexed(7): encode(GOOD)})
     files = {f"json/{hexed(7)}.json": "0" * 64, "json/lost.json": "0" * 64, "../../evil": "0" * 64}
     (path / "manifest.json").write_bytes(msgspec.json.encode({"files": files}))
-    report = validate(path)
+    report = validate_dataset(path)
     assert sorted((f.rule, f.key) for f in report.findings) == sorted(("manifest", name) for name in files)
     (path / "manifest.json").write_bytes(b"{")
     with pytest.raises(DatasetError, match=r"manifest\.json"):
-        validate(path)
+        validate_dataset(path)
 
 
 def test_what_is_cut_off_is_no_report(tmp_path):
     path = pack(tmp_path, "jsonl.gz", houses(9))
     path.write_bytes(path.read_bytes()[:-20])
     with pytest.raises(DatasetError, match="cut off"):
-        validate(path)
+        validate_dataset(path)
 
 
 def test_two_processes_find_the_same(tmp_path):
     plans = {hexed(i): encode(house(hexed(i), 3 + i / 100, i % 7)) for i in range(1100)}
     path = pack(tmp_path, "jsonl", plans)
-    assert validate(path, 2) == validate(path, 1)
+    assert validate_dataset(path, 2) == validate_dataset(path, 1)
 
 
 @pytest.mark.slow
 def test_the_published_plans():
     if not SHARED.exists():
         pytest.skip("the published plans are not on this machine")
-    report = validate(SHARED, 2)
+    report = validate_dataset(SHARED, 2)
     assert report.plans == 33_717
     assert {rule: n for rule, (n, _) in report.by_rule().items() if n} == {"simple": 1285}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from houseexpo.drawing import contact_sheet, draw_plan, svg
-from houseexpo.drawing.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, scene
+from houseexpo.drawing.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, lay_out_plan
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.plan.room_labels import label_colour
@@ -19,7 +19,7 @@ def rgb(text: str) -> list[int]:
 
 def at(image: np.ndarray, plan, point: tuple[float, float], scale: float) -> list[int]:
     """The colour at a point in metres."""
-    x1, _, _, y2 = scene(plan, scale, 0).bounds
+    x1, _, _, y2 = lay_out_plan(plan, scale, 0).bounds
     return image[int((y2 - point[1]) * scale), int((point[0] - x1) * scale)].tolist()
 
 

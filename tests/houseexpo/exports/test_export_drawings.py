@@ -18,10 +18,10 @@ from houseexpo.exports import (
     geojson,
     graphml,
     npz,
-    oriented,
+    orient_plan,
     png,
     pol,
-    published,
+    published_json,
     svg,
 )
 from houseexpo.plan import PlanObject, Quality
@@ -78,8 +78,8 @@ def test_geojson_and_svg_carry_furniture_and_quality(flat):
 
 def test_furniture_of_a_mirrored_house_is_turned_back_with_it(mirrored):
     oven = PlanObject(0, "oven", 0, mirrored.holes[0][::-1], 0.9)
-    (turned,) = oriented(replace(mirrored, objects=(oven,))).objects
-    assert turned.polygon.equals(shapely.Polygon(oriented(mirrored).holes[0]))
+    (turned,) = orient_plan(replace(mirrored, objects=(oven,))).objects
+    assert turned.polygon.equals(shapely.Polygon(orient_plan(mirrored).holes[0]))
     assert not turned.polygon.equals(oven.polygon)
 
 
@@ -164,7 +164,7 @@ def test_pol_is_one_polygon_of_fractions(flat, published):
 
 def test_published_json_through_json(plans):
     for plan in plans:
-        data = published(plan)[f"{plan.id}.json"]
+        data = published_json(plan)[f"{plan.id}.json"]
         found = json.loads(data)
         assert set(found) == {"id", "verts", "bbox", "room_num", "room_category"}
         back = decode(data)

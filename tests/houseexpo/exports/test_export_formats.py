@@ -16,12 +16,12 @@ from houseexpo.exports import (
     export,
     glb,
     obj,
-    oriented,
-    ros,
+    orient_plan,
+    ros_map,
     sdf,
     stage,
 )
-from houseexpo.exports.solid import solid
+from houseexpo.exports.plan_bodies import plan_bodies
 from houseexpo.plan import PlanObject, Room
 from tests.houseexpo.exports.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
@@ -30,7 +30,7 @@ FLOORS = ["living_room_floor_0", "bedroom_floor_1", "unlabelled_floor_2", "door_
 
 def test_ros_map_through_yaml_and_pillow(plans):
     for plan in plans:
-        files = ros(plan)
+        files = ros_map(plan)
         found = yaml.safe_load(files[f"{plan.id}.yaml"])
         pixels = np.asarray(Image.open(io.BytesIO(files[found["image"]])))
         occupied = (255 - pixels.astype(float)) / 255
@@ -41,7 +41,7 @@ def test_ros_map_through_yaml_and_pillow(plans):
 
 
 def test_ros_origin_is_the_lower_left_corner_of_the_lower_left_pixel(flat):
-    files = ros(flat, resolution=0.02)
+    files = ros_map(flat, resolution=0.02)
     found = yaml.safe_load(files[f"{flat.id}.yaml"])
     pixels = np.asarray(Image.open(io.BytesIO(files[f"{flat.id}.pgm"])))
     x0, y0, yaw = found["origin"]
@@ -111,7 +111,7 @@ def test_irsim_opens_its_world(plans, tmp_path):
         assert not world.robot.collision
         assert np.asarray(world.get_lidar_scan()["ranges"]).min() > 0.2
         goal = shapely.Point(world.robot.goal[:2, 0])
-        assert oriented(plan).free_space.buffer(-0.19).intersects(goal)
+        assert orient_plan(plan).free_space.buffer(-0.19).intersects(goal)
         world.end(0)
 
 
@@ -141,7 +141,7 @@ def test_meshes_name_the_floors_of_rooms_doorways_and_entrances(flat, write):
     assert scene.geometry["entrance_door_2"].volume == pytest.approx(0.09 * 2.1)
     assert scene.geometry["living_room_floor_0"].volume == pytest.approx(flat.rooms[0].area * 0.05, rel=1e-3)
     whole = trimesh.util.concatenate(list(scene.geometry.values()))
-    built = solid(flat)
+    built = plan_bodies(flat)
     walls, slab = shapely.union_all(built.walls), shapely.union_all([built.space, *built.walls])
     assert whole.volume == pytest.approx(2.5 * walls.area + 0.4 * 0.08 + 0.05 * slab.area, rel=1e-5)
 

@@ -11,7 +11,7 @@ import shapely
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
-from houseexpo.exports import FORMATS, export, geojson, is_mirrored, oriented, world_from_plan
+from houseexpo.exports import FORMATS, export, geojson, is_mirrored, orient_plan, world_from_plan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 
@@ -25,9 +25,9 @@ def test_who_is_mirrored(flat, mirrored):
 
 
 def test_the_transform_undoes_the_mirror(flat, mirrored):
-    assert oriented(flat) is flat
-    assert oriented(mirrored, "plan") is mirrored
-    turned = oriented(mirrored)
+    assert orient_plan(flat) is flat
+    assert orient_plan(mirrored, "plan") is mirrored
+    turned = orient_plan(mirrored)
     assert turned.bbox == mirrored.bbox
     assert not is_mirrored(turned)
     (a, b, tx), (c, d, ty) = world_from_plan(mirrored)

@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 
 from houseexpo import decode
 from houseexpo.errors import ConfigError
-from houseexpo.exports import published, sdf
-from houseexpo.exports.polygons import trapezoids, without_holes
-from houseexpo.exports.solid import solid, start_and_goal
+from houseexpo.exports import published_json, sdf
+from houseexpo.exports.plan_bodies import plan_bodies
+from houseexpo.exports.polygons import cut_into_trapezoids, join_holes_by_slits
+from houseexpo.exports.worlds_2d import start_and_goal
 from tests.houseexpo.exports.readers import enclosed
 
 
 def test_a_frame_of_walls_is_four_boxes():
     frame = shapely.box(0, 0, 4, 3).difference(shapely.box(0.1, 0.1, 3.9, 2.9))
-    assert [ring.tolist() for ring in trapezoids(frame)] == [
+    assert [ring.tolist() for ring in cut_into_trapezoids(frame)] == [
         [[0, 0], [0.1, 0], [0.1, 3], [0, 3]],
         [[0.1, 0], [3.9, 0], [3.9, 0.1], [0.1, 0.1]],
         [[0.1, 2.9], [3.9, 2.9], [3.9, 3], [0.1, 3]],
@@ -36,7 +37,7 @@ def test_a_frame_of_walls_is_four_boxes():
 def test_trapezoids_are_the_polygon(parts):
     turned = [shapely.affinity.rotate(shapely.box(x, y, x + w, y + h), 15 * turn) for x, y, w, h, turn in parts]
     for polygon in shapely.get_parts(shapely.set_precision(shapely.union_all(turned), 1e-4)):
-        pieces = [shapely.Polygon(ring) for ring in trapezoids(polygon)]
+        pieces = [shapely.Polygon(ring) for ring in cut_into_trapezoids(polygon)]
         assert sum(piece.area for piece in pieces) == pytest.approx(polygon.area, rel=1e-4)
         assert shapely.symmetric_difference(shapely.union_all(pieces), polygon).area < 1e-3
         assert all(piece.exterior.is_ccw and piece.convex_hull.area - piece.area < 1e-9 for piece in pieces)
@@ -44,10 +45,10 @@ def test_trapezoids_are_the_polygon(parts):
 
 def test_slits_take_the_shortest_way_and_keep_out_of_doors():
     room = shapely.box(0, 0, 5, 3).difference(shapely.box(1, 0.5, 1.5, 1.0))
-    joined = without_holes(room)
+    joined = join_holes_by_slits(room)
     assert joined.area == pytest.approx(room.area - 0.01 * 0.5)
     assert shapely.difference(room, joined).bounds[3] == pytest.approx(0.5)
-    kept = without_holes(room, [shapely.box(0.5, 0, 2, 0.4)])
+    kept = join_holes_by_slits(room, [shapely.box(0.5, 0, 2, 0.4)])
     assert kept.area == pytest.approx(room.area - 0.01 * 1.0)
     assert shapely.difference(room, kept).bounds[0] == 0.0
 
@@ -57,7 +58,7 @@ def test_slits_between_holes_leave_what_was_connected_connected():
     corners = rng.choice(81, 14, replace=False)
     pillars = [shapely.Point(1.0 + c % 9, 1.0 + c // 9).buffer(rng.uniform(0.1, 0.4), quad_segs=4) for c in corners]
     room = shapely.transform(shapely.box(0, 0, 10, 10).difference(shapely.union_all(pillars)), lambda p: p.round(2))
-    joined = without_holes(room)
+    joined = join_holes_by_slits(room)
     assert joined.geom_type == "Polygon"
     assert joined.is_valid
     assert not joined.interiors
@@ -67,7 +68,7 @@ def test_slits_between_holes_leave_what_was_connected_connected():
 
 
 def test_published_json_slits_or_drops(flat):
-    slit, drop = (json.loads(published(flat, holes=h)[f"{flat.id}.json"]) for h in ("slit", "drop"))
+    slit, drop = (json.loads(published_json(flat, holes=h)[f"{flat.id}.json"]) for h in ("slit", "drop"))
     assert np.array_equal(drop["verts"], flat.verts)
     back = decode(json.dumps(slit))
     assert back.bbox == flat.bbox
@@ -78,20 +79,20 @@ def test_published_json_slits_or_drops(flat):
     doors = [door.polygon for door in flat.doors if door.kind != "entrance"]
     assert all(back.free_space.covers(door.buffer(-1e-6)) for door in doors)
     with pytest.raises(ConfigError, match="expected 'slit' or 'drop', found 'fill'"):
-        published(flat, holes="fill")
+        published_json(flat, holes="fill")
 
 
 def test_lintels_stand_over_doors_alone(flat):
-    assert [lintel.area for lintel in solid(flat).lintels] == [pytest.approx(0.08)]
-    assert solid(flat, door_height=2.5).lintels == ()
+    assert [lintel.area for lintel in plan_bodies(flat).lintels] == [pytest.approx(0.08)]
+    assert plan_bodies(flat, door_height=2.5).lintels == ()
     cut = replace(flat, doors=(replace(flat.doors[0], kind="cut"), *flat.doors[1:]))
-    assert len(solid(cut).lintels) == 1
+    assert len(plan_bodies(cut).lintels) == 1
 
 
 def test_a_courtyard_without_a_door_is_not_free(flat):
     ring = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 6, 6)).difference(shapely.box(0, 4, 3, 4.1))
     plan = replace(flat, verts=shapely.get_coordinates(ring)[:-1], holes=(), rooms=(), doors=())
-    assert enclosed(solid(plan).walls).area == pytest.approx(plan.area, rel=1e-3)
+    assert enclosed(plan_bodies(plan).walls).area == pytest.approx(plan.area, rel=1e-3)
 
 
 @pytest.mark.parametrize("heights", [(2.0, 2.1), (2.5, 0.0), (float("nan"), 2.0), (2.5, float("nan"))])

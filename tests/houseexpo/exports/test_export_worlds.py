@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.exports import dxf, ifc, mjcf, oriented, usd
+from houseexpo.exports import dxf, ifc, mjcf, orient_plan, usd
 from tests.houseexpo.exports.readers import near
 
 
@@ -28,7 +28,7 @@ def test_ifc_through_ifcopenshell(plans):
         for space in spaces:
             shape = geom.create_shape(geom.settings(), space)
             points = np.array(shape.geometry.verts).reshape(-1, 3)
-            room = oriented(plan).room(int(space.Name))
+            room = orient_plan(plan).room(int(space.Name))
             assert np.allclose(points[:, :2].min(axis=0), room.polygon.bounds[:2], atol=1e-3)
             assert np.allclose(points[:, 2].max(), 2.5)
         assert len({thing.GlobalId for thing in model.by_type("IfcRoot")}) == len(model.by_type("IfcRoot"))
@@ -99,7 +99,7 @@ def test_mjcf_through_mujoco(plans):
         assert {tuple(name.split("|")[1:3]) for name in names if name.startswith("room|")} == {
             (str(room.id), room.label) for room in plan.rooms
         }
-        world = oriented(plan)
+        world = orient_plan(plan)
         rng = np.random.default_rng(3)
         x1, y1, x2, y2 = world.bbox
         points = rng.uniform((x1, y1), (x2, y2), (100, 2))

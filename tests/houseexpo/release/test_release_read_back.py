@@ -13,7 +13,7 @@ import shapely
 from PIL import Image
 
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.validation import validate
+from houseexpo.dataset.validation import validate_dataset
 from houseexpo.release.tables import PLANS, ROOMS, TableWriter
 from tests.builders.needs import need
 
@@ -32,7 +32,7 @@ def test_our_own_library_opens_the_folder(made: Path, released: Path) -> None:
     assert sorted(name for ids in after.splits.values() for name in ids) == before.ids
     assert len(after.split("train")) == len(pq.read_table(released / "plans" / "train.parquet"))
     assert after.path == released
-    assert not validate(released).findings
+    assert not validate_dataset(released).findings
 
 
 def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:

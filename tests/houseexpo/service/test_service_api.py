@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from starlette.testclient import TestClient
 
-from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.service.api.openapi import CALLS, Call, openapi_document
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
@@ -231,7 +231,7 @@ def test_a_query_parameter_that_is_described_is_taken(client: TestClient, folder
 
 def keep_picture(folder: Path) -> None:
     """As a build keeps one of an input that it refused."""
-    file = refused_picture(folder, "car")
+    file = rejected_picture_path(folder, "car")
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(b"\x89PNG")
 

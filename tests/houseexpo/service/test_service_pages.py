@@ -11,7 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.index import index_table
-from houseexpo.dataset.store.folders import refused_picture
+from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.service import statistics
 from houseexpo.service.app import make_app
 from tests.builders.services import BASE, lines, published, service_of
@@ -125,7 +125,7 @@ def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: T
 
 
 def test_a_picture_of_what_was_refused_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
-    file = refused_picture(folder, "<b>hut</b>")
+    file = rejected_picture_path(folder, "<b>hut</b>")
     file.parent.mkdir(parents=True)
     file.write_bytes(b"\x89PNG")
     assert client.get("/homes/refused").text.count('class="drawn"') == 1

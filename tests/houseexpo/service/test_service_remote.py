@@ -17,8 +17,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from houseexpo import open_dataset
-from houseexpo.commands.arguments import named_plans
-from houseexpo.dataset.validation import validate
+from houseexpo.commands.arguments import plans_from_arguments
+from houseexpo.dataset.validation import validate_dataset
 from houseexpo.errors import DatasetError, UnknownPlanError
 from houseexpo.release import release
 from houseexpo.service.service import Service
@@ -53,7 +53,7 @@ def test_published_plans_too(address: str) -> None:
 
 
 def test_commands_that_need_files_say_so(address: str, tmp_path: Path) -> None:
-    for needs in (validate, lambda place: release(place, tmp_path / "out")):
+    for needs in (validate_dataset, lambda place: release(place, tmp_path / "out")):
         with pytest.raises(DatasetError, match=f"^{address}/homes: [a-z]+ needs the files of a data set"):
             needs(Path(f"{address}/homes?token=secret"))
     assert open_dataset(f"HTTP{address.removeprefix('http')}/homes").ids[0] == "a1"
@@ -133,7 +133,7 @@ def test_an_address_may_come_as_a_path_and_in_commands(address: str) -> None:
     place = Path(f"{address}/homes")
     assert "://" not in str(place)
     assert open_dataset(place).ids == open_dataset(f"{address}/homes").ids
-    assert len(named_plans([f"{address}/homes"], None, None)) == 4
+    assert len(plans_from_arguments([f"{address}/homes"], None, None)) == 4
 
 
 def test_ids_that_are_not_distinct_are_refused(address: str, folder: Path) -> None:

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.splits import split, write_split
+from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
 from pipeline.batch.folder import Others
@@ -67,7 +67,7 @@ def test_fewer_inputs_leave_no_plan_of_the_others(street: Path, tmp_path: Path) 
 
 def divided(out: Path) -> None:
     """Split a data set as the command does."""
-    write_split(split(open_dataset(out), {"train": 0.67, "test": 0.33}, seed=0), out)
+    write_split(split_plans(open_dataset(out), {"train": 0.67, "test": 0.33}, seed=0), out)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.dataset.build_record import Build, BuildRecord, read_build_record
+from houseexpo.dataset.build_record import BuildCommand, BuildRecord, read_build_record
 from houseexpo.errors import ConfigError
 from pipeline.batch.shard_build import begin, require_begun, unfinished_inputs
 from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
@@ -129,7 +129,7 @@ def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> No
         assert done.exit_code == 0
         assert f"next, when all shards are done: houseexpo assemble {tmp_path / 'out'}" in done.output
     assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
-    assert read_build_record(tmp_path / "out") == BuildRecord(Build(("procedural:2",), {"seed": "4"}))
+    assert read_build_record(tmp_path / "out") == BuildRecord(BuildCommand(("procedural:2",), {"seed": "4"}))
 
 
 @pytest.mark.slow

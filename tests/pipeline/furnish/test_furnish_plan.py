@@ -17,8 +17,8 @@ from PIL import Image
 from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.validation import validate
-from houseexpo.exports import geojson, glb, irsim, ros, sdf, stage, svg
+from houseexpo.dataset.validation import validate_dataset
+from houseexpo.exports import geojson, glb, irsim, ros_map, sdf, stage, svg
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.furnish import furnish_plan
@@ -62,7 +62,7 @@ def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(buil
             other = empty[plan.id]
             assert (plan.verts == other.verts).all()
             assert plan.doors == other.doors
-    assert not validate(built).findings
+    assert not validate_dataset(built).findings
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def test_flat_worlds_have_it_as_obstacles_beside_whole_walls(pairs: list[tuple[F
     assert obstacles[1] == obstacles[0] + len(full.objects)
     walls, bare = (shapely.union_all(plan.walls()) for plan in (full, empty))
     assert walls.symmetric_difference(bare).area < 1e-6
-    maps = [np.asarray(Image.open(io.BytesIO(ros(plan)[f"{full.id}.pgm"]))) for plan in (empty, full)]
+    maps = [np.asarray(Image.open(io.BytesIO(ros_map(plan)[f"{full.id}.pgm"]))) for plan in (empty, full)]
     taken = sum(thing.polygon.area for thing in full.objects)
     more = (maps[1] == 0).sum() - (maps[0] == 0).sum()
     assert more * 0.05**2 == pytest.approx(taken, rel=0.05)

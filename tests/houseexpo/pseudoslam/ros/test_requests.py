@@ -12,7 +12,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.commands.ros import _watch_signals
 from houseexpo.errors import ConfigError
-from houseexpo.exports.rasters import WALL, occupancy
+from houseexpo.exports.rasters import WALL, occupancy_picture
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.poses import Pose
 from houseexpo.pseudoslam.io.robot_topics import Quality
@@ -275,7 +275,7 @@ def test_the_map_of_the_house_is_the_one_that_export_writes() -> None:
     for _ in range(60):
         node.tick()
     assert len(graph.heard["/map"]) == 1  # it does not change
-    pixels, frame = occupancy(HALL, 0.04, 0.04, "world")
+    pixels, frame = occupancy_picture(HALL, 0.04, 0.04, "world")
     data = grid["data"].reshape(grid["info"]["height"], grid["info"]["width"])
     assert np.array_equal(data[::-1] == 100, pixels == WALL)
     assert (grid["info"]["origin"]["position"]["x"], grid["info"]["origin"]["position"]["y"]) == frame.origin_m

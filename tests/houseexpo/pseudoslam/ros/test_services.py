@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from houseexpo import FloorPlan
-from houseexpo.exports.rasters import WALL, occupancy
+from houseexpo.exports.rasters import WALL, occupancy_picture
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty, occupancy_grid
 from houseexpo.pseudoslam.ros import idl, rtps, services
 from houseexpo.pseudoslam.ros.dds import Network
@@ -271,5 +271,5 @@ def test_rclpy_asks_for_houses(tmp_path: Path) -> None:
 
 def size_and_walls(plan: FloorPlan) -> list[int]:
     """Return the width, height and occupied cells of the map of a plan, cells of 4 cm."""
-    pixels, _ = occupancy(plan, 0.04, 0.04, "world")
+    pixels, _ = occupancy_picture(plan, 0.04, 0.04, "world")
     return [pixels.shape[1], pixels.shape[0], int((pixels == WALL).sum())]

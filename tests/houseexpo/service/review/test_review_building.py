@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from houseexpo.dataset.build_record import Build, BuildRecord, record_build
+from houseexpo.dataset.build_record import BuildCommand, BuildRecord, write_build_record
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.building import Building
@@ -31,7 +31,7 @@ def begun(tmp_path: Path, decisions: Decisions, monkeypatch: pytest.MonkeyPatch)
     """Begin to build with a shell script in the place of Python."""
     folder = built(tmp_path / "homes", some_plans())
     (folder / ".build").mkdir()
-    record_build(folder, BuildRecord(Build(("houses",))))
+    write_build_record(folder, BuildRecord(BuildCommand(("houses",))))
 
     def start(script: str) -> Building:
         python = tmp_path / "python"

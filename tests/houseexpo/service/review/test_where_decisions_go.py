@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app as make_commands
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.build_record import FILE, Build, BuildRecord, encode_record, record_build
-from houseexpo.dataset.store.folders import overrides_file
+from houseexpo.dataset.build_record import FILE, BuildCommand, BuildRecord, encode_build_record, write_build_record
+from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
@@ -106,7 +106,7 @@ def test_the_answers_on_a_copy_go_to_the_copy(tmp_path: Path) -> None:
     original = of_a_build(tmp_path)
     manifest_s = tmp_path / "data_manifests" / "overrides.toml"
     (original / ".build").mkdir()
-    record_build(original, BuildRecord(Build((), {"overrides": str(manifest_s)})))
+    write_build_record(original, BuildRecord(BuildCommand((), {"overrides": str(manifest_s)})))
     (original / "manifest.json").write_text("{}")
     with served(original) as client:
         keep(client)
@@ -133,7 +133,7 @@ def test_no_link_in_a_data_set_is_written_through(name: str, there: bool, tmp_pa
         assert answer.status_code == 400, answer.text
         assert f"{path.name}/{name}: expected a file or nothing, found a link" in answer.json()["error"]
     with pytest.raises(ConfigError, match="found a link"):
-        Decisions(overrides_file(path)).check()
+        Decisions(overrides_path(path)).check()
     assert outside.read_text() == "[mine]\n" if there else not outside.exists()
     assert {file.name for file in path.iterdir()} == {"doubtful.json", "sure.json", name}
 
@@ -142,7 +142,7 @@ def test_a_place_that_cannot_be_written_is_told_before_anybody_decides(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = flat(tmp_path)
-    Decisions(overrides_file(path)).check()
+    Decisions(overrides_path(path)).check()
     monkeypatch.setattr("houseexpo.service.review.decisions._may_write", lambda _: False)
     result = CliRunner().invoke(make_commands(), ["serve", str(path), "--review", "--port", "0"])
     assert result.exit_code == 2
@@ -154,8 +154,10 @@ def test_what_a_record_from_elsewhere_says_is_shown_and_never_run(
 ) -> None:
     path = built(tmp_path / "houses", some_plans())
     (path / ".build").mkdir()
-    hostile = Build(("s3://theirs/houses",), {"executor": "ray", "address": "10.0.0.1:6379", "config": "/etc/passwd"})
-    (path / FILE).write_bytes(encode_record(BuildRecord(hostile)))
+    hostile = BuildCommand(
+        ("s3://theirs/houses",), {"executor": "ray", "address": "10.0.0.1:6379", "config": "/etc/passwd"}
+    )
+    (path / FILE).write_bytes(encode_build_record(BuildRecord(hostile)))
     monkeypatch.setattr("subprocess.Popen", lambda *_, **__: pytest.fail("it was run"))
     with served(path) as client:
         found = client.get("/houses/review/build").json()
@@ -169,12 +171,12 @@ def test_what_a_record_from_elsewhere_says_is_shown_and_never_run(
 def test_what_runs_is_what_was_confirmed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = built(tmp_path / "houses", some_plans())
     (path / ".build").mkdir()
-    record_build(path, BuildRecord(Build(("procedural:2",), {"seed": "1"})))
+    write_build_record(path, BuildRecord(BuildCommand(("procedural:2",), {"seed": "1"})))
     monkeypatch.setattr("subprocess.Popen", lambda *_, **__: pytest.fail("it was run"))
     with served(path) as client:
         seen = client.get("/houses/review/build").json()
         assert seen["commands"] == [f"houseexpo build --seed=1 --out {path} -- procedural:2"]
-        record_build(path, BuildRecord(Build(("procedural:2",), {"seed": "2"})))
+        write_build_record(path, BuildRecord(BuildCommand(("procedural:2",), {"seed": "2"})))
         for confirm in (seen["confirm"], "", "x"):
             answer = client.post("/houses/review/build", json={"reviewer": "ann", "confirm": confirm})
             assert answer.status_code == 409

@@ -8,14 +8,16 @@ import shapely
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.orientation import Orientation, oriented
-from houseexpo.exports.polygons import without_holes
+from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.polygons import join_holes_by_slits
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 from houseexpo.plan.json_codec import encode
 
 
-def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan") -> Files:
+def published_json(
+    plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan"
+) -> Files:
     """Write ``<id>.json`` with only the published keys, in the plan's own axes unless ``orientation`` is "world".
 
     A plan without holes keeps every value of ``verts``. The format cannot represent holes, so that readers would not
@@ -31,7 +33,7 @@ def published(plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orien
     """
     if holes not in {"slit", "drop"}:
         raise ConfigError(f"holes: expected 'slit' or 'drop', found {holes!r}")
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     verts = _one_ring(turned) if turned.holes and holes == "slit" else turned.verts
     bare = FloorPlan(turned.id, verts, turned.room_num, turned.room_category)
     return {f"{plan.id}.json": encode(bare) + b"\n"}
@@ -44,7 +46,7 @@ def _one_ring(plan: FloorPlan) -> Ring:
         pieces = len(shapely.get_parts(space))
         raise PlanError(f"expected one piece of free space, found {pieces}; drop the holes instead", "holes", plan.id)
     try:
-        joined = without_holes(space, [door.polygon for door in plan.doors])
+        joined = join_holes_by_slits(space, [door.polygon for door in plan.doors])
     except PlanError as error:
         raise error.within(plan=plan.id) from None
     ring: Ring = shapely.get_coordinates(shapely.orient_polygons(joined, exterior_cw=True))[:-1]

@@ -18,7 +18,7 @@ TaskName = Literal["exploration", "avoidance", "navigation"]
 MotionName = Literal["discrete", "differential", "ackermann"]
 
 
-def environment(
+def make_environment(
     dataset: Path | None,
     plan: str | None,
     task: TaskName,
@@ -70,7 +70,7 @@ def environment(
 
 def _plans(dataset: Path | None, plan: str | None, task: TaskName, resolution: float | None) -> Plans:
     """Return the named plans or maps; if there are none, the paper's room for avoidance, or else the fetched plans."""
-    from houseexpo.commands.arguments import data_set, is_plan_file
+    from houseexpo.commands.arguments import is_plan_file, open_data_set
     from houseexpo.floorplan import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
     from houseexpo.pseudoslam.worlds.maps import is_maps, open_maps
@@ -82,7 +82,7 @@ def _plans(dataset: Path | None, plan: str | None, task: TaskName, resolution: f
     if dataset is None and plan is None and task == "avoidance":
         return ROOM
     try:
-        return data_set(dataset)
+        return open_data_set(dataset)
     except ConfigError as error:
         raise ConfigError(
             f"{task}: which houses? Name a data set or a plan's file: `make dataset` builds plans/demo, `houseexpo "

@@ -46,7 +46,7 @@ class RasterConfig:
 
 
 @dataclass(frozen=True)
-class Rasters:
+class PlanRasters:
     """A plan as arrays (rows, cols) on one grid: ``free`` is 1 for free cells; ids of rooms and doors, -1 for none."""
 
     free: npt.NDArray[np.uint8]
@@ -55,24 +55,24 @@ class Rasters:
     frame: GridFrame
 
 
-def rasters(plan: FloorPlan, config: RasterConfig | None = None) -> Rasters:
+def rasterise_plan(plan: FloorPlan, config: RasterConfig | None = None) -> PlanRasters:
     """Rasterise a plan by cell centres at the configured resolution, with the plan in the middle of the grid.
 
     Examples
     --------
     >>> plan = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
-    >>> found = rasters(plan, RasterConfig(size=(8, 12), pixels_per_metre=2))
+    >>> found = rasterise_plan(plan, RasterConfig(size=(8, 12), pixels_per_metre=2))
     >>> found.free.shape, int(found.free.sum())
     ((8, 12), 16)
     """
     config = config or RasterConfig()
-    frame = frame_of(plan, config)
+    frame = raster_frame(plan, config)
     plan = plan.divided if config.find_rooms else plan
     free, _ = free_mask(plan, frame=frame)
-    return Rasters(free.view(np.uint8), room_ids(plan, frame), door_ids(plan, frame), frame)
+    return PlanRasters(free.view(np.uint8), room_ids(plan, frame), door_ids(plan, frame), frame)
 
 
-def frame_of(plan: FloorPlan, config: RasterConfig) -> GridFrame:
+def raster_frame(plan: FloorPlan, config: RasterConfig) -> GridFrame:
     """Return the grid for a plan; the middle of the plan's bounds is that of the grid, to a whole cell.
 
     Raises

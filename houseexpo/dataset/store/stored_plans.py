@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import IO, Final, NamedTuple
 
-from houseexpo.dataset.store.folders import ARCHIVE, instead_of_plans, is_plan, is_release, plan_files, plan_folder
+from houseexpo.dataset.store.folders import ARCHIVE, is_plan, is_release, no_plans_advice, plan_file_names, plan_folder
 from houseexpo.errors import DatasetError
 from houseexpo.files import read_file, real_path
 
@@ -34,19 +34,19 @@ _BROKEN: Final = (
 _CHUNK: Final = 1 << 20
 
 
-class Record(NamedTuple):
+class StoredPlan(NamedTuple):
     """The bytes of one plan; ``place`` is its file or member, or "line N"."""
 
     place: str
     data: bytes
 
 
-def plans_in(path: Path) -> Path:
+def plans_path(path: Path) -> Path:
     """Return the path with the plans of a data set: the archive of a release, or else the path itself."""
     return path / ARCHIVE if is_release(path) else path
 
 
-def records(path: Path) -> Iterator[Record]:
+def read_stored_plans(path: Path) -> Iterator[StoredPlan]:
     """Yield every plan of a data set: files of a folder sorted by name, others in the order of the file.
 
     Raises
@@ -54,49 +54,49 @@ def records(path: Path) -> Iterator[Record]:
     DatasetError
         The path is not a data set, or it is damaged.
     """
-    path = plans_in(path)
+    path = plans_path(path)
     read = _reader(path)
     size, count = 0, 0
-    with damage_as_error(path):
+    with damage_as_dataset_error(path):
         for count, record in enumerate(read(path), start=1):
             size += len(record.data)
             if size > MAX_BYTES or count > MAX_PLANS:
                 raise DatasetError(f"{path}: expected at most {MAX_PLANS} plans and {MAX_BYTES >> 30} GiB, found more")
             yield record
     if not count:
-        raise DatasetError(f"{path}: expected floor plans (JSON), found none; {instead_of_plans(path)}")
+        raise DatasetError(f"{path}: expected floor plans (JSON), found none; {no_plans_advice(path)}")
 
 
-def lists(path: Path) -> dict[str, bytes]:
+def read_id_lists(path: Path) -> dict[str, bytes]:
     """Return the lists of ids by name: those inside an archive, or those in or beside anything else.
 
     ``splits/train.txt`` and the published ``map_id_train.txt`` are both the list "train"; the former has priority.
     """
-    with damage_as_error(path):
+    with damage_as_dataset_error(path):
         if path.suffix == ".zip":
             with zipfile.ZipFile(path) as archive:
                 inside = {info.filename: _member(path, archive, info) for info in archive.infolist() if _list(info)}
         elif _is_tar(path):
             with _tar(path) as tar:
-                inside = {m.name: _tar_member(path, tar, m) for m in tar if m.isfile() and list_name(m.name)}
+                inside = {m.name: _tar_member(path, tar, m) for m in tar if m.isfile() and id_list_name(m.name)}
         else:
             inside = {}
         if not inside:
             inside = {str(file): read_file(file) for file in _files_of_lists(path)}
     found: dict[str, bytes] = {}
     for name in sorted(inside, key=lambda name: PurePosixPath(name).name.startswith("map_id_")):
-        found.setdefault(list_name(name), inside[name])
+        found.setdefault(id_list_name(name), inside[name])
     return found
 
 
-def linked_lists(path: Path) -> frozenset[str]:
+def linked_list_names(path: Path) -> frozenset[str]:
     """Return the names of the lists that are links to files outside of a data set's folder."""
     home = real_path(path if path.is_dir() else path.parent)
     files = (file for file in _files_of_lists(path) if not real_path(file).is_relative_to(home))
-    return frozenset(list_name(str(file)) for file in files)
+    return frozenset(id_list_name(str(file)) for file in files)
 
 
-def list_name(name: str) -> str:
+def id_list_name(name: str) -> str:
     """Return the name of the list of ids that a file name denotes, "" if it denotes none."""
     path = PurePosixPath(name)
     if path.suffix != ".txt":
@@ -107,7 +107,7 @@ def list_name(name: str) -> str:
 
 
 @contextmanager
-def damage_as_error(path: Path) -> Iterator[None]:
+def damage_as_dataset_error(path: Path) -> Iterator[None]:
     """Convert the errors of readers of a damaged file to DatasetError."""
     try:
         yield
@@ -118,7 +118,7 @@ def damage_as_error(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
+def _reader(path: Path) -> Callable[[Path], Iterator[StoredPlan]]:
     if path.is_dir():
         return _read_folder
     if not path.exists():
@@ -135,16 +135,16 @@ def _reader(path: Path) -> Callable[[Path], Iterator[Record]]:
     raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; {what}")
 
 
-def _read_folder(path: Path) -> Iterator[Record]:
+def _read_folder(path: Path) -> Iterator[StoredPlan]:
     folder = plan_folder(path)
-    for name in plan_files(folder):
+    for name in plan_file_names(folder):
         file = folder / name
         if file.stat().st_size > MAX_PLAN_BYTES:
             raise _too_large(path, name, file.stat().st_size)
-        yield Record(name, file.read_bytes())
+        yield StoredPlan(name, file.read_bytes())
 
 
-def _read_lines(path: Path) -> Iterator[Record]:
+def _read_lines(path: Path) -> Iterator[StoredPlan]:
     with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as stream:
         for number in range(1, MAX_PLANS + 2):
             line = stream.readline(MAX_PLAN_BYTES + 1)
@@ -153,21 +153,21 @@ def _read_lines(path: Path) -> Iterator[Record]:
             if len(line) > MAX_PLAN_BYTES:
                 raise _too_large(path, f"line {number}", len(line))
             if line.strip():
-                yield Record(f"line {number}", line.rstrip(b"\r\n"))
+                yield StoredPlan(f"line {number}", line.rstrip(b"\r\n"))
 
 
-def _read_zip(path: Path) -> Iterator[Record]:
+def _read_zip(path: Path) -> Iterator[StoredPlan]:
     with zipfile.ZipFile(path) as archive:
         for info in archive.infolist():
             if not info.is_dir() and is_plan(info.filename):
-                yield Record(info.filename, _member(path, archive, info))
+                yield StoredPlan(info.filename, _member(path, archive, info))
 
 
-def _read_tar(path: Path) -> Iterator[Record]:
+def _read_tar(path: Path) -> Iterator[StoredPlan]:
     with _tar(path) as tar:
         for member in tar:
             if member.isfile() and is_plan(member.name):
-                yield Record(member.name, _tar_member(path, tar, member))
+                yield StoredPlan(member.name, _tar_member(path, tar, member))
 
 
 @contextmanager
@@ -214,7 +214,7 @@ def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> byte
 
 
 def _list(info: zipfile.ZipInfo) -> bool:
-    return not info.is_dir() and bool(list_name(info.filename))
+    return not info.is_dir() and bool(id_list_name(info.filename))
 
 
 def _files_of_lists(path: Path) -> list[Path]:

@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo import open_dataset
 from houseexpo.cpu_cores import THREADS, limit_child_threads
-from houseexpo.dataset.store import derived as module
+from houseexpo.dataset.store import value_cache as module
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 

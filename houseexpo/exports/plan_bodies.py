@@ -1,7 +1,4 @@
-"""Compute a plan's walls, lintels, floor and furniture as polygons and heights (metres) for 3D and simulator exports.
-
-``start_and_goal`` finds a start and a goal for a robot in a free space.
-"""
+"""Compute a plan's walls, lintels, floor and furniture as polygons with heights (metres), for exports in 3D."""
 
 from __future__ import annotations
 
@@ -9,15 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
-from houseexpo.exports.orientation import Orientation, oriented
+from houseexpo.exports.orientation import Orientation, orient_plan
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject
-from houseexpo.tolerances import ROBOT_M, STRAIGHTEN_AREA_M, WELD_M
+from houseexpo.tolerances import STRAIGHTEN_AREA_M, WELD_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -28,11 +22,9 @@ WALL_THICKNESS_M: Final = 0.1
 
 _UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
 
-Point = tuple[float, float]
-
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class PlanBodies:
     """The bodies of a plan: polygons in metres, x right and y up in the export's world, and heights above the floor.
 
     ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
@@ -58,14 +50,14 @@ class Solid:
         return x1, y1, x2, y2
 
 
-def solid(
+def plan_bodies(
     plan: FloorPlan,
     *,
     wall_thickness: float = WALL_THICKNESS_M,
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
-) -> Solid:
+) -> PlanBodies:
     """Return the bodies of a plan; raise ConfigError if a size is not possible.
 
     Parameters
@@ -84,13 +76,13 @@ def solid(
     if not (math.isfinite(wall_height) and 0 < door_height <= wall_height):
         found = f"wall_height {wall_height!r} and door_height {door_height!r}"
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
-    turned = oriented(plan, orientation)
+    turned = orient_plan(plan, orientation)
     space = shapely.set_precision(turned.floor.simplify(STRAIGHTEN_AREA_M), WELD_M)
     things = tuple(thing for thing in turned.objects if thing.room is not None)
     walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), WELD_M)
     doors = [door.polygon for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
-    return Solid(
+    return PlanBodies(
         plan=turned,
         space=space,
         free=shapely.difference(space, shapely.union_all([thing.polygon for thing in things])) if things else space,
@@ -100,24 +92,6 @@ def solid(
         door_height=door_height,
         furniture=things,
     )
-
-
-def start_and_goal(space: Polygon | MultiPolygon) -> tuple[Point, Point]:
-    """Return the widest place of a free space, and a far place that a robot can reach from it, metres.
-
-    If the space is too narrow for the robot, both are the same point inside.
-    """
-    import shapely
-
-    pieces = disc_centre_areas(space, ROBOT_M)
-    if not pieces:
-        point = space.representative_point()
-        return (point.x, point.y), (point.x, point.y)
-    start = np.asarray(shapely.maximum_inscribed_circle(pieces[0], tolerance=0.01).coords[0])
-    corners = np.asarray(pieces[0].exterior.coords)
-    goal = corners[np.argmax(np.hypot(*(corners - start).T))]
-    (x1, y1), (x2, y2) = start.round(3).tolist(), goal.round(3).tolist()
-    return (x1, y1), (x2, y2)
 
 
 def _without_hollows(space: Polygon | MultiPolygon, walls: tuple[Polygon, ...]) -> Polygon | MultiPolygon:
