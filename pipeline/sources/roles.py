@@ -103,7 +103,7 @@ GERMANIC: Final[Mapping[Role, frozenset[str]]] = {
         bottle cup bowl toy teddy socket switch outlet annotation text label icon dimension logo baseboard
         skirting cornice moulding molding tablecloth bird cat dog bin trashcan basket toothbrush lampe leuchte
         licht mensch fahrzeug baum pflanze blume vorhang gardine jalousie bild tischdecke bettdecke griff
-        skysphere backdrop himmel collider collision hitbox navmesh trigger
+        skysphere backdrop background himmel blocker collider collision hitbox navmesh trigger
         tuergriff klinke spiegel uhr buch steckdose schalter fussleiste mens gordijn schilderij
     """),
 }

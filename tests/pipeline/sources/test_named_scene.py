@@ -171,7 +171,7 @@ def test_ground_beyond_the_house_is_left_out_and_a_ground_plate_is_its_floor(tmp
     assert only_level(write(tmp_path / "wide.glb", wide)).walls.vertices[:, 0].min() == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["Sky_dome", "BackDrop", "Himmel", "cielo"])
+@pytest.mark.parametrize("name", ["Sky_dome", "BackDrop", "Himmel", "cielo", "Scene_background"])
 def test_a_sky_around_the_house_is_left_out(tmp_path, name):
     dome = trimesh.creation.icosphere(subdivisions=2, radius=40.0)
     nodes = {"Cube": WALLS, "Floor": slab(-0.2, 0.0), name: [dome]}
