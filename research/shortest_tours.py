@@ -40,10 +40,10 @@ from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.benchmark.tracks import track_of
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import known_ways_of
+from houseexpo.pseudoslam.kernels.types import new_path_scratch
 from houseexpo.pseudoslam.worlds.world import World, scan_buffers
 
 STEP_M: Final = 0.5
@@ -98,10 +98,10 @@ def lattice_of(world: World, start: Node, radius_m: float, range_m: float, step_
     nodes = [start, *(node for node in _middles(world.traversable != 0, step) if node != start)]
     cells = np.array([row * world.occupied.shape[1] + col for row, col in nodes])
     house = np.where(world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
-    known = known_ways_of(house.size)
+    known = new_path_scratch(house.size)
     edges: list[list[tuple[int, float]]] = []
     for row, col in nodes:
-        find_ways(house, col + 0.5, row + 0.5, radius_m * ppm, -1, known)
+        find_distances(house, col + 0.5, row + 0.5, radius_m * ppm, -1, known)
         ways = ways_to(known, cells) / STRAIGHT
         straight = [math.hypot(row - other[0], col - other[1]) for other in nodes]
         beside = [max(abs(row // step - a // step), abs(col // step - b // step)) <= 1 for a, b in nodes]

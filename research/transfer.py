@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse_view
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from tests.builders.real_slam import CELL_M
 
@@ -38,7 +38,7 @@ class Exploration:
 class Explorer:
     """A policy of the benchmark where no environment shows it anything: it is shown views of its map if it learned so.
 
-    A view is drawn by the rules of the environments (``draw_coarse``), whoever has drawn the map.
+    A view is drawn by the rules of the environments (``draw_coarse_view``), whoever has drawn the map.
     """
 
     def __init__(self, policy: str, seed: int) -> None:
@@ -58,7 +58,7 @@ class Explorer:
             return None
         out = np.zeros((side_of(self._shown), side_of(self._shown)), np.uint8)
         x, y, heading = info["pose_px"].tolist()
-        draw_coarse(info["map"], x, y, math.cos(heading), math.sin(heading), near_px_of(self._shown), out)
+        draw_coarse_view(info["map"], x, y, math.cos(heading), math.sin(heading), near_px_of(self._shown), out)
         return out[None]
 
 

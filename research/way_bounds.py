@@ -40,10 +40,10 @@ from houseexpo.pseudoslam.benchmark.run import result_of, times_of
 from houseexpo.pseudoslam.benchmark.tracks import track_of
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
+from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from houseexpo.pseudoslam.worlds.world import World, scan_buffers
 
 Floats = npt.NDArray[np.float64]
@@ -77,8 +77,8 @@ def bounds_m(world: World, x: float, y: float, radius_m: float, range_m: float) 
 def _ways_px(world: World, x: float, y: float, radius_px: float) -> Floats:
     """Return a lower bound of the way to each cell, flat (R1), infinite where the robot cannot be."""
     house = np.where(world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
-    known = known_ways_of(house.size)
-    find_ways(house, x, y, radius_px, -1, known)
+    known = new_path_scratch(house.size)
+    find_distances(house, x, y, radius_px, -1, known)
     ways = known.ways[: house.size].astype(np.float64)
     rows, cols = np.divmod(np.arange(house.size), house.shape[1])
     straight = np.hypot(cols + 0.5 - x, rows + 0.5 - y)

@@ -14,7 +14,8 @@ from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.explore import DescentRules
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.plan import (
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances, trace_path
+from houseexpo.pseudoslam.kernels.planning.planner_types import (
     BY_FRONTIER,
     BY_NEIGHBOUR,
     BY_WAYPOINT,
@@ -22,10 +23,9 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
     STRAIGHT,
     FrontierRules,
     GraphRules,
-    PlanRules,
+    PlannerRules,
     TravelRules,
 )
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways, trace
 from houseexpo.pseudoslam.kernels.tolerances import (
     AIM_M,
     ENOUGH,
@@ -36,16 +36,16 @@ from houseexpo.pseudoslam.kernels.tolerances import (
     SPARE_PX,
 )
 from houseexpo.pseudoslam.kernels.types import Offsets
-from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 
 KINDS = {"frontier": BY_FRONTIER, "waypoint": BY_WAYPOINT, "neighbour": BY_NEIGHBOUR}
 
 
-def plan_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) -> PlanRules:
+def planner_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) -> PlannerRules:
     """Return the parameters of a planner's actions of one of ``KINDS``."""
     robot, ppm = config.robot, float(config.pixels_per_metre)
     frontiers = frontier_rules(config, planning.large_m, planning.least_m)
-    return PlanRules(
+    return PlannerRules(
         KINDS[actions],
         frontiers,
         TravelRules(
@@ -71,11 +71,11 @@ def frontier_rules(config: SimulatorConfig, large_m: float = LARGE_M, least_m: f
         max(round(least_m * ppm), 1),
         float(radius_px),
         max(round(config.laser.range_m * ppm), 1),
-        near_offsets(max(NEAR_GOAL_M * ppm, 2 * radius_px)),
+        nearby_offsets(max(NEAR_GOAL_M * ppm, 2 * radius_px)),
     )
 
 
-def explorer_frontiers(config: SimulatorConfig) -> FrontierRules:
+def explorer_frontier_rules(config: SimulatorConfig) -> FrontierRules:
     """Return the parameters of explorers, which may find other frontiers close to one that was given up."""
     return frontier_rules(config)._replace(spare_px=SPARE_PX)
 
@@ -86,7 +86,7 @@ def descent_rules(config: SimulatorConfig) -> DescentRules:
     return DescentRules(float(robot.step_m * ppm), math.radians(robot.turn_deg), float(robot.radius_m * ppm), ENOUGH)
 
 
-def first_looks(config: SimulatorConfig) -> int:
+def count_first_looks(config: SimulatorConfig) -> int:
     """Return the number of turns until the robot has looked in all directions."""
     return math.ceil((360.0 - config.laser.fov_deg) / config.robot.turn_deg - 1e-9)
 
@@ -100,7 +100,7 @@ def feature_rules(config: SimulatorConfig) -> FeatureRules:
     return FeatureRules(ppm, frontiers.range_px, frontiers.large, apart, np.cos(angles), np.sin(angles))
 
 
-def near_offsets(reach_px: float) -> Offsets:
+def nearby_offsets(reach_px: float) -> Offsets:
     """Return the offsets of the cells within reach, nearest first, in the form of ``FrontierRules.near``."""
     reach = math.ceil(reach_px)
     found = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
@@ -136,7 +136,7 @@ class MapPlanner:
     ) -> None:
         self._rules = frontier_rules(config, large_m, least_m)
         self._cell_m = 1.0 / config.pixels_per_metre
-        self._scratch = scratch_of(config)
+        self._scratch = make_scratch(config)
         self._table = np.zeros(most, FRONTIER)
         self._shape = (0, 0)
 
@@ -145,27 +145,27 @@ class MapPlanner:
 
         They are valid until the next call. ``goal`` is the cell to stand on, ``middle`` the cell to look at, ``cells``
         the size, and ``way`` the distance to the goal (``metres`` converts it). Cells within the robot's radius of
-        those ``given_up`` are not frontiers. This also computes the distances of ``find_ways``.
+        those ``given_up`` are not frontiers. This also computes the distances of ``find_distances``.
         """
         self._prepare(known)
         lost = np.asarray(given_up, np.int32)
         n = find_frontiers(known, float(x), float(y), self._rules, lost, self._scratch, self._table)
         return self._table[:n]
 
-    def find_ways(self, known: npt.NDArray[np.uint8], x: float, y: float, until: int = -1) -> None:
+    def find_distances(self, known: npt.NDArray[np.uint8], x: float, y: float, until: int = -1) -> None:
         """Compute only the distances to cells: those up to the cell ``until``, or all of them."""
         self._prepare(known)
-        find_ways(known, float(x), float(y), self._rules.radius_px, int(until), self._scratch.ways)
+        find_distances(known, float(x), float(y), self._rules.radius_px, int(until), self._scratch.ways)
 
     @property
     def ways(self) -> npt.NDArray[np.int32]:
-        """The distance to each cell (rows, cols), in the units of ``KnownWays.ways``, valid until the next call."""
+        """The distance to each cell (rows, cols), in the units of ``PathScratch.ways``, valid until the next call."""
         return self._scratch.ways.ways[: self._shape[0] * self._shape[1]].reshape(self._shape)
 
     def path(self, cell: int) -> npt.NDArray[np.int32]:
         """Return the cells on the shortest path from the robot to a cell, none if there is no path."""
         path = np.empty(max(self._shape[0] * self._shape[1], 1), np.int32)
-        return path[: trace(self._scratch.ways, int(cell), path)]
+        return path[: trace_path(self._scratch.ways, int(cell), path)]
 
     def metres(self, ways: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         """Convert distances to metres."""
@@ -174,5 +174,5 @@ class MapPlanner:
 
     def _prepare(self, known: npt.NDArray[np.uint8]) -> None:
         """Allocate memory for a map, if needed."""
-        self._scratch = with_room(self._scratch, known.size)
+        self._scratch = enlarge_scratch(self._scratch, known.size)
         self._shape = known.shape

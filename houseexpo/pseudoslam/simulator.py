@@ -15,7 +15,13 @@ from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round, prepare_kernel, scratch_of, step_one, step_params_of
+from houseexpo.pseudoslam.step_kernels import (
+    make_scratch,
+    make_step_params,
+    prepare_kernel,
+    step_episode,
+    take_first_scan,
+)
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.reset import initial_state
@@ -61,15 +67,15 @@ class Simulator:
         self, world: World, config: SimulatorConfig, params: StepParams | None = None, scratch: Scratch | None = None
     ) -> None:
         self.world, self.config = world, config
-        self.params = params or step_params_of(config)
-        self._scratch = scratch or scratch_of(config)
+        self.params = params or make_step_params(config)
+        self._scratch = scratch or make_scratch(config)
         self._ppm = config.pixels_per_metre
         self._moves = motions(config)
 
     @classmethod
     def of(cls, plan: House, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan or a map; raise ConfigError or PlanError like ``world_for``."""
-        params = step_params_of(config)
+        params = make_step_params(config)
         prepare_kernel(config, params)
         return cls(world_for(plan, config), config, params)
 
@@ -83,7 +89,7 @@ class Simulator:
             this house.
         """
         state = initial_state(self.world, self.config, self.params, self._scratch, rng)
-        look_round(state, self.params, self._scratch)
+        take_first_scan(state, self.params, self._scratch)
         return state
 
     def step(self, state: State, action: Action) -> None:
@@ -105,7 +111,7 @@ class Simulator:
                 f"action: expected at most a full turn and {FURTHEST_M:g} m, "
                 f"found a turn of {turn_rad!r} and {forward_m!r} m"
             )
-        step_one(state, np.array([[float(turn_rad), float(forward_m * self._ppm)]]), self.params, self._scratch)
+        step_episode(state, np.array([[float(turn_rad), float(forward_m * self._ppm)]]), self.params, self._scratch)
 
     def drive(self, state: State, speed_m_s: float, turning: float) -> None:
         """Let a robot with a drive follow a command for ``config.step_s``; changes the state.
@@ -135,7 +141,7 @@ class Simulator:
                 f"found {speed_m_s!r} and {turning!r}"
             )
         command = np.array([[speed_m_s * self._ppm, turning, math.inf]])
-        step_one(state, command, self.params, self._scratch)
+        step_episode(state, command, self.params, self._scratch)
 
     def velocity(self, state: State) -> tuple[float, float]:
         """Return a drive's velocity: m/s, and rad/s or the steering angle in radians."""

@@ -25,10 +25,10 @@ from houseexpo.pseudoslam.kernels.scan_matching import (
     COARSE,
     INSIDE_PX,
     Evidence,
-    draw_field,
-    draw_scan,
-    match,
-    show_evidence,
+    add_scan,
+    draw_score_field,
+    evidence_to_map,
+    find_best_pose,
 )
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, Sensor
 
@@ -95,7 +95,7 @@ class ScanMatcher:
 
     def draw(self, known: Grid) -> None:
         """Write the map (rows, cols): 0 unknown, 127 free, 255 obstacle."""
-        show_evidence(self._all, known)
+        evidence_to_map(self._all, known)
 
     def _is_key(self, pose: Floats) -> bool:
         """Return whether a scan becomes a key scan (R3)."""
@@ -107,7 +107,7 @@ class ScanMatcher:
     def _draw(self, evidence: Evidence, pose: Floats, ranges: Floats) -> None:
         x, y, heading = pose.tolist()
         sensor = self._sensor
-        draw_scan(evidence, x, y, heading, sensor.fan_cos, sensor.fan_sin, ranges, sensor.range_px)
+        add_scan(evidence, x, y, heading, sensor.fan_cos, sensor.fan_sin, ranges, sensor.range_px)
 
     def _ends(self, ranges: Floats) -> Floats:
         """Return the ends (n, 2) of the beams that are matched: pixels ahead and to the left."""
@@ -125,9 +125,9 @@ class ScanMatcher:
             return pose
         half = len(self._field) // 2
         top, left = math.floor(pose[1]) - half, math.floor(pose[0]) - half
-        draw_field(self._keys, top, left, self._field)
+        draw_score_field(self._keys, top, left, self._field)
         found = np.empty(3)
-        score = match(self._field, top, left, pose, ends, STEP_PX, math.radians(STEP_DEG), DOUBT, found)
+        score = find_best_pose(self._field, top, left, pose, ends, STEP_PX, math.radians(STEP_DEG), DOUBT, found)
         if score < WORST:  # R2
             return pose
         self.score = score

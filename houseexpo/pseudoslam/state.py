@@ -18,8 +18,8 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.config.obstacles import Obstacle
 from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
-from houseexpo.pseudoslam.kernels.planning.fields import Field, Flow
-from houseexpo.pseudoslam.kernels.planning.plan import new_graph, no_plans
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField
+from houseexpo.pseudoslam.kernels.planning.planner_types import new_graph, no_planner_memory
 from houseexpo.pseudoslam.kernels.types import Floats, Grid
 
 Array = npt.NDArray[Any]
@@ -28,7 +28,7 @@ RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("
 """The number of arrays that have the size of the house, which are flat in a pool; and the map's and view's numbers."""
 
 
-def flatten(episode: Episode) -> list[Array]:
+def flatten_episode(episode: Episode) -> list[Array]:
     """Return the arrays of an episode as a flat list."""
     found: list[Array] = []
     for part in episode:
@@ -39,7 +39,7 @@ def flatten(episode: Episode) -> list[Array]:
     return found
 
 
-def unflatten(episode: Episode, arrays: Iterable[Array]) -> Episode:
+def unflatten_episode(episode: Episode, arrays: Iterable[Array]) -> Episode:
     """Return an episode with the same structure but other arrays."""
     rest = iter(arrays)
     parts: Iterable[Any] = (
@@ -53,7 +53,7 @@ def pool_of_one(episode: Episode) -> Episode:
     return _each(episode, lambda raster: raster.reshape(1, -1), lambda array: array[None])
 
 
-def one_of(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
+def view_episode(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
     """Return episode ``i`` of a pool as views of the pool's arrays; ``shape`` is that of the house's rasters."""
     cells = shape[0] * shape[1]
     return _each(pool, lambda raster: raster[i, :cells].reshape(shape), lambda array: array[i])
@@ -152,7 +152,7 @@ class State:
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""
         return State(
-            unflatten(self.episode, [leaf.copy() for leaf in flatten(self.episode)]),
+            unflatten_episode(self.episode, [leaf.copy() for leaf in flatten_episode(self.episode)]),
             self.observable_cells,
             self.obstacles,
             self.goal_m,
@@ -164,7 +164,7 @@ def new_episode(
     rasters: tuple[Grid, Grid, Grid],
     shown: tuple[int, int, int],
     pose: Floats,
-    moving: tuple[Bodies, Tracks, Flow, Field],
+    moving: tuple[Bodies, Tracks, FlowField, GoalField],
     *,
     key: int,
     best_px: float,
@@ -193,5 +193,5 @@ def new_episode(
         np.zeros(0, np.uint8),
         np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS),
         np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
-        bodies, tracks, flow, field, no_plans(), new_graph(0, 0),
+        bodies, tracks, flow, field, no_planner_memory(), new_graph(0, 0),
     )  # fmt: skip

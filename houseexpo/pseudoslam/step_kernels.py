@@ -27,11 +27,11 @@ from houseexpo.kernel_cache import is_uncached
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.collision import no_tracks
-from houseexpo.pseudoslam.kernels.compiling import compiled_elsewhere, say_once
+from houseexpo.pseudoslam.kernels.compiling import count_as_compiling, report_compiling_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
-from houseexpo.pseudoslam.kernels.planning.fields import no_field, no_flow
-from houseexpo.pseudoslam.kernels.planning.plan import PlanRules, no_rules
+from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field, no_goal_field
+from houseexpo.pseudoslam.kernels.planning.planner_types import PlannerRules, no_planner_rules
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
     ACKERMANN,
@@ -43,14 +43,14 @@ from houseexpo.pseudoslam.kernels.types import (
     Robot,
     Scratch,
     Sensor,
-    known_ways_of,
+    new_path_scratch,
 )
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 
 
-def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlanRules | None = None) -> StepParams:
+def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlannerRules | None = None) -> StepParams:
     """Return the parameters that are the same in all steps of all environments.
 
     ``clearance_m`` is the distance up to which the robot's clearance is measured; 0 turns this off. ``plan`` is for
@@ -62,17 +62,17 @@ def step_params_of(config: SimulatorConfig, clearance_m: float = 0.0, plan: Plan
     return StepParams(
         Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
         Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
-        errors_of(noise, ppm),
+        make_errors(noise, ppm),
         walk_of(config.people, ppm),
         float(config.step_s),
         clearance_m * ppm,
         config.observation.global_size_m / config.observation.global_cells * ppm,
-        plan or no_rules(),
+        plan or no_planner_rules(),
         _drive_of(config),
     )
 
 
-def errors_of(noise: NoiseConfig, ppm: float) -> Errors:
+def make_errors(noise: NoiseConfig, ppm: float) -> Errors:
     """Return the parameters of noise on a grid of ``ppm`` pixels per metre."""
     model, alphas = _model_of(noise, ppm)
     return Errors(
@@ -125,7 +125,7 @@ def _drive_of(config: SimulatorConfig) -> Drive:
     return Drive(ACKERMANN, acceleration, rate, float(drive.wheelbase_m * ppm))
 
 
-def scratch_of(config: SimulatorConfig) -> Scratch:
+def make_scratch(config: SimulatorConfig) -> Scratch:
     """Return working memory for the scans of one thread."""
     laser, range_px = config.laser, config.laser.range_m * config.pixels_per_metre
     runs, hit, slopes = scan_buffers(range_px)
@@ -136,18 +136,18 @@ def scratch_of(config: SimulatorConfig) -> Scratch:
         runs = np.empty((max(samples, len(runs)), 2), np.int32)
     side = 2 * math.ceil(range_px) + 3
     patch = np.zeros((side, side) if config.noise.any else (1, 1), np.uint8)
-    return Scratch(runs, hit, slopes, patch, known_ways_of(0))
+    return Scratch(runs, hit, slopes, patch, new_path_scratch(0))
 
 
-def with_room(scratch: Scratch, cells: int) -> Scratch:
+def enlarge_scratch(scratch: Scratch, cells: int) -> Scratch:
     """Return working memory that is also large enough for plans on grids of this many cells."""
-    return scratch if cells <= len(scratch.ways.ways) else scratch._replace(ways=known_ways_of(cells))
+    return scratch if cells <= len(scratch.ways.ways) else scratch._replace(ways=new_path_scratch(cells))
 
 
 _ONE_STEP = np.full(1, step.STEP, np.uint8)
 
 
-def kernel_for(episode: Episode, params: StepParams, *, moves: bool | None = None) -> Any:
+def choose_kernel(episode: Episode, params: StepParams, *, moves: bool | None = None) -> Any:
     """Return the compiled kernel for steps of such episodes, or for planners' actions in them.
 
     ``moves`` is whether it moves people and bodies on trajectories; by default, if there are any.
@@ -155,7 +155,7 @@ def kernel_for(episode: Episode, params: StepParams, *, moves: bool | None = Non
     if moves is None:
         moves = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
     kernel = _kernel(params, travels=len(episode.plans.state) > 0, moves=moves, ranges=len(episode.ranges) > 0)
-    wait_for(kernel)
+    wait_for_kernel(kernel)
     return kernel
 
 
@@ -170,10 +170,10 @@ def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool
         Whether ranges and the overview are observed.
     """
     moves = config.people.number > 0 or len(config.trajectories) > 0
-    compile_ahead(_kernel(params, travels=travels, moves=moves, ranges=ranges))
+    compile_in_background(_kernel(params, travels=travels, moves=moves, ranges=ranges))
 
 
-def kernel_named(name: str) -> Any:
+def find_kernel(name: str) -> Any:
     """Return a kernel for steps, for planners' actions or for drives, by its name."""
     if name.startswith("drives"):
         from houseexpo.pseudoslam.kernels import driving  # import only what is needed
@@ -191,13 +191,13 @@ def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> 
     driven = params.drive.kind != NO_DRIVE
     kind = "travels" if travels else "drives" if driven else "steps"
     if moves:
-        return kernel_named(f"{kind}_with_people")
+        return find_kernel(f"{kind}_with_people")
     if params.errors.any or ranges or driven:
-        return kernel_named(f"{kind}_in_full")
-    return kernel_named(f"{kind}_by_rays" if params.sensor.by_rays else f"{kind}_by_sector")
+        return find_kernel(f"{kind}_in_full")
+    return find_kernel(f"{kind}_by_rays" if params.sensor.by_rays else f"{kind}_by_sector")
 
 
-def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
+def compiled_function(kernel: Any, *arguments: Any) -> Callable[..., None]:
     """Return the compiled function of a kernel for such arguments, which numba needs 20 us to find at each call."""
     if not hasattr(kernel, "compile"):  # numba is disabled
         plain: Callable[..., None] = kernel
@@ -206,19 +206,19 @@ def entry_point(kernel: Any, *arguments: Any) -> Callable[..., None]:
     return compiled
 
 
-def step_one(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> None:
+def step_episode(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> None:
     """Step one episode by a motion (1, 2), or by a drive's command (1, 3), as the kernels take them."""
-    kernel_for(state.episode, params)(*arguments_of(state, motion, params, scratch))
+    choose_kernel(state.episode, params)(*kernel_arguments(state, motion, params, scratch))
 
 
-def arguments_of(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> tuple[Any, ...]:
+def kernel_arguments(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> tuple[Any, ...]:
     """Return the kernels' arguments for a step of one episode."""
     return state.pool, state.sizes, motion, _ONE_STEP, params, scratch, 0, 1
 
 
-def look_round(state: State, params: StepParams, scratch: Scratch) -> None:
+def take_first_scan(state: State, params: StepParams, scratch: Scratch) -> None:
     """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
-    step_one(state, np.zeros((1, 2)), params, scratch)
+    step_episode(state, np.zeros((1, 2)), params, scratch)
 
 
 _MOST_S: Final = 120.0  # longest wait for the other process
@@ -227,7 +227,7 @@ _COMPILE: Final = f"import sys; from {__name__} import compile_to_disk; compile_
 _running: dict[Any, subprocess.Popen[bytes]] = {}
 
 
-def compile_ahead(kernel: Any) -> None:
+def compile_in_background(kernel: Any) -> None:
     """Start to compile the kernel if it is not on disk yet and there is a free core.
 
     Workers of a pool do not, since each of them would start a process for the same kernel.
@@ -244,15 +244,15 @@ def compile_ahead(kernel: Any) -> None:
             )
 
 
-def wait_for(kernel: Any) -> None:
+def wait_for_kernel(kernel: Any) -> None:
     """Wait until the other process has compiled a kernel, if it is compiling it; if it fails, it is compiled here."""
     process = _running.pop(kernel, None) if _running else None
     if process is None:
         return
     if process.poll() is None:
-        say_once()
+        report_compiling_once()
     try:
-        with compiled_elsewhere():
+        with count_as_compiling():
             process.wait(_MOST_S)
     except subprocess.TimeoutExpired:
         _end(process)
@@ -270,14 +270,14 @@ def _end_all() -> None:
         _end(_running.popitem()[1])
 
 
-def example() -> tuple[Any, ...]:
+def example_arguments() -> tuple[Any, ...]:
     """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
     raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
-    moving = new_bodies(0, 0), no_tracks(), no_flow(), no_field()
+    moving = new_bodies(0, 0), no_tracks(), no_flow_field(), no_goal_field()
     episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)
-    return arguments_of(State(episode, 0), np.zeros((1, 2)), step_params_of(config), scratch_of(config))
+    return kernel_arguments(State(episode, 0), np.zeros((1, 2)), make_step_params(config), make_scratch(config))
 
 
 def compile_to_disk(name: str) -> None:
     """Compile a kernel, which numba keeps on disk for other processes."""
-    entry_point(kernel_named(name), *example())
+    compiled_function(find_kernel(name), *example_arguments())

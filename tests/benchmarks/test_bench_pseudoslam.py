@@ -17,7 +17,7 @@ from rich.table import Table
 
 import houseexpo.pseudoslam
 from houseexpo import FloorPlan
-from houseexpo.pseudoslam.step_kernels import step_params_of
+from houseexpo.pseudoslam.step_kernels import make_step_params
 from tests.benchmarks.vector_runs import (
     LEAST,
     ORIGINAL,
@@ -87,9 +87,9 @@ def test_beside_a_straightforward_kernel(houses: list[FloorPlan]) -> None:
         for k in range(30):
             motions = np.tile((0.1, 0.0) if k % 3 else (0.0, 3.0), (N, 1))
             one.step(motions, np.ones(N, np.uint8))
-            straightforward(other.arrays, other.sizes, motions, step_params_of(config))
+            straightforward(other.arrays, other.sizes, motions, make_step_params(config))
         assert (one.arrays.known == other.arrays.known).all()
-        params = step_params_of(config)
+        params = make_step_params(config)
         slow, rays, sector = rates(
             kernel_run(config, houses, lambda b, m, r=params: straightforward(b.arrays, b.sizes, m, r)),
             *(

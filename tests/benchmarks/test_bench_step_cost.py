@@ -27,10 +27,10 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.io.observe import observe
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs
-from houseexpo.pseudoslam.kernels.sensing.rays import ray_merge
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.sensing.rays import merge_ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.step_kernels import step_params_of
+from houseexpo.pseudoslam.step_kernels import make_step_params
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.benchmarks.vector_runs import (
     GMAPPING_MS,
@@ -81,7 +81,7 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
 
         def rays(cells=cells, known=known, observable=observable, occupied=occupied) -> None:
             for y, x in cells:
-                *_, n_hit = ray_merge(
+                *_, n_hit = merge_ray_scan(
                     occupied, observable, known, x, y, x + y, fan_cos, fan_sin, 100.0, hit, True, UNASKED
                 )
                 merge_cells(known, observable, hit, n_hit, OBSTACLE, UNASKED)
@@ -100,12 +100,12 @@ def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
         table.add_column(heading, justify="right")
     for plan in houses:
         batch = batch_of(config, [plan])
-        state, sensor = batch.state(0), step_params_of(config).sensor
+        state, sensor = batch.state(0), make_step_params(config).sensor
         shown, pose, occupied = state.view.copy(), state.pose_px, state.occupied
         runs, hit, slopes = scan_buffers(sensor.range_px)
         known, observable = state.known.copy(), state.episode.observable
         whole = 1e6 / rates(kernel_run(config, [plan], lambda b, m: b.step(m, np.ones(N, np.uint8))))[0]
-        cut = microseconds(lambda: crop(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
+        cut = microseconds(lambda: crop_view(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
 
         def scan(
             batch=batch, known=known, observable=observable, occupied=occupied, runs=runs, hit=hit, slopes=slopes

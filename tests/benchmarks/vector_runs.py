@@ -25,11 +25,11 @@ from houseexpo import FloorPlan
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig
 from houseexpo.pseudoslam.config import ScanRule
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.kernels.collision import free_way
-from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.collision import free_distance
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, slice_episode
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
-from houseexpo.pseudoslam.step_kernels import step_params_of
+from houseexpo.pseudoslam.step_kernels import make_step_params
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 
 N, RUNS, ROUNDS = 64, 9, 21
@@ -142,7 +142,7 @@ def single_run(name: str, rule: ScanRule, houses: list[FloorPlan], steps: int = 
 
 
 def batch_of(config: SimulatorConfig, houses: list[FloorPlan]) -> Batch:
-    rng, params = np.random.default_rng(0), step_params_of(config)
+    rng, params = np.random.default_rng(0), make_step_params(config)
     batch = Batch(N, config, params, threads=1)
     simulators = [Simulator.of(house, config) for house in houses]
     for i in range(N):
@@ -169,7 +169,7 @@ def kernel_run(
 def straightforward(pool: Episode, sizes: Counts, motions: Floats, params: StepParams) -> None:
     """Turn, go, scan, crop: one environment after the other."""
     for i in range(len(sizes)):
-        episode = episode_of(pool, sizes, i)
+        episode = slice_episode(pool, sizes, i)
         pose, sensor = episode.pose, params.sensor
         pose.heading += motions[i, 0]
         if pose.heading > math.pi:
@@ -177,7 +177,7 @@ def straightforward(pool: Episode, sizes: Counts, motions: Floats, params: StepP
         right, down = math.cos(pose.heading), -math.sin(pose.heading)
         way = motions[i, 1]
         if way > 0:
-            way = free_way(episode.occupied, pose.x, pose.y, right, down, way, params.robot.radius_px)
+            way = free_distance(episode.occupied, pose.x, pose.y, right, down, way, params.robot.radius_px)
         episode.counts.blocked = 1 if way < motions[i, 1] else 0
         pose.x += way * right
         pose.y += way * down

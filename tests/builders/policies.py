@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, P
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.step import steps_by_sector
+from houseexpo.pseudoslam.kernels.step import step_pool_by_sector
 
 CORRIDOR = FloorPlan("corridor", [(0, 0), (0, 1), (13, 1), (13, 0)], 1, {})
 """13 x 1 m: a robot that sees 1 m all round and goes along it sees 0.3 m2 more with each step."""
@@ -62,7 +62,7 @@ def compiles(_: Robot, __: int) -> Policy:
 
     def policy(_: Any, info: Knowledge) -> int:
         if info["steps"] == 2:
-            said = {"dispatcher": SimpleNamespace(py_func=steps_by_sector.py_func)}
+            said = {"dispatcher": SimpleNamespace(py_func=step_pool_by_sector.py_func)}
             start_event("numba:compile", said)
             time.sleep(4)
             end_event("numba:compile", said)

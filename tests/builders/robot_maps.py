@@ -207,7 +207,7 @@ def reach_of(row: int, col: int, x: float, y: float) -> float:
 
 
 def slow_standing(known: np.ndarray, x: float, y: float, radius: float) -> np.ndarray:
-    """Cell by cell, in whose middle a disc meets none that is closed (R1 to R3 of ``known_ways``)."""
+    """Cell by cell, in whose middle a disc meets none that is closed (R1 to R3 of ``kernels.planning.paths``)."""
     rows, cols = known.shape
     closed = known != FREE
     for row, col in product(range(rows), range(cols)):

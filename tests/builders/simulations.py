@@ -24,11 +24,11 @@ from houseexpo.pseudoslam.kernels.collision import (
     Disc,
     Tracks,
     disc_is_free,
-    gap_to,
+    distance_to_body,
     placed_people,
 )
-from houseexpo.pseudoslam.kernels.people import Walk, advance, stamp_bodies
-from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
+from houseexpo.pseudoslam.kernels.people import WalkParams, mark_bodies, move_bodies
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks, new_bodies, start_people, walk_of
@@ -84,13 +84,13 @@ class Scene:
     frame: GridFrame
     bodies: Bodies
     tracks: Tracks
-    flow: Flow
-    walk: Walk
+    flow: FlowField
+    walk: WalkParams
     key: int
 
     def step(self, robot: Disc = NOBODY, seconds: float = 0.5) -> None:
         """Let everything move."""
-        advance(self.occupied, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
+        move_bodies(self.occupied, self.bodies, self.tracks, self.flow, self.walk, self.key, robot, seconds)
 
     @property
     def places(self) -> np.ndarray:
@@ -106,11 +106,11 @@ class Scene:
             for other_x, other_y in self.places[:p].tolist():
                 assert math.hypot(x - other_x, y - other_y) >= 2 * radius
             for k, clock in enumerate(self.bodies.clocks.tolist()):
-                assert gap_to(self.tracks, k, clock, x, y) >= radius - 1e-9
+                assert distance_to_body(self.tracks, k, clock, x, y) >= radius - 1e-9
         assert disc_is_free(self.occupied, *robot) or not on_grid(self.occupied, robot)
         np.testing.assert_array_equal(self.occupied & STATIC, self.static)
         drawn = self.static.copy()
-        stamp_bodies(drawn, self.bodies, self.tracks, self.walk)
+        mark_bodies(drawn, self.bodies, self.tracks, self.walk)
         np.testing.assert_array_equal(self.occupied, drawn)
 
 
@@ -151,12 +151,12 @@ def scene(
     people = people or PeopleConfig()
     frame, plan = frame_of(occupied, ppm), plan or plan_of(occupied, ppm)
     walk, tracks = walk_of(people, ppm), make_tracks(trajectories, occupied, frame, "box")
-    flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow()
+    flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow_field()
     bodies = new_bodies(len(trajectories), people.number)
     start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
     bodies = bodies._replace(people=placed_people(bodies.people))  # a small room takes fewer than it is asked to
     drawn = occupied.copy()
-    stamp_bodies(drawn, bodies, tracks, walk)
+    mark_bodies(drawn, bodies, tracks, walk)
     assert (drawn & MOVING).any() == (len(bodies.people) + len(trajectories) > 0)
     return Scene(occupied, drawn, frame, bodies, tracks, flow, walk, key)
 

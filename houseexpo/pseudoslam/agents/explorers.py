@@ -17,23 +17,23 @@ from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, kn
 from houseexpo.pseudoslam.kernels.explore import (
     EXPLORER,
     NO_ACTION,
-    aim_at,
-    descend,
-    go_on,
-    has_to_choose,
-    look_round,
+    descent_action,
+    first_look_action,
+    must_choose_again,
     new_memory,
+    next_action,
+    set_target,
 )
 from houseexpo.pseudoslam.kernels.planning.cover import short_tour
-from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers, unknown_in_sight
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers, unknown_area_in_sight
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M, MAX_BUMPS, MAX_FRONTIERS
-from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
-from houseexpo.pseudoslam.planning import descent_rules, explorer_frontiers, first_looks
+from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, Rows, new_path_scratch
+from houseexpo.pseudoslam.planning import count_first_looks, descent_rules, explorer_frontier_rules
 from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 
 Grid = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
@@ -51,13 +51,13 @@ class Walker:
     def __init__(self, robot: Robot) -> None:
         self._rules = descent_rules(robot.config)
         self._state = np.zeros(1, EXPLORER)
-        self._ways: KnownWays = known_ways_of(0)
+        self._ways: PathScratch = new_path_scratch(0)
 
     def aim(self, known: Grid, goal_x: float, goal_y: float) -> None:
         """Compute the distances of all cells to a goal in pixels."""
         if len(self._ways.ways) < known.size:
-            self._ways = known_ways_of(known.size)
-        find_ways(known, goal_x, goal_y, self._rules.radius_px, -1, self._ways)
+            self._ways = new_path_scratch(known.size)
+        find_distances(known, goal_x, goal_y, self._rules.radius_px, -1, self._ways)
         self._state[0].turns = self._state[0].goes = 0
 
     def next(self, known: Grid, pose: Floats) -> int | None:
@@ -65,7 +65,7 @@ class Walker:
         if len(self._ways.ways) < known.size:
             return None  # no goal yet
         x, y, heading = pose.tolist()
-        action = descend(known, x, y, heading, self._state, self._rules, self._ways)
+        action = descent_action(known, x, y, heading, self._state, self._rules, self._ways)
         return None if action == NO_ACTION else int(action)
 
 
@@ -79,9 +79,9 @@ class Explorer(ABC):
         self.metre = config.pixels_per_metre
         self.range_px = config.laser.range_m * self.metre
         self.radius_px = config.robot.radius_m * self.metre
-        self.scratch = scratch_of(config)
-        self._rules, self._descent = explorer_frontiers(config), descent_rules(config)
-        self._memory = new_memory(first_looks(config), MAX_FRONTIERS)
+        self.scratch = make_scratch(config)
+        self._rules, self._descent = explorer_frontier_rules(config), descent_rules(config)
+        self._memory = new_memory(count_first_looks(config), MAX_FRONTIERS)
         self.decided = False
 
     @abstractmethod
@@ -102,21 +102,21 @@ class Explorer(ABC):
         """Return the action forward, left or right, or None when there is nothing left to see."""
         known, memory = info["map"], self._memory
         x, y, heading = info["pose_px"].tolist()
-        self.scratch = with_room(self.scratch, known.size)
+        self.scratch = enlarge_scratch(self.scratch, known.size)
         self.decided = False
-        action = look_round(memory, int(info["collided"]))
+        action = first_look_action(memory, int(info["collided"]))
         for _ in range(MAX_FRONTIERS):
             if action != NO_ACTION:
                 return int(action)
-            if has_to_choose(known, memory, MAX_BUMPS):
+            if must_choose_again(known, memory, MAX_BUMPS):
                 self.decided = True
                 given_up = memory.given_up[: memory.state[0].lost]
                 n = find_frontiers(known, x, y, self._rules, given_up, self.scratch, memory.frontiers)
                 if not n:
                     return None
                 chosen = self.choose(known, memory.frontiers[:n], info)
-                aim_at(known, x, y, memory, chosen, self._rules.radius_px, self.scratch.ways)
-            action = go_on(known, x, y, heading, memory, self._descent, self.scratch.ways)
+                set_target(known, x, y, memory, chosen, self._rules.radius_px, self.scratch.ways)
+            action = next_action(known, x, y, heading, memory, self._descent, self.scratch.ways)
         return None if action == NO_ACTION else int(action)
 
 
@@ -154,7 +154,7 @@ class InformationGain(Explorer):
         """Return the frontier with the greatest value, the first of equal ones."""
         first = frontiers[:_GAINS]
         gains = [
-            unknown_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)
+            unknown_area_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)
             for y, x in zip(*np.divmod(first["goal"], known.shape[1]), strict=True)
         ]
         ways_m = first["way"] / (STRAIGHT * self.metre)
@@ -170,24 +170,24 @@ class Tour(Explorer):
 
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
-        self._ways: KnownWays = known_ways_of(0)
+        self._ways: PathScratch = new_path_scratch(0)
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the first frontier of the tour from the robot."""
         if len(self._ways.ways) < known.size:
-            self._ways = known_ways_of(known.size)
+            self._ways = new_path_scratch(known.size)
         first = frontiers[:_TOURED]
         lengths = np.zeros((len(first) + 1, len(first) + 1))
         lengths[0, 1:] = lengths[1:, 0] = first["way"]
         goals = first["goal"].tolist()
         for i, goal in enumerate(goals[:-1], start=1):
             row, col = divmod(goal, known.shape[1])
-            find_ways(known, col + 0.5, row + 0.5, self.radius_px, -1, self._ways)
+            find_distances(known, col + 0.5, row + 0.5, self.radius_px, -1, self._ways)
             lengths[i, i + 1 :] = lengths[i + 1 :, i] = ways_to(self._ways, goals[i:])
         return int(short_tour(lengths)[1]) - 1
 
 
-def ways_to(ways: KnownWays, cells: npt.ArrayLike) -> Floats:
+def ways_to(ways: PathScratch, cells: npt.ArrayLike) -> Floats:
     """Return the distances to cells (flat indices), very large ones for those that cannot be reached."""
     found: Floats = ways.ways[np.asarray(cells)].astype(np.float64)
     found[found < 0] = NO_WAY

@@ -18,7 +18,12 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import Explorer, Grid
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
-from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT, best_of, describe
+from houseexpo.pseudoslam.kernels.planning.frontier_features import (
+    FEATURES,
+    LOOKED_AT,
+    compute_features,
+    score_frontiers,
+)
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning import need_learn
 from houseexpo.pseudoslam.learning.environments import simulator_of
@@ -83,11 +88,11 @@ class Chooser(Explorer):
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the best of the frontiers that ``find_frontiers`` ranks first."""
         x, y, heading = info["pose_px"].tolist()
-        n = describe(
+        n = compute_features(
             known, x, y, heading, info["steps"], frontiers, len(frontiers), self._outlook,
             self.scratch.ways, self._outlooks,
         )  # fmt: skip
-        return int(best_of(self._outlooks, n, self._weights, self._scores))
+        return int(score_frontiers(self._outlooks, n, self._weights, self._scores))
 
 
 class TrainedChooser:

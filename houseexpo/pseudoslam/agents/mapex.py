@@ -29,10 +29,10 @@ from houseexpo.pseudoslam.agents.explorers import Walker
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS
-from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, known_ways_of
-from houseexpo.pseudoslam.planning import first_looks
+from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, new_path_scratch
+from houseexpo.pseudoslam.planning import count_first_looks
 
 IGNORED_CELLS: Final = 10
 """Regions of so many cells or fewer are ignored, at any resolution."""
@@ -50,9 +50,9 @@ class MapExNearest:
         config = robot.config
         self._reached_px = REACHED_M * config.pixels_per_metre
         self._radius_px = config.robot.radius_m * config.pixels_per_metre
-        self._looks = first_looks(config)
+        self._looks = count_first_looks(config)
         self._walker = Walker(robot)
-        self._ways: KnownWays = known_ways_of(0)
+        self._ways: PathScratch = new_path_scratch(0)
         self._open = np.zeros((0, 0), np.uint8)
         self._target: tuple[int, int] | None = None
         self._lost: set[tuple[int, int]] = set()
@@ -93,8 +93,8 @@ class MapExNearest:
         if not is_same:
             self._open = seen_as
             if len(self._ways.ways) < known.size:
-                self._ways = known_ways_of(known.size)
-            find_ways(self._open, pose[0].item(), pose[1].item(), self._radius_px, -1, self._ways)
+                self._ways = new_path_scratch(known.size)
+            find_distances(self._open, pose[0].item(), pose[1].item(), self._radius_px, -1, self._ways)
         if self._target is not None and self._is_ahead(self._target, pose, known.shape[1]):
             if is_same:
                 return  # no obstacle is new, so that the distances hold

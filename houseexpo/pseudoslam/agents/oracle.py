@@ -24,11 +24,16 @@ from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.cover import count_all, greedy_cover, list_views, short_tour
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.cover import (
+    count_new_cells_of_all,
+    greedy_cover,
+    list_visible_cells,
+    short_tour,
+)
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.tolerances import LATTICE_M, MAX_PLACES, PLACE_CELLS, SERVED_SHARE, TOUR_AGAIN_M
-from houseexpo.pseudoslam.kernels.types import known_ways_of
-from houseexpo.pseudoslam.step_kernels import scratch_of
+from houseexpo.pseudoslam.kernels.types import new_path_scratch
+from houseexpo.pseudoslam.step_kernels import make_scratch
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
@@ -49,7 +54,7 @@ class Oracle:
         self._house = np.where(robot.world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
         self._unwanted = (robot.world.observable == 0).view(np.uint8).ravel()
         self._walker, self._rest = Walker(robot), NearestFrontier(robot, seed)
-        self._ways = known_ways_of(self._house.size)
+        self._ways = new_path_scratch(self._house.size)
         self._places, self._starts, self._views = _views(robot.world, robot)
         self._lengths: dict[int, Floats] = {}
         self._purpose: Cells = np.empty(0, np.int32)
@@ -88,7 +93,7 @@ class Oracle:
         chosen = chosen[: greedy_cover(self._starts, self._views, PLACE_CELLS, covered, chosen)]
         if not len(chosen):
             return False
-        find_ways(self._house, x, y, self._radius_px, -1, self._ways)
+        find_distances(self._house, x, y, self._radius_px, -1, self._ways)
         here = ways_to(self._ways, self._places)
         lengths = np.zeros((len(chosen) + 1, len(chosen) + 1))
         lengths[0, 1:] = lengths[1:, 0] = here[chosen]
@@ -119,20 +124,22 @@ class Oracle:
         """Return the place with the shortest path of those that see the cells of the purpose (R3)."""
         others = np.ones(self._house.size, np.uint8)
         others[self._purpose] = 0
-        enough = np.flatnonzero(count_all(self._starts, self._views, others) >= SERVED_SHARE * len(self._purpose))
+        enough = np.flatnonzero(
+            count_new_cells_of_all(self._starts, self._views, others) >= SERVED_SHARE * len(self._purpose)
+        )
         return int(enough[lengths[enough].argmin()]) if len(enough) else first
 
     def _lengths_from(self, place: int) -> Floats:
         """Return the distances from a place to all places."""
         if place not in self._lengths:
             row, col = divmod(int(self._places[place]), self._house.shape[1])
-            find_ways(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
+            find_distances(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
             self._lengths[place] = ways_to(self._ways, self._places)
         return self._lengths[place]
 
 
 def _views(world: World, robot: Robot) -> tuple[Cells, npt.NDArray[np.int64], Cells]:
-    """Return places (flat indices), and the cells that they see in the form of ``list_views`` (R1)."""
+    """Return places (flat indices), and the cells that they see in the form of ``list_visible_cells`` (R1)."""
     config = robot.config
     traversable = np.flatnonzero(world.traversable)
     rows, cols = np.divmod(traversable, world.occupied.shape[1])
@@ -141,9 +148,9 @@ def _views(world: World, robot: Robot) -> tuple[Cells, npt.NDArray[np.int64], Ce
     places = traversable[np.sort(first)].astype(np.int32)
     occupied, wanted = world.occupied.copy(), world.observable.copy()
     starts, room = np.zeros(len(places) + 1, np.int64), 1 << 20
-    range_px, scratch = config.laser.range_m * config.pixels_per_metre, scratch_of(config)
+    range_px, scratch = config.laser.range_m * config.pixels_per_metre, make_scratch(config)
     views = np.empty(room, np.int32)
-    while not list_views(occupied, wanted, places, range_px, scratch, starts, views):
+    while not list_visible_cells(occupied, wanted, places, range_px, scratch, starts, views):
         room *= 2
         views = np.empty(room, np.int32)
     return places, starts, views[: starts[-1]].copy()

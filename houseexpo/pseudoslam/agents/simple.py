@@ -10,7 +10,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import Walker
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
-from houseexpo.pseudoslam.kernels.collision import clearance, free_way
+from houseexpo.pseudoslam.kernels.collision import clearance, free_distance
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.tolerances import ARC_RAD, FOLLOWED_M, WALL_EPS_PX
 from houseexpo.pseudoslam.simulator import ACTIONS
@@ -100,7 +100,7 @@ class WallFollower:
         for turns in range(first, first + once_round):  # R2
             angle = heading + turns * self._turn
             if (
-                free_way(walls, x, y, math.cos(angle), -math.sin(angle), self._step_px, self._radius_px)
+                free_distance(walls, x, y, math.cos(angle), -math.sin(angle), self._step_px, self._radius_px)
                 == self._step_px
             ):
                 return turns - once_round if turns > once_round // 2 else turns

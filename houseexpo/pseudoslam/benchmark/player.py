@@ -39,7 +39,7 @@ from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception,
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, Training
 from houseexpo.pseudoslam.benchmark.prediction import Grid, checked_map
 from houseexpo.pseudoslam.config import ObservationConfig
-from houseexpo.pseudoslam.kernels.compiling import on_compiling
+from houseexpo.pseudoslam.kernels.compiling import call_around_compiling
 
 KEPT: Final = (
     *("PATH", "HOME", "LANG", "LC_", "TMPDIR", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV", "LD_LIBRARY_PATH"),
@@ -291,7 +291,7 @@ def serve(descriptor: int, memory: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process handles Ctrl-C
     _end_with_parent()
     pipe, shared = Connection(descriptor), mmap.mmap(memory, SHARED_BYTES)
-    on_compiling(kernels.__name__, lambda: _say(pipe, compiling=True), lambda: _say(pipe, compiling=False))
+    call_around_compiling(kernels.__name__, lambda: _say(pipe, compiling=True), lambda: _say(pipe, compiling=False))
     with suppress(EOFError, OSError):
         name, path = pipe.recv()
         sys.path += [place for place in path if place and place not in sys.path]

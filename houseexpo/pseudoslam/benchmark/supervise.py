@@ -24,7 +24,7 @@ from houseexpo.errors import HouseExpoError, PolicyError
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
-from houseexpo.pseudoslam.kernels.compiling import on_compiling
+from houseexpo.pseudoslam.kernels.compiling import call_around_compiling
 
 _LOOK_S = 0.5
 NewRunner: TypeAlias = Callable[[], Runner]
@@ -146,7 +146,7 @@ def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
     def start_clock() -> None:
         notes[1] = time.monotonic() - spent
 
-    on_compiling(kernels.__name__, stop_clock, start_clock)  # R4
+    call_around_compiling(kernels.__name__, stop_clock, start_clock)  # R4
     with suppress(EOFError, BrokenPipeError):
         try:
             runner = new_runner()

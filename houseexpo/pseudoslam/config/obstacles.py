@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import FloatArray, GridFrame
 from houseexpo.pseudoslam.config.checks import above_zero, describe_found, number, whole
 from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
-from houseexpo.pseudoslam.kernels.placement import shape_spans
+from houseexpo.pseudoslam.kernels.placement import list_shape_spans
 from houseexpo.pseudoslam.kernels.types import Cells
 
 Point: TypeAlias = tuple[float, float]
@@ -157,10 +157,10 @@ class Obstacle:
         return np.array([frame.pixel_from_point(*point) for point in points])
 
     def spans(self, frame: GridFrame) -> tuple[Cells, int, bool]:
-        """Return the cells as spans of rows, their number, and whether all lie on the grid, like ``shape_spans``."""
+        """Return the cells as spans of rows, their number, and whether all lie on the grid (``list_shape_spans``)."""
         thickness_px = self.shape.thickness_m * frame.pixels_per_metre
         rows, cols = frame.shape
-        found: tuple[Cells, int, bool] = shape_spans(
+        found: tuple[Cells, int, bool] = list_shape_spans(
             self.outline_px(frame), self.shape.is_round, thickness_px, rows, cols
         )
         return found

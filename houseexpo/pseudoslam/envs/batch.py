@@ -16,8 +16,17 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.types import Scratch
-from houseexpo.pseudoslam.state import MAP, RASTERS, SHOWN, Array, State, flatten, one_of, unflatten
-from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for, scratch_of, with_room
+from houseexpo.pseudoslam.state import (
+    MAP,
+    RASTERS,
+    SHOWN,
+    Array,
+    State,
+    flatten_episode,
+    unflatten_episode,
+    view_episode,
+)
+from houseexpo.pseudoslam.step_kernels import choose_kernel, compiled_function, enlarge_scratch, make_scratch
 
 _SPARE = 1.25  # spare room for larger houses
 _BLOCKS = 4  # per thread, so that threads finish at about the same time
@@ -29,7 +38,7 @@ class Batch:
 
     Rasters and distances to goals are flat, with room for the largest house so far; untouched memory is not allocated.
     Threads share the pools and have their own working memory; the result does not depend on the number of threads.
-    ``moves`` is an argument of ``kernel_for``.
+    ``moves`` is an argument of ``choose_kernel``.
     """
 
     def __init__(
@@ -53,7 +62,7 @@ class Batch:
         self._rest: dict[int, tuple[Any, ...]] = {}
         self._step: Callable[..., None]
         self._kernels: dict[bool, Callable[..., None]] = {}
-        self._scratch = [scratch_of(config) for _ in range(self.threads)]
+        self._scratch = [make_scratch(config) for _ in range(self.threads)]
         self._executor = ThreadPoolExecutor(self.threads - 1, "pseudoslam") if self.threads > 1 else None
         parts = min(_BLOCKS * self.threads, number) if self._executor else 1
         self._blocks = list(pairwise((np.arange(parts + 1) * number // parts).tolist()))
@@ -68,16 +77,16 @@ class Batch:
 
         Its view is not drawn yet, since the array of the last views may belong to the caller.
         """
-        parts = flatten(state.episode)
+        parts = flatten_episode(state.episode)
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
         cells = state.episode.occupied.size if len(state.episode.plans.state) else 0
         if cells > len(self._scratch[0].ways.ways):
-            self._scratch = [with_room(scratch, int(_SPARE * cells)) for scratch in self._scratch]
+            self._scratch = [enlarge_scratch(scratch, int(_SPARE * cells)) for scratch in self._scratch]
         if not self._leaves:
             self._begin(state, parts)
         if any(len(part) > pool.shape[1] for part, pool in zip(parts, self._leaves, strict=True)):
             self._leaves = [_wider(pool, len(part)) for part, pool in zip(parts, self._leaves, strict=True)]
-            self.arrays = unflatten(state.episode, self._leaves)._replace(shown=self.arrays.shown)
+            self.arrays = unflatten_episode(state.episode, self._leaves)._replace(shown=self.arrays.shown)
         if not state.counts.known:
             self._leaves[MAP][i, : len(parts[MAP])] = 0
             parts[MAP] = _NOTHING
@@ -91,23 +100,23 @@ class Batch:
     def _begin(self, first: State, parts: list[Array]) -> None:
         """Make the pools, and find the kernel for steps of such episodes."""
         leaves: list[Array] = [np.zeros((self._number, *part.shape), part.dtype) for part in parts]
-        self.arrays = unflatten(first.episode, leaves)
+        self.arrays = unflatten_episode(first.episode, leaves)
         if self._shown is not None:
             self.arrays = self.arrays._replace(shown=self._shown)
         motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
-        self._step = entry_point(
-            kernel_for(first.episode, self._params, moves=self._moves),
+        self._step = compiled_function(
+            choose_kernel(first.episode, self._params, moves=self._moves),
             self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
         )  # fmt: skip
         self._leaves = leaves  # last, since compiling the kernel may be interrupted
 
     def kernel(self, *, moves: bool) -> Callable[..., None]:
-        """Return the compiled steps of such episodes; ``moves`` is an argument of ``kernel_for``."""
+        """Return the compiled steps of such episodes; ``moves`` is an argument of ``choose_kernel``."""
         if moves not in self._kernels:  # numba needs 20 us to find one
             motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
             first = self.state(next(iter(self._rest))).episode
-            self._kernels[moves] = entry_point(
-                kernel_for(first, self._params, moves=moves),
+            self._kernels[moves] = compiled_function(
+                choose_kernel(first, self._params, moves=moves),
                 self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
             )  # fmt: skip
         return self._kernels[moves]
@@ -126,7 +135,7 @@ class Batch:
     def state(self, i: int) -> State:
         """Return the episode at place ``i``; its arrays are views, which the next step changes."""
         rows, cols = self.sizes[i].tolist()
-        return State(one_of(self.arrays, i, (rows, cols)), *self._rest[i])
+        return State(view_episode(self.arrays, i, (rows, cols)), *self._rest[i])
 
     def step(self, motions: npt.NDArray[np.float64], wanted: npt.NDArray[np.uint8], *, fresh: bool = False) -> None:
         """Do what is ``wanted`` (N,) (see ``kernels.step``); ``motions`` (N, 2) are in radians and pixels.

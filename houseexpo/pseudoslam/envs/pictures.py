@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.map_pictures import GOAL, NEAR, ROBOT, Scales, draw_pictures
+from houseexpo.pseudoslam.kernels.map_pictures import GOAL, NEAR, ROBOT, PictureScales, draw_pictures
 from houseexpo.pseudoslam.metrics import EpisodeConstants
-from houseexpo.pseudoslam.step_kernels import entry_point
+from houseexpo.pseudoslam.step_kernels import compiled_function
 
 Bytes: TypeAlias = npt.NDArray[np.uint8]
 Work: TypeAlias = Callable[[int, int], None]
@@ -51,7 +51,7 @@ class Pictures:
 
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
         side, view, ppm = side_of(config), config.observation, config.pixels_per_metre
-        self._scales = Scales(
+        self._scales = PictureScales(
             near_px_of(config),
             view.far_size_m * ppm / side,
             view.global_size_m * ppm / side,
@@ -92,7 +92,7 @@ class Pictures:
         self._goals *= self._pixels_per_metre, -self._pixels_per_metre
         if self._draw is None:
             given = pool, sizes, self._goals, wanted, self._scales, self.shown, 0, 0
-            self._draw = entry_point(draw_pictures, *given)
+            self._draw = compiled_function(draw_pictures, *given)
         run = self._draw
         share(lambda first, end: run(pool, sizes, self._goals, wanted, self._scales, self.shown, first, end))
         return self.shown

@@ -15,18 +15,18 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.planning.plan import (
+from houseexpo.pseudoslam.kernels.planning.planner_types import (
     NO_CHOICE,
     OUTCOMES,
     STRAIGHT,
     Graph,
-    PlanRules,
-    Plans,
+    PlannerMemory,
+    PlannerRules,
     new_graph,
-    new_plans,
+    new_planner_memory,
 )
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.planning import plan_rules
+from houseexpo.pseudoslam.planning import planner_rules
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.world import World
@@ -85,9 +85,9 @@ class PlannerSpec:
         reach_m = self.planning.reach_m
         return self.config.side_px / 2 if reach_m is None else reach_m * self.config.pixels_per_metre
 
-    def rules(self) -> PlanRules:
+    def rules(self) -> PlannerRules:
         """Return the parameters that are the same in all environments."""
-        return plan_rules(self.config, self.planning, self.actions)
+        return planner_rules(self.config, self.planning, self.actions)
 
     def action_space(self) -> spaces.Space[Any]:
         """Return the space of one environment's actions."""
@@ -138,9 +138,9 @@ class PlannerSpec:
         planning = self.planning
         return new_graph(planning.nodes, planning.neighbours) if self.has_graph else new_graph(0, 0)
 
-    def plans(self, state: State, world: World, task: Task) -> Plans:
+    def plans(self, state: State, world: World, task: Task) -> PlannerMemory:
         """Return the plans for a new episode."""
-        plans, config = new_plans(self.choices), self.config
+        plans, config = new_planner_memory(self.choices), self.config
         plans.state["enough"] = task.enough_cells(state.observable_cells)
         plans.state["time"], plans.state["cols"] = config.max_steps, state.occupied.shape[1]
         goal = (math.nan, math.nan, math.nan)

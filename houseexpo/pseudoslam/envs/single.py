@@ -30,7 +30,7 @@ from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import look_round, step_one, with_room
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, step_episode, take_first_scan
 from houseexpo.pseudoslam.tasks import (
     ROOM,
     AvoidanceReward,
@@ -164,9 +164,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._simulator = self._state = None  # if the start fails, the old episode must not continue
         world = self._env_spec.choice.draw(self.np_random, given.get("plan_id"))
         if self._env_spec.planner:
-            self._scratch = with_room(self._scratch, world.occupied.size)
+            self._scratch = enlarge_scratch(self._scratch, world.occupied.size)
         state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
-        look_round(state, self._params, self._scratch)
+        take_first_scan(state, self._params, self._scratch)
         self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
         self._believe(starts=True)
         self._constants.rows[0] = constants_of(state, world)
@@ -180,7 +180,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         state = self.state
         moves, ahead = self._env_spec.motions(action)
         before = self._after
-        step_one(state, moves, self._params, self._scratch)
+        step_episode(state, moves, self._params, self._scratch)
         self._believe(starts=False)
         after = self._after = self._metrics()
         success = self.task.success(after)

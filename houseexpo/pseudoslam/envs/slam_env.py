@@ -20,10 +20,10 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.envs.spec import AllOptions
 from houseexpo.pseudoslam.kernels.collision import wrap_angle
-from houseexpo.pseudoslam.kernels.episode import BEAMS, key_of
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop
-from houseexpo.pseudoslam.kernels.sensing.noise import HIT, LOST, draw_beams
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.episode import BEAMS, noise_key
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop_view
+from houseexpo.pseudoslam.kernels.sensing.noise import HIT, LOST, draw_beam_errors
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.slam import ScanMatcher
@@ -100,7 +100,7 @@ class SlamEnv(ExplorationEnv):
         state.episode.counts["known"][0] = np.count_nonzero(seen)
         state.episode.counts["covered"][0] = np.count_nonzero(seen & (state.episode.observable != 0))
         x, y, heading = self._corrected.tolist()
-        crop(state.known, x, y, heading, state.view)
+        crop_view(state.known, x, y, heading, state.view)
         truth = self._truth[:2]
         self._off_px.append((math.dist(self._corrected[:2], truth), math.dist(self._odometry[:2], truth)))
 
@@ -118,8 +118,10 @@ class SlamEnv(ExplorationEnv):
         beams = len(sensor.fan_cos)
         ranges, shift_px, fate = np.empty(beams), np.zeros(beams), np.full(beams, HIT, np.int32)
         x, y, heading = state.pose_px.tolist()
-        cast(state.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, ranges)
-        draw_beams(errors, beams, key_of(int(state.counts.key), BEAMS), int(state.counts.scans) - 1, shift_px, fate)
+        cast_beams(state.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, ranges)
+        draw_beam_errors(
+            errors, beams, noise_key(int(state.counts.key), BEAMS), int(state.counts.scans) - 1, shift_px, fate
+        )
         met = ranges < sensor.range_px
         noisy = np.where(met, np.clip(ranges + shift_px, 0.0, sensor.range_px), sensor.range_px)
         found: Floats = np.where(fate == HIT, noisy, np.where(fate == LOST, 0.0, sensor.range_px))

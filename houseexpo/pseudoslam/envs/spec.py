@@ -22,14 +22,14 @@ from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_
 from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
 from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.envs.reset_options import Order, PlanChoice, Pose
+from houseexpo.pseudoslam.kernels.action_masks import find_free_steps
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.masks import steps_fit
-from houseexpo.pseudoslam.kernels.step import look_up
+from houseexpo.pseudoslam.kernels.step import look_up_motions
 from houseexpo.pseudoslam.kernels.types import Counts, Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, motions
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import prepare_kernel, scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import make_scratch, make_step_params, prepare_kernel
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.maps import Plans, open_houses, own_resolution
@@ -162,11 +162,11 @@ class EnvSpec:
 
     def params(self) -> StepParams:
         """Return the parameters that are the same in all steps."""
-        return step_params_of(self.config, self.task.clearance_m, self.planner.rules() if self.planner else None)
+        return make_step_params(self.config, self.task.clearance_m, self.planner.rules() if self.planner else None)
 
     def scratch(self) -> Scratch:
         """Return working memory for the scans of one thread."""
-        return scratch_of(self.config)
+        return make_scratch(self.config)
 
     def action_space(self) -> spaces.Space[Any]:
         """Return the space of one environment's actions."""
@@ -228,7 +228,7 @@ class EnvSpec:
         is_whole = values.dtype.kind in "iu"
         flat = values.ravel().astype(np.int64, copy=False) if is_whole else np.full(values.size, -1)
         found, ahead = np.empty((len(flat), 2)), np.empty(len(flat), bool)
-        strange = look_up(flat, self._table, found, ahead)
+        strange = look_up_motions(flat, self._table, found, ahead)
         if strange >= 0:
             raise ConfigError(f"action: expected 0 (forward), 1 (left) or 2 (right), found {values.item(strange)!r}")
         return found, ahead
@@ -330,7 +330,7 @@ class EnvSpec:
         known = episode.known.reshape(number, -1)
         poses = episode.pose.view(np.float64).reshape(number, -1)[:, 3:]
         robot, fit = self.config.robot, np.empty(number, bool)
-        steps_fit(known, sizes, poses, robot.step_m * ppm, robot.radius_m * ppm, fit)
+        find_free_steps(known, sizes, poses, robot.step_m * ppm, robot.radius_m * ppm, fit)
         masks[:, 0] = fit
         return masks
 

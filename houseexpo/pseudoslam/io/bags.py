@@ -41,7 +41,7 @@ from houseexpo.pseudoslam.io.ros_messages import (
     odometry,
     transforms,
 )
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -167,7 +167,7 @@ def _ranges_m(simulator: Simulator, state: State) -> npt.NDArray[np.float32]:
     if not len(found):
         x, y, heading = state.pose_px.tolist()
         found = np.empty(len(sensor.fan_cos))
-        cast(state.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, found)
+        cast_beams(state.occupied, x, y, heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px, found)
     ranges = np.where(found >= sensor.range_px, np.inf, found / ppm)
     if simulator.config.noise.drop_out > 0:
         ranges[found == 0.0] = np.nan

@@ -25,7 +25,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.io.poses import Pose, relative
 from houseexpo.pseudoslam.kernels.collision import wrap_angle
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
@@ -66,7 +66,7 @@ class Scanner:
         x, y = frame.pixels_from_points(pose[:2]).tolist()
         out = np.empty(self.beams)
         angles = self.angles_rad
-        cast(occupied, x, y, pose[2], np.cos(angles), np.sin(angles), self.range_m * ppm, out)
+        cast_beams(occupied, x, y, pose[2], np.cos(angles), np.sin(angles), self.range_m * ppm, out)
         return out / ppm
 
 

@@ -22,7 +22,7 @@ from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, whole
 from houseexpo.pseudoslam.kernels.collision import STATIC
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse, draw_nearest
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse_view, draw_nearest_cells
 from houseexpo.pseudoslam.simulator import Action, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import World
@@ -165,11 +165,11 @@ def _pair(simulator: Simulator, state: State, truth: Truth, config: PairConfig) 
     seen_x, seen_y, seen_heading = state.believed_px.tolist()
     up = math.pi / 2 + heading - seen_heading
     drawn = np.empty((4, config.pixels, config.pixels), np.uint8)
-    draw_coarse(state.known, seen_x, seen_y, 0.0, 1.0, pixel, drawn[0])
+    draw_coarse_view(state.known, seen_x, seen_y, 0.0, 1.0, pixel, drawn[0])
     cos, sin = (0.0, 1.0) if heading == seen_heading else (math.cos(up), math.sin(up))
-    draw_coarse(truth.complete, x, y, cos, sin, pixel, drawn[1])
+    draw_coarse_view(truth.complete, x, y, cos, sin, pixel, drawn[1])
     for grid, out in zip((truth.rooms, truth.labels), drawn[2:], strict=True):
-        draw_nearest(grid, x, y, cos, sin, pixel, out)
+        draw_nearest_cells(grid, x, y, cos, sin, pixel, out)
     pose, believed = np.array([simulator.pose(state), simulator.believed_pose(state)], np.float32)
     partial, complete, rooms, labels = drawn
     coverage, steps = np.float32(simulator.coverage(state)), np.float32(state.counts.steps)

@@ -1,8 +1,8 @@
 """Compute how far a disc can go among cells and people; draw polygons on trajectories, and check their tracks.
 
-The robot and people are discs. Cells are squares, which a disc may touch (``free_way``). A body on a track is a polygon
-around its position, enlarged by a radius; a circle is a single enlarged corner. Cells have one bit for static and one
-for moving obstacles, so that static ones remain when a body passes.
+The robot and people are discs. Cells are squares, which a disc may touch (``free_distance``). A body on a track is a
+polygon around its position, enlarged by a radius; a circle is a single enlarged corner. Cells have one bit for static
+and one for moving obstacles, so that static ones remain when a body passes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.tolerances import REST_PX, SWEEP_PX, TOUCH_PX
-from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, row_type
+from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, make_row_dtype
 
 
 @njit(inline="always")
@@ -45,7 +45,9 @@ def disc_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def free_way(occupied: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float) -> float:
+def free_distance(
+    occupied: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float
+) -> float:
     """Return how far, up to ``distance``, a disc can go in the direction (``right``, ``down``, a unit vector).
 
     The result is less than ``distance`` only if an obstacle blocks the disc, and 0.0 if the disc already touches it.
@@ -60,12 +62,12 @@ def free_way(occupied: Grid, x: float, y: float, right: float, down: float, dist
     for row in range(top, bottom):
         for col in range(left, last):
             if occupied[row, col] != 0:
-                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, r, way))
+                way = min(way, distance_to_square(x - col - 0.5, y - row - 0.5, right, down, r, way))
     return way if way == distance else max(way - REST_PX, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def contact(x: float, y: float, right: float, down: float, r: float, way: float) -> float:
+def distance_to_square(x: float, y: float, right: float, down: float, r: float, way: float) -> float:
     """Return the distance at which a disc's centre enters the unit square at the origin grown by ``r``, else ``way``.
 
     The grown square consists of two rectangles and four discs around the corners.
@@ -117,13 +119,13 @@ HALF_DIAGONAL = math.sqrt(0.5)
 """Distance from a cell's centre to its corner, pixels; a disc of this radius always covers some cell."""
 THINNER_PX = 2.0
 """By how much the discs of a team's robots, and of people for all but the first, are drawn smaller than they are, so
-that rounding to cells does not hold a robot fast: what they may not touch is the disc itself (``way_to_disc``)."""
-PERSON = row_type(
+that rounding to cells does not hold a robot fast: what they may not touch is the disc itself (``distance_to_disc``)."""
+PERSON = make_row_dtype(
     x=float, y=float, vx=float, vy=float, speed=float, anchor_x=float, anchor_y=float, waited=float, goal=int, visit=int
 )
 """Position and velocity; the desired speed; where and for how long the person waits; the number of the goal in
 ``Flow.goals``, and the number of earlier goals."""
-SHAPE = row_type(poses=int, corners=int, loops=int, grown=float, core=float, reach=float, fastest=float)
+SHAPE = make_row_dtype(poses=int, corners=int, loops=int, grown=float, core=float, reach=float, fastest=float)
 """Numbers of poses and corners; 1 if it starts again after the last pose; the radius by which the shape is enlarged,
 the radii of discs inside and around it, the speed of its fastest point."""
 
@@ -175,7 +177,7 @@ def placed_people(people: Rows) -> Rows:
 
 
 @njit(cache=True, nogil=True)
-def pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
+def track_pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
     """Return the pose on track ``k``: straight from pose to pose, at rest before the first and after the last one."""
     times, poses, last = tracks.times_s[k], tracks.poses[k], tracks.shapes[k].poses - 1
     if clock <= times[0]:
@@ -196,16 +198,16 @@ def pose_at(tracks: Tracks, k: int, clock: float) -> tuple[float, float, float]:
 
 
 @njit(cache=True, nogil=True)
-def to_body(tracks: Tracks, k: int, clock: float, x: float, y: float) -> tuple[float, float, float, float]:
+def to_body_frame(tracks: Tracks, k: int, clock: float, x: float, y: float) -> tuple[float, float, float, float]:
     """Return a point as (ahead, left) of the body's position, and (cos, sin) of its heading."""
-    at_x, at_y, heading = pose_at(tracks, k, clock)
+    at_x, at_y, heading = track_pose_at(tracks, k, clock)
     cos, sin = math.cos(heading), math.sin(heading)
     right, down = x - at_x, y - at_y
     return right * cos - down * sin, -right * sin - down * cos, cos, sin
 
 
 @njit(cache=True, nogil=True)
-def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, float, float]:
+def nearest_body_point(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, float, float]:
     """Return the distance to body ``k`` (at most 0 inside), and the vector (ahead, left) from its nearest point."""
     corners, n = tracks.corners[k], tracks.shapes[k].corners
     inside = False
@@ -231,23 +233,23 @@ def nearest(tracks: Tracks, k: int, ahead: float, left: float) -> tuple[float, f
 
 
 @njit(cache=True, nogil=True)
-def gap_to(tracks: Tracks, k: int, clock: float, x: float, y: float) -> float:
+def distance_to_body(tracks: Tracks, k: int, clock: float, x: float, y: float) -> float:
     """Return the distance from a point to body ``k``, at most 0 inside."""
-    ahead, left, _, _ = to_body(tracks, k, clock, x, y)
-    return nearest(tracks, k, ahead, left)[0]
+    ahead, left, _, _ = to_body_frame(tracks, k, clock, x, y)
+    return nearest_body_point(tracks, k, ahead, left)[0]
 
 
 @njit(cache=True, nogil=True)
-def covers(tracks: Tracks, k: int, ahead: float, left: float) -> bool:
+def body_covers(tracks: Tracks, k: int, ahead: float, left: float) -> bool:
     """Return whether a point lies in body ``k``."""
     off, core, reach = ahead * ahead + left * left, tracks.shapes[k].core, tracks.shapes[k].reach
     if off < core * core:
         return True
-    return off <= reach * reach and nearest(tracks, k, ahead, left)[0] <= 0.0
+    return off <= reach * reach and nearest_body_point(tracks, k, ahead, left)[0] <= 0.0
 
 
 @njit(cache=True, nogil=True)
-def box(size: tuple[int, int], x: float, y: float, radius: float) -> tuple[int, int, int, int]:
+def disc_bounds(size: tuple[int, int], x: float, y: float, radius: float) -> tuple[int, int, int, int]:
     """Return (top, bottom, left, right), ends excluded, of the cells on the grid that a disc may touch."""
     rows, cols = size
     top, bottom = max(math.floor(y - radius), 0), min(math.floor(y + radius) + 1, rows)
@@ -262,55 +264,55 @@ def cell_meets_disc(row: int, col: int, x: float, y: float, radius: float) -> bo
 
 
 @njit(cache=True, nogil=True)
-def track_keeps_off(tracks: Tracks, k: int, before: float, after: float, disc: Disc, by_cells: bool) -> bool:
+def body_may_move(tracks: Tracks, k: int, before: float, after: float, disc: Disc, by_cells: bool) -> bool:
     """Return whether body ``k`` may move from clock ``before`` to ``after`` with a disc nearby.
 
     It may if they do not overlap, or if it moves away from a disc that it overlaps. With ``by_cells``, the disc must
     also not touch any cell that the body would cover.
     """
     x, y, radius = disc
-    gap = gap_to(tracks, k, after, x, y) - radius
+    gap = distance_to_body(tracks, k, after, x, y) - radius
     if gap >= HALF_DIAGONAL:
         return True
-    if gap < 0.0 and gap < gap_to(tracks, k, before, x, y) - radius:
+    if gap < 0.0 and gap < distance_to_body(tracks, k, before, x, y) - radius:
         return False
     if by_cells:
-        at_x, at_y, heading = pose_at(tracks, k, after)
+        at_x, at_y, heading = track_pose_at(tracks, k, after)
         cos, sin = math.cos(heading), math.sin(heading)
         for row in range(math.floor(y - radius), math.floor(y + radius) + 1):
             for col in range(math.floor(x - radius), math.floor(x + radius) + 1):
                 if cell_meets_disc(row, col, x, y, radius):
                     right, down = col + 0.5 - at_x, row + 0.5 - at_y
-                    if covers(tracks, k, right * cos - down * sin, -right * sin - down * cos):
+                    if body_covers(tracks, k, right * cos - down * sin, -right * sin - down * cos):
                         return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def stamp_track(occupied: Grid, tracks: Tracks, k: int, clock: float) -> None:
+def mark_body(occupied: Grid, tracks: Tracks, k: int, clock: float) -> None:
     """Set the moving bit of cells whose centres lie in body ``k``."""
-    x, y, heading = pose_at(tracks, k, clock)
+    x, y, heading = track_pose_at(tracks, k, clock)
     cos, sin = math.cos(heading), math.sin(heading)
-    top, bottom, left, right = box(occupied.shape, x, y, tracks.shapes[k].reach)
+    top, bottom, left, right = disc_bounds(occupied.shape, x, y, tracks.shapes[k].reach)
     for row in range(top, bottom):
         for col in range(left, right):
             dx, dy = col + 0.5 - x, row + 0.5 - y
-            if covers(tracks, k, dx * cos - dy * sin, -dx * sin - dy * cos):
+            if body_covers(tracks, k, dx * cos - dy * sin, -dx * sin - dy * cos):
                 occupied[row, col] |= MOVING
 
 
 @njit(cache=True, nogil=True)
-def stamp_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
+def mark_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
     """Set the moving bit of cells whose centres lie in a disc."""
-    top, bottom, left, right = box(occupied.shape, x, y, radius)
+    top, bottom, left, right = disc_bounds(occupied.shape, x, y, radius)
     for row in range(top, bottom):
-        first, end = disc_span(row, x, y, radius)
+        first, end = disc_columns(row, x, y, radius)
         for col in range(np.uint64(max(first, left)), np.uint64(max(min(end, right), 0))):  # unsigned, as below
             occupied[row, col] |= MOVING
 
 
 @njit(cache=True, nogil=True)
-def disc_span(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
+def disc_columns(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
     """Return the first column and the end, excluded, of the cells of a row whose centres lie in a disc."""
     down = row + 0.5 - y
     square = radius * radius - down * down
@@ -321,28 +323,28 @@ def disc_span(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
 
 
 @njit(cache=True, nogil=True)
-def erase(occupied: Grid, x: float, y: float, radius: float) -> None:
+def erase_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
     """Clear the moving bit in the square around a disc."""
-    top, bottom, left, right = box(occupied.shape, x, y, radius)
+    top, bottom, left, right = disc_bounds(occupied.shape, x, y, radius)
     for row in range(np.uint64(top), np.uint64(bottom)):  # unsigned: without checks for negative indices
         for col in range(np.uint64(left), np.uint64(right)):
             occupied[row, col] &= STATIC
 
 
 @njit(cache=True, nogil=True)
-def way_past_people(people: Rows, radius: float, disc: Disc, right: float, down: float, distance: float) -> float:
+def distance_to_people(people: Rows, radius: float, disc: Disc, right: float, down: float, distance: float) -> float:
     """Return how far, up to ``distance``, a disc can go in direction (``right``, ``down``) until it touches a person.
 
     With cells alone, it could come closer by a fraction of one. It may move away from a person that it overlaps.
     """
     way, reach = distance, radius + disc.radius
     for p in range(len(people)):
-        way = min(way, way_to_disc(people[p].x - disc.x, people[p].y - disc.y, right, down, reach, TOUCH_PX))
+        way = min(way, distance_to_disc(people[p].x - disc.x, people[p].y - disc.y, right, down, reach, TOUCH_PX))
     return way
 
 
 @njit(cache=True, nogil=True)
-def way_to_disc(off_x: float, off_y: float, right: float, down: float, reach: float, apart: float) -> float:
+def distance_to_disc(off_x: float, off_y: float, right: float, down: float, reach: float, apart: float) -> float:
     """Return how far a disc goes in direction (``right``, ``down``) until it touches another, infinite if it does not.
 
     Parameters
@@ -358,7 +360,7 @@ def way_to_disc(off_x: float, off_y: float, right: float, down: float, reach: fl
 
 
 @njit(cache=True, nogil=True)
-def samples_between(tracks: Tracks, k: int, i: int) -> int:
+def count_track_samples(tracks: Tracks, k: int, i: int) -> int:
     """Return the number of samples of track ``k`` between its poses ``i`` and ``i + 1``, including the latter."""
     one, other, reach = tracks.poses[k, i], tracks.poses[k, i + 1], tracks.shapes[k].reach
     way = math.hypot(other[0] - one[0], other[1] - one[1]) + reach * abs(other[2] - one[2])
@@ -366,35 +368,35 @@ def samples_between(tracks: Tracks, k: int, i: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def sweep(swept: Grid, tracks: Tracks, k: int) -> None:
+def mark_track_cells(swept: Grid, tracks: Tracks, k: int) -> None:
     """Set the moving bit of all cells that body ``k`` passes."""
-    stamp_track(swept, tracks, k, tracks.times_s[k, 0])
+    mark_body(swept, tracks, k, tracks.times_s[k, 0])
     for i in range(tracks.shapes[k].poses - 1):
-        start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], samples_between(tracks, k, i)
+        start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], count_track_samples(tracks, k, i)
         for j in range(1, n + 1):
-            stamp_track(swept, tracks, k, start + (end - start) * j / n)
+            mark_body(swept, tracks, k, start + (end - start) * j / n)
 
 
 @njit(cache=True, nogil=True)
-def first_hit(occupied: Grid, tracks: Tracks, k: int) -> tuple[float, int, int]:
+def find_track_collision(occupied: Grid, tracks: Tracks, k: int) -> tuple[float, int, int]:
     """Return when body ``k`` first covers an obstacle or a cell off the grid, and that cell; -1.0 if it never does."""
-    row, col = hit_at(occupied, tracks, k, tracks.times_s[k, 0])
+    row, col = find_collision_at(occupied, tracks, k, tracks.times_s[k, 0])
     if row >= -1:
         return tracks.times_s[k, 0], row, col
     for i in range(tracks.shapes[k].poses - 1):
-        start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], samples_between(tracks, k, i)
+        start, end, n = tracks.times_s[k, i], tracks.times_s[k, i + 1], count_track_samples(tracks, k, i)
         for j in range(1, n + 1):
-            row, col = hit_at(occupied, tracks, k, start + (end - start) * j / n)
+            row, col = find_collision_at(occupied, tracks, k, start + (end - start) * j / n)
             if row >= -1:
                 return start + (end - start) * j / n, row, col
     return -1.0, 0, 0
 
 
 @njit(cache=True, nogil=True)
-def hit_at(occupied: Grid, tracks: Tracks, k: int, clock: float) -> tuple[int, int]:
+def find_collision_at(occupied: Grid, tracks: Tracks, k: int, clock: float) -> tuple[int, int]:
     """Return an obstacle's cell, or one next to the grid, that body ``k`` covers; (-2, -2) if there is none."""
     rows, cols = occupied.shape
-    x, y, heading = pose_at(tracks, k, clock)
+    x, y, heading = track_pose_at(tracks, k, clock)
     cos, sin, reach = math.cos(heading), math.sin(heading), tracks.shapes[k].reach
     for row in range(math.floor(y - reach), math.floor(y + reach) + 1):
         for col in range(math.floor(x - reach), math.floor(x + reach) + 1):
@@ -402,6 +404,6 @@ def hit_at(occupied: Grid, tracks: Tracks, k: int, clock: float) -> tuple[int, i
             if on_grid and occupied[row, col] & STATIC == 0:
                 continue
             dx, dy = col + 0.5 - x, row + 0.5 - y
-            if covers(tracks, k, dx * cos - dy * sin, -dx * sin - dy * cos):
+            if body_covers(tracks, k, dx * cos - dy * sin, -dx * sin - dy * cos):
                 return min(max(row, -1), rows), min(max(col, -1), cols)
     return -2, -2

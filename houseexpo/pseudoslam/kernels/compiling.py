@@ -22,7 +22,7 @@ _LINE = (
 )
 
 
-class Compiling(NamedTuple):
+class CompilingProgress(NamedTuple):
     """The progress of compiling in this process, or in one that it waits for: whether it is active, functions done."""
 
     is_busy: bool
@@ -69,14 +69,14 @@ _watched: list[_Nested] = []
 _waiting: list[object] = []
 
 
-def compiling_now() -> Compiling:
+def compiling_progress() -> CompilingProgress:
     """Return the progress of compiling the functions of watched packages (``watch_compiling``)."""
     busy = bool(_waiting) or any(each.is_busy for each in _watched)
-    return Compiling(busy, sum(each.done for each in _watched))
+    return CompilingProgress(busy, sum(each.done for each in _watched))
 
 
 @contextmanager
-def compiled_elsewhere() -> Iterator[None]:
+def count_as_compiling() -> Iterator[None]:
     """Count the time in this context as compiling, since another process compiles."""
     _waiting.append(None)
     try:
@@ -86,7 +86,7 @@ def compiled_elsewhere() -> Iterator[None]:
 
 
 @cache
-def say_once() -> None:
+def report_compiling_once() -> None:
     """Report, once per process, that kernels are compiled."""
     _LOGGER.warning(_LINE)
 
@@ -101,7 +101,7 @@ class _Watch:
         """Compiling begins."""
         self._was_on = gc.isenabled()
         gc.disable()
-        say_once()
+        report_compiling_once()
 
     def end(self) -> None:
         """Compiling has ended."""
@@ -112,10 +112,10 @@ class _Watch:
 def watch_compiling(package: str) -> None:
     """Report it and pause the collector while functions of a package are compiled."""
     watch = _Watch()
-    _watched.append(on_compiling(package, watch.begin, watch.end))
+    _watched.append(call_around_compiling(package, watch.begin, watch.end))
 
 
-def on_compiling(package: str, begin: Callable[[], None], end: Callable[[], None]) -> _Nested:
+def call_around_compiling(package: str, begin: Callable[[], None], end: Callable[[], None]) -> _Nested:
     """Call ``begin`` before functions of a package are compiled in this process, and ``end`` afterwards."""
     listener = _Nested(f"{package}.", begin, end)
     register("numba:compile", listener)  # type: ignore[no-untyped-call]

@@ -1,10 +1,11 @@
 """Step robots with a drive, which follow velocity commands, in some of the environments of a pool; like ``step``.
 
 A drive follows a command, the velocity that the robot is to have, within its limits of acceleration. The step is
-planned as arcs (``path_of``), shortened at what is in the way (``shorten``), and then driven, with scans on the way.
-The other parts of a step are those of ``step``; the kernels take the same arguments and are compiled only when used.
+planned as arcs (``command_path``), shortened at what is in the way (``shorten_path``), and then driven, with scans on
+the way. The other parts of a step are those of ``step``; the kernels take the same arguments and are compiled only when
+used.
 
-R1  Speed and turning change linearly until they are as commanded, as fast as the limits allow (``ramp``).
+R1  Speed and turning change linearly until they are as commanded, as fast as the limits allow (``ramp_and_integral``).
 R2  A step is divided into equal slices of time, in each of which the curvature is constant: the mean over the slice.
     At a constant velocity, the path is therefore an exact arc. Distances, and a differential drive's turns, are always
     exact.
@@ -21,17 +22,17 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import Disc, free_way, way_past_people, way_to_disc, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import Disc, distance_to_disc, distance_to_people, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.odometry import grip, report
+from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
 from houseexpo.pseudoslam.kernels.step import (
     Look,
     Move,
-    act_in_each,
-    look,
-    move_people,
-    sense,
-    stand_still,
+    act_in_pool,
+    measure_ranges,
+    move_nothing,
+    move_obstacles,
+    scan_fully_into_map,
     update_readings,
 )
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX, SLICE_S
@@ -43,7 +44,7 @@ slice; the turn; and the length of the arc, negative for backward, pixels."""
 
 
 @njit(cache=True, nogil=True)
-def ramp(start: float, target: float, rate: float, seconds: float) -> tuple[float, float]:
+def ramp_and_integral(start: float, target: float, rate: float, seconds: float) -> tuple[float, float]:
     """Return a value that goes from ``start`` to ``target`` at ``rate`` per second (R1), and its integral."""
     change = target - start
     if abs(change) <= rate * seconds:
@@ -54,7 +55,7 @@ def ramp(start: float, target: float, rate: float, seconds: float) -> tuple[floa
 
 
 @njit(cache=True, nogil=True)
-def path_of(
+def command_path(
     readings: Rows, speed: float, turning: float, drive: Drive, robot: Robot, seconds: float, held: float
 ) -> Floats:
     """Return the path of a command, ``speed`` and ``turning``, that nothing blocks (n, 4), see ``CHORD``.
@@ -63,8 +64,8 @@ def path_of(
     not changed. A slice is no longer than the distance and the turn between two scans.
     """
     old_speed, old_turning = readings.speed, readings.turning
-    new_speed, _ = ramp(old_speed, speed, drive.acceleration, seconds)
-    new_turning, _ = ramp(old_turning, turning, drive.turning_rate, seconds)
+    new_speed, _ = ramp_and_integral(old_speed, speed, drive.acceleration, seconds)
+    new_turning, _ = ramp_and_integral(old_turning, turning, drive.turning_rate, seconds)
     way = max(abs(old_speed), abs(new_speed)) * seconds
     turn = max(abs(old_turning), abs(new_turning))
     turn = math.tan(turn) / drive.wheelbase_px * way if drive.kind == ACKERMANN else turn * seconds
@@ -76,8 +77,8 @@ def path_of(
     gone, turned = 0.0, 0.0
     for i in range(n):
         until = seconds * (i + 1) / n
-        _, way = ramp(old_speed, speed, drive.acceleration, until)
-        _, turn = ramp(old_turning, turning, drive.turning_rate, until)
+        _, way = ramp_and_integral(old_speed, speed, drive.acceleration, until)
+        _, turn = ramp_and_integral(old_turning, turning, drive.turning_rate, until)
         arc, angle = (way - gone) * held, turn - turned
         if drive.kind == ACKERMANN:
             angle = math.tan(angle * n / seconds) / drive.wheelbase_px * arc  # R2
@@ -97,7 +98,7 @@ def _chord(arc: float, half: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def shorten(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, reach_px: float, radius_px: float,
+def shorten_path(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, reach_px: float, radius_px: float,
             most_px: float) -> bool:  # fmt: skip
     """Shorten a path, in place, to where something blocks the robot (R3, R4); return whether something does.
 
@@ -117,8 +118,10 @@ def shorten(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, r
             course = heading + path[i, ASIDE]
             sign = 1.0 if path[i, CHORD] > 0.0 else -1.0
             right, down = sign * math.cos(course), -sign * math.sin(course)
-            free = free_way(occupied, x, y, right, down, distance, radius_px)
-            free = min(free, way_past_people(people, reach_px, Disc(x, y, radius_px), right, down, distance), most_px)
+            free = free_distance(occupied, x, y, right, down, distance, radius_px)
+            free = min(
+                free, distance_to_people(people, reach_px, Disc(x, y, radius_px), right, down, distance), most_px
+            )
             if free < distance:
                 share = free / distance
                 path[i, CHORD] *= share
@@ -135,7 +138,7 @@ def shorten(path: Floats, car: bool, pose: Rows, occupied: Grid, people: Rows, r
 
 
 @njit(cache=True, nogil=True)
-def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, apart: float) -> float:
+def path_length_to_disc(path: Floats, pose: Rows, discs: Floats, reach: float, apart: float) -> float:
     """Return the length of a path's chords until a disc touches one of others, infinite if it does not.
 
     Parameters
@@ -151,7 +154,7 @@ def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, apart:
         right, down = sign * math.cos(course), -sign * math.sin(course)
         free = distance
         for k in range(len(discs)):
-            free = min(free, way_to_disc(discs[k, 0] - x, discs[k, 1] - y, right, down, reach, apart))
+            free = min(free, distance_to_disc(discs[k, 0] - x, discs[k, 1] - y, right, down, reach, apart))
         if free < distance:
             return gone + free
         gone += distance
@@ -161,7 +164,7 @@ def way_past_discs(path: Floats, pose: Rows, discs: Floats, reach: float, apart:
 
 
 @njit(cache=True, nogil=True)
-def drives_in_full(
+def drive_pool_in_full(
     pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
@@ -170,21 +173,25 @@ def drives_in_full(
     Parameters
     ----------
     pool, sizes, wanted, params, scratch, first, end
-        Arguments of ``steps_by_sector``.
+        Arguments of ``step_pool_by_sector``.
     commands
         (N, 3): speed, pixels per second; turning, radians per second, or steering angle, radians; and the distance
         after which something is in the way that is not in the cells, pixels. Episodes that have not begun need none.
     """
-    act_in_each(pool, sizes, commands, wanted, params, scratch, first, end, _drive, stand_still, look, True)
+    act_in_pool(
+        pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_nothing, scan_fully_into_map, True
+    )
 
 
 @njit(cache=True, nogil=True)
-def drives_with_people(
+def drive_pool_with_people(
     pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do the same as ``drives_in_full`` after people and bodies on trajectories have moved."""
-    act_in_each(pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_people, look, True)
+    """Do the same as ``drive_pool_in_full`` after people and bodies on trajectories have moved."""
+    act_in_pool(
+        pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_obstacles, scan_fully_into_map, True
+    )
 
 
 @njit(inline="always")
@@ -204,14 +211,14 @@ def _drive(
     counts.steps += 1
     path, blocked, held = np.zeros((1, 4)), False, 1.0
     if not begins:
-        held = grip(params.errors, counts.key, counts.steps)
-        path = path_of(readings, command[0], command[1], drive, robot, params.seconds, held)
-        blocked = shorten(
+        held = grip_share(params.errors, counts.key, counts.steps)
+        path = command_path(readings, command[0], command[1], drive, robot, params.seconds, held)
+        blocked = shorten_path(
             path, drive.kind == ACKERMANN, episode.pose, episode.occupied, episode.bodies.people,
             params.walk.radius_px, robot.radius_px, command[2],
         )  # fmt: skip
-        readings.speed, _ = ramp(readings.speed, command[0], drive.acceleration, params.seconds)
-        readings.turning, _ = ramp(readings.turning, command[1], drive.turning_rate, params.seconds)
+        readings.speed, _ = ramp_and_integral(readings.speed, command[0], drive.acceleration, params.seconds)
+        readings.turning, _ = ramp_and_integral(readings.turning, command[1], drive.turning_rate, params.seconds)
     if blocked:
         readings.speed = 0.0
         counts.collisions += 1
@@ -219,7 +226,7 @@ def _drive(
     _follow(episode, path, held, params, scratch, look)
     readings.path_length += np.abs(path[:, WAY]).sum()
     update_readings(episode, params)
-    sense(episode, params, math.inf if begins else 2.0 * params.sensor.range_px)
+    measure_ranges(episode, params, math.inf if begins else 2.0 * params.sensor.range_px)
 
 
 @njit(inline="always")
@@ -233,7 +240,7 @@ def _follow(episode: Episode, path: Floats, held: float, params: StepParams, scr
     n, i, more_turn, more_way, last = len(path), 0, 0.0, 0.0, 0.0
     if errors.odometry:
         turn, way = path[:, TURN].sum() / held, path[:, WAY].sum() / held
-        off = report(errors, episode.counts, episode.readings, turn, way, True, params.seconds)
+        off = draw_odometry_errors(errors, episode.counts, episode.readings, turn, way, True, params.seconds)
         more_turn, more_way, last = off.turn / n, off.way / n, off.after
         pose.seen_heading = wrap_angle(pose.seen_heading + off.before)
     while i < n:

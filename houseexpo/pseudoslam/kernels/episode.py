@@ -8,17 +8,17 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks, placed_people
 from houseexpo.pseudoslam.kernels.hashing import uniform
-from houseexpo.pseudoslam.kernels.people import Walk
-from houseexpo.pseudoslam.kernels.planning.fields import Field, Flow
-from houseexpo.pseudoslam.kernels.planning.plan import Graph, PlanRules, Plans
-from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, Sensor, row_type
+from houseexpo.pseudoslam.kernels.people import WalkParams
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField
+from houseexpo.pseudoslam.kernels.planning.planner_types import Graph, PlannerMemory, PlannerRules
+from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, Sensor, make_row_dtype
 
-POSE = row_type(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
+POSE = make_row_dtype(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
 """The robot's pose and the believed pose, pixels and radians."""
-COUNTS = row_type(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
+COUNTS = make_row_dtype(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
 """Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
 the episode's noise."""
-READINGS = row_type(
+READINGS = make_row_dtype(
     path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float,
     bias=float,
 )  # fmt: skip
@@ -26,7 +26,7 @@ READINGS = row_type(
 pixels per second, and its speed of turning, radians per second, or its steering angle, radians; and the rate at which
 the heading by odometry drifts, radians per second."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE, MODEL, SLIP, BIAS = range(1, 8)
-"""Kinds of random numbers, each with its own key (``key_of``)."""
+"""Kinds of random numbers, each with its own key (``noise_key``)."""
 
 
 class Episode(NamedTuple):
@@ -54,9 +54,9 @@ class Episode(NamedTuple):
     """(1,) ``READINGS``."""
     bodies: Bodies
     tracks: Tracks
-    flow: Flow
-    field: Field
-    plans: Plans
+    flow: FlowField
+    field: GoalField
+    plans: PlannerMemory
     graph: Graph
 
 
@@ -66,17 +66,17 @@ class StepParams(NamedTuple):
     robot: Robot
     sensor: Sensor
     errors: Errors
-    walk: Walk
+    walk: WalkParams
     seconds: float
     clearance_px: float
     overview_px: float
     """Side of an overview's cell, pixels."""
-    plan: PlanRules
+    plan: PlannerRules
     drive: Drive
 
 
 @njit(inline="always")
-def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
+def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
     """Return environment ``i`` of a pool, as views of its arrays; of people, only those who have a place."""
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
@@ -87,13 +87,14 @@ def episode_of(pool: Episode, sizes: Counts, i: int) -> Episode:
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0],
         Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
-        Flow(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]), Field(field.sizes[i], field.distances[i]),
-        Plans(plans.frontiers[i], plans.given_up[i], plans.state[i]),
+        FlowField(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]),
+        GoalField(field.sizes[i], field.distances[i]),
+        PlannerMemory(plans.frontiers[i], plans.given_up[i], plans.state[i]),
         Graph(graph.nodes[i], graph.edges[i], graph.visited[i], graph.state[i]),
     )  # fmt: skip
 
 
 @njit(inline="always")
-def key_of(key: int, kind: int) -> int:
+def noise_key(key: int, kind: int) -> int:
     """Return the key of one kind of noise."""
     return int(uniform(key, kind + 0) * 4611686018427387904.0)  # numba would compile again for each constant

@@ -18,16 +18,26 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, episode_of
+from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, slice_episode
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules, best_of, describe
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules, compute_features, score_frontiers
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, FrontierRules
-from houseexpo.pseudoslam.kernels.planning.ways import NO_TURN, best_turns, find_ways
-from houseexpo.pseudoslam.kernels.step import look_at_sector, stand_still, step
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, KnownWays, Rows, Scratch, row_type, whole
+from houseexpo.pseudoslam.kernels.planning.paths import NO_TURN, choose_turns, find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER, FrontierRules
+from houseexpo.pseudoslam.kernels.step import move_nothing, scan_sector_into_map, step
+from houseexpo.pseudoslam.kernels.types import (
+    Cells,
+    Counts,
+    Floats,
+    Grid,
+    PathScratch,
+    Rows,
+    Scratch,
+    as_int64,
+    make_row_dtype,
+)
 
-EXPLORER = row_type(looks=int, lost=int, target=int, bumps=int, turns=int, goes=int)
+EXPLORER = make_row_dtype(looks=int, lost=int, target=int, bumps=int, turns=int, goes=int)
 """Remaining turns of the first look around; the number of cells given up; the target cell, -1 for none; how often the
 robot was blocked on the way there; the turns before the next step, positive to the left, and 1 if one is planned."""
 ENDED, NOTHING = range(2)
@@ -46,7 +56,7 @@ class DescentRules(NamedTuple):
     turn_rad: float
     radius_px: float
     enough: float
-    """The argument of ``best_turns``."""
+    """The argument of ``choose_turns``."""
 
 
 class ExplorerRules(NamedTuple):
@@ -69,7 +79,7 @@ class ExplorerMemory(NamedTuple):
     """(n,) ``FRONTIER``, working memory."""
 
 
-class Course(NamedTuple):
+class ExplorationCurve(NamedTuple):
     """The course of an exploration: counted cells seen and pixels travelled, (steps + 1,) each, including the start."""
 
     covered: Counts
@@ -85,7 +95,7 @@ def new_memory(looks: int, frontiers: int) -> ExplorerMemory:
 @njit(cache=True, nogil=True)
 def explore(
     pool: Episode, sizes: Counts, memory: ExplorerMemory, features: Floats, weights: Floats, rules: ExplorerRules,
-    params: StepParams, scratch: Scratch, enough: int, course: Course,
+    params: StepParams, scratch: Scratch, enough: int, course: ExplorationCurve,
 ) -> int:  # fmt: skip
     """Explore until enough is seen or ``course`` is full; return why it ended.
 
@@ -100,40 +110,40 @@ def explore(
     enough
         The number of counted cells to see.
     """
-    episode = episode_of(pool, sizes, 0)
+    episode = slice_episode(pool, sizes, 0)
     known, pose, counts, state, found = episode.known, episode.pose, episode.counts, memory.state[0], scratch.ways
     scores = np.empty(len(features))
     while counts.covered < enough and counts.steps < len(course.covered) - 1:
-        act = look_round(memory, counts.blocked)
+        act = first_look_action(memory, counts.blocked)
         for _ in range(len(memory.frontiers)):
             if act != NO_ACTION:
                 break
-            if has_to_choose(known, memory, rules.most_bumps):
+            if must_choose_again(known, memory, rules.most_bumps):
                 n = find_frontiers(
                     known, pose.seen_x, pose.seen_y, rules.frontiers, memory.given_up[: state.lost], scratch,
                     memory.frontiers,
                 )  # fmt: skip
                 if n == 0:
                     return NOTHING  # R4
-                looked = describe(
+                looked = compute_features(
                     known, pose.seen_x, pose.seen_y, pose.seen_heading, counts.steps, memory.frontiers, n,
                     rules.features, found, features,
                 )  # fmt: skip
-                chosen = best_of(features, looked, weights, scores)
-                aim_at(known, pose.seen_x, pose.seen_y, memory, chosen, rules.frontiers.radius_px, found)
-            act = go_on(known, pose.seen_x, pose.seen_y, pose.seen_heading, memory, rules.descent, found)
+                chosen = score_frontiers(features, looked, weights, scores)
+                set_target(known, pose.seen_x, pose.seen_y, memory, chosen, rules.frontiers.radius_px, found)
+            act = next_action(known, pose.seen_x, pose.seen_y, pose.seen_heading, memory, rules.descent, found)
         if act == NO_ACTION:
             return NOTHING
         turn = rules.descent.turn_rad if act == LEFT else -rules.descent.turn_rad if act == RIGHT else 0.0
         forward = rules.descent.step_px if act == FORWARD else 0.0
-        step(episode, turn, forward, params, scratch, stand_still, look_at_sector, False)
+        step(episode, turn, forward, params, scratch, move_nothing, scan_sector_into_map, False)
         course.covered[counts.steps] = counts.covered
         course.gone_px[counts.steps] = episode.readings.path_length
     return ENDED
 
 
 @njit(cache=True, nogil=True)
-def look_round(memory: ExplorerMemory, blocked: int) -> int:
+def first_look_action(memory: ExplorerMemory, blocked: int) -> int:
     """Return a turn of the first look around (R1), or ``NO_ACTION`` after it; count collisions then."""
     state = memory.state[0]
     if state.looks > 0:
@@ -144,7 +154,7 @@ def look_round(memory: ExplorerMemory, blocked: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def has_to_choose(known: Grid, memory: ExplorerMemory, most_bumps: int) -> bool:
+def must_choose_again(known: Grid, memory: ExplorerMemory, most_bumps: int) -> bool:
     """Return whether to choose again (R2); give up a frontier to which the robot is blocked (R3)."""
     state = memory.state[0]
     if state.turns != 0:
@@ -156,24 +166,24 @@ def has_to_choose(known: Grid, memory: ExplorerMemory, most_bumps: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def aim_at(
-    known: Grid, x: float, y: float, memory: ExplorerMemory, chosen: int, radius_px: float, found: KnownWays
+def set_target(
+    known: Grid, x: float, y: float, memory: ExplorerMemory, chosen: int, radius_px: float, found: PathScratch
 ) -> None:
     """Make one of the memory's frontiers the target, and compute the distances to its goal, up to the robot."""
     state, goal, cols = memory.state[0], memory.frontiers[chosen].goal, known.shape[1]
     state.target, state.bumps, state.turns, state.goes = memory.frontiers[chosen].middle, 0, 0, 0
     here = math.floor(y) * cols + math.floor(x)
-    until = whole(here) if found.ways[here] >= 0 else whole(-1)
-    find_ways(known, goal % cols + 0.5, goal // cols + 0.5, radius_px, until, found)
+    until = as_int64(here) if found.ways[here] >= 0 else as_int64(-1)
+    find_distances(known, goal % cols + 0.5, goal // cols + 0.5, radius_px, until, found)
 
 
 @njit(cache=True, nogil=True)
-def go_on(
-    known: Grid, x: float, y: float, heading: float, memory: ExplorerMemory, rules: DescentRules, found: KnownWays
+def next_action(
+    known: Grid, x: float, y: float, heading: float, memory: ExplorerMemory, rules: DescentRules, found: PathScratch
 ) -> int:
     """Return the next action towards the target, or ``NO_ACTION`` if the robot has looked at it in vain (R3)."""
     state = memory.state[0]
-    act = descend(known, x, y, heading, memory.state, rules, found)
+    act = descent_action(known, x, y, heading, memory.state, rules, found)
     if act != NO_ACTION:
         return act
     row, col = state.target // known.shape[1], state.target % known.shape[1]
@@ -190,8 +200,8 @@ def go_on(
 
 
 @njit(cache=True, nogil=True)
-def descend(
-    known: Grid, x: float, y: float, heading: float, states: Rows, rules: DescentRules, found: KnownWays
+def descent_action(
+    known: Grid, x: float, y: float, heading: float, states: Rows, rules: DescentRules, found: PathScratch
 ) -> int:
     """Return the next action down the distances ``found``, or ``NO_ACTION`` if no step reduces them.
 
@@ -199,7 +209,7 @@ def descend(
     """
     state = states[0]
     if state.goes == 0:
-        turns = best_turns(known, x, y, heading, rules.turn_rad, rules.step_px, rules.radius_px, rules.enough, found)
+        turns = choose_turns(known, x, y, heading, rules.turn_rad, rules.step_px, rules.radius_px, rules.enough, found)
         if turns == NO_TURN:
             return NO_ACTION
         state.turns, state.goes = turns, 1

@@ -1,11 +1,11 @@
 """Merge scans into the robot's map (0 unknown, 127 free, 255 obstacle), crop its view, and draw it at coarser scales.
 
-The *view* is a square around the robot with its heading up (``crop``). Rotating a picture by nearest cells accesses
-each cell in an order that is slow for a processor. But large areas of a map are uniform, unknown or free. Therefore the
-square is drawn in tiles of 8 x 8. A tile whose cells all lie in 16 x 16 equal cells of the map is filled at once; the
-others, one in five in a house, are drawn cell by cell.
+The *view* is a square around the robot with its heading up (``crop_view``). Rotating a picture by nearest cells
+accesses each cell in an order that is slow for a processor. But large areas of a map are uniform, unknown or free.
+Therefore the square is drawn in tiles of 8 x 8. A tile whose cells all lie in 16 x 16 equal cells of the map is filled
+at once; the others, one in five in a house, are drawn cell by cell.
 
-A map at any other scale (``draw_coarse``) follows two rules:
+A map at any other scale (``draw_coarse_view``) follows two rules:
 
 R1  A pixel shows the block of cells that contains its centre: an obstacle if one of the cells is one, else free if one
     is free, else unknown. The width of blocks is that of a pixel in cells, rounded up; they are side by side from the
@@ -83,7 +83,7 @@ def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: in
 
 
 @njit(cache=True, nogil=True)
-def shrink(
+def draw_overview(
     known: Grid, middle_x: float, middle_y: float, side_px: float, x: float, y: float, spread: float, out: Grid
 ) -> None:
     """Draw the overview of the map (cells, cells) around a centre, row 0 on top, within ``spread`` of (x, y).
@@ -125,7 +125,7 @@ _BLOCK, _BLOCK_BITS = 4, 2  # a block's side; a rotated tile is less than 13 cel
 
 
 @njit(cache=True, nogil=True)
-def crop(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
+def crop_view(known: Grid, x: float, y: float, heading: float, out: Grid) -> None:
     """Write the square of the map around a position, heading up, by nearest cells; outside the map it is unknown.
 
     ``out`` is (side, side), with the position at its centre, which is between cells if the side is even. Positions are
@@ -235,7 +235,7 @@ _PICTURE_BITS = 32  # for fractions of a block, in a signed word of 64
 
 
 @njit(cache=True, nogil=True)
-def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
+def draw_coarse_view(known: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
     """Draw the square of the map around a position by R1 and R2; ``pixel`` is the width of a pixel in cells.
 
     Parameters
@@ -249,13 +249,13 @@ def draw_coarse(known: Grid, x: float, y: float, cos: float, sin: float, pixel: 
     """
     size = max(math.ceil(pixel - WHOLE_PX), 1)
     if size == 1:
-        draw_nearest(known, x, y, cos, sin, pixel, out)
+        draw_nearest_cells(known, x, y, cos, sin, pixel, out)
     else:
-        draw_nearest(max_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
+        draw_nearest_cells(max_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
 
 
 @njit(cache=True, nogil=True)
-def draw_nearest(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
+def draw_nearest_cells(grid: Grid, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid) -> None:
     """Draw the same square of a grid of numbers: a pixel shows the cell at its centre, 0 outside the grid."""
     rows, cols = grid.shape
     flat, view, side = grid.ravel(), out.ravel(), len(out)
@@ -303,7 +303,7 @@ def max_of_blocks(known: Grid, size: int) -> Grid:
 
 
 @njit(cache=True, nogil=True)
-def mark(picture: Grid, x: float, y: float, radius: float, value: int) -> None:
+def draw_disc(picture: Grid, x: float, y: float, radius: float, value: int) -> None:
     """Draw a disc; if its centre lies outside the picture, it is drawn at the nearest place of the border."""
     side = len(picture)
     x, y = min(max(x, 0.5), side - 0.5), min(max(y, 0.5), side - 0.5)

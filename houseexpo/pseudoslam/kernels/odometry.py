@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import BIAS, MODEL, ODOMETRY, SLIP, key_of
+from houseexpo.pseudoslam.kernels.episode import BIAS, MODEL, ODOMETRY, SLIP, noise_key
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.types import Errors, Rows
 
@@ -19,7 +19,7 @@ NO_MODEL, VELOCITY, ROTATIONS, WHEELS = range(4)
 """Values of ``Errors.model``."""
 
 
-class Report(NamedTuple):
+class OdometryErrors(NamedTuple):
     """The errors of odometry in a step, radians and pixels: turns before, during and after the motion, and the way."""
 
     before: float
@@ -29,13 +29,15 @@ class Report(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def grip(errors: Errors, key: int, step: int) -> float:
+def grip_share(errors: Errors, key: int, step: int) -> float:
     """Return the share of a step that is not lost by slipping; ``key`` is the episode's."""
-    return 1.0 - 2.0 * errors.slip * uniform(key_of(key, SLIP), step) if errors.slip > 0.0 else 1.0
+    return 1.0 - 2.0 * errors.slip * uniform(noise_key(key, SLIP), step) if errors.slip > 0.0 else 1.0
 
 
 @njit(cache=True, nogil=True)
-def report(errors: Errors, counts: Rows, readings: Rows, turn: float, way: float, arc: bool, seconds: float) -> Report:
+def draw_odometry_errors(
+    errors: Errors, counts: Rows, readings: Rows, turn: float, way: float, arc: bool, seconds: float
+) -> OdometryErrors:
     """Return the errors of what odometry reports for a step of the wheels, and update the bias.
 
     Parameters
@@ -46,12 +48,12 @@ def report(errors: Errors, counts: Rows, readings: Rows, turn: float, way: float
         Whether the robot turns as it goes, and not before.
     """
     step = counts.steps
-    seen_turn, seen_way = noisy_odometry(errors, key_of(counts.key, ODOMETRY), step, turn, way)
-    first, more_turn, more_way, last = _model_errors(errors, key_of(counts.key, MODEL), step, turn, way, arc)
+    seen_turn, seen_way = noisy_odometry(errors, noise_key(counts.key, ODOMETRY), step, turn, way)
+    first, more_turn, more_way, last = _model_errors(errors, noise_key(counts.key, MODEL), step, turn, way, arc)
     if errors.bias > 0.0 and step > 0:  # the first scan is not a step
-        readings.bias += errors.bias * math.sqrt(seconds) * normal(key_of(counts.key, BIAS), step)
+        readings.bias += errors.bias * math.sqrt(seconds) * normal(noise_key(counts.key, BIAS), step)
         more_turn += readings.bias * seconds
-    return Report(first, seen_turn - turn + more_turn, seen_way - way + more_way, last)
+    return OdometryErrors(first, seen_turn - turn + more_turn, seen_way - way + more_way, last)
 
 
 @njit(cache=True, nogil=True)

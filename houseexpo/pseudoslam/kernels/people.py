@@ -3,7 +3,7 @@
 People are discs driven by the social force of Helbing and Molnar (1995): accelerations towards their goal, and away
 from other people, the robot, walls and bodies. The force of another person has elliptical contours along that person's
 next step, and is weaker from behind. Walls act through points around a person. Forces alone do not prevent overlaps;
-``fits`` does, since a place where a disc would overlap is never taken. Units are pixels and seconds.
+``person_fits`` does, since a place where a disc would overlap is never taken. Units are pixels and seconds.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from houseexpo.pseudoslam.kernels.collision import (
     Bodies,
     Disc,
     Tracks,
-    box,
+    body_may_move,
     cell_meets_disc,
+    disc_bounds,
+    disc_columns,
     disc_is_free,
-    disc_span,
-    erase,
-    gap_to,
-    nearest,
-    pose_at,
-    stamp_disc,
-    stamp_track,
-    to_body,
-    track_keeps_off,
+    distance_to_body,
+    erase_disc,
+    mark_body,
+    mark_disc,
+    nearest_body_point,
+    to_body_frame,
+    track_pose_at,
 )
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
-from houseexpo.pseudoslam.kernels.planning.fields import NOWHERE, STEPS, THERE, Flow
+from houseexpo.pseudoslam.kernels.planning.fields import NOWHERE, STEPS, THERE, FlowField
 from houseexpo.pseudoslam.kernels.tolerances import (
     BEHIND_DEG,
     BEHIND_SHARE,
@@ -49,16 +49,16 @@ from houseexpo.pseudoslam.kernels.tolerances import (
     SUBSTEP_S,
     TIMEOUT_S,
 )
-from houseexpo.pseudoslam.kernels.types import Grid, Rows, row_type
+from houseexpo.pseudoslam.kernels.types import Grid, Rows, make_row_dtype
 
 _COS_BEHIND = math.cos(math.radians(BEHIND_DEG))
 
 
-FEELER = row_type(x=float, y=float, push_x=float, push_y=float)
+FEELER = make_row_dtype(x=float, y=float, push_x=float, push_y=float)
 """A point beside a person, pixels, and the acceleration in pixels/s2 if the point is in a wall."""
 
 
-class Walk(NamedTuple):
+class WalkParams(NamedTuple):
     """The parameters of walking, the same for all people."""
 
     pixels_per_metre: float
@@ -74,8 +74,8 @@ class Walk(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def push(
-    occupied: Grid, people: Rows, walk: Walk, p: int, wish_x: float, wish_y: float, robot: Disc
+def social_force(
+    occupied: Grid, people: Rows, walk: WalkParams, p: int, wish_x: float, wish_y: float, robot: Disc
 ) -> tuple[float, float]:
     """Return the acceleration of person ``p`` away from walls, the robot and other people.
 
@@ -96,12 +96,12 @@ def push(
 
 
 @njit(cache=True, nogil=True)
-def push_by_tracks(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[float, float]:
+def force_from_bodies(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[float, float]:
     """Return the acceleration of person ``p`` away from the nearest points of bodies on tracks."""
     push_x, push_y = 0.0, 0.0
     for k in range(len(bodies.clocks)):
-        ahead, left, cos, sin = to_body(tracks, k, bodies.clocks[k], bodies.people[p].x, bodies.people[p].y)
-        gap, a, b = nearest(tracks, k, ahead, left)
+        ahead, left, cos, sin = to_body_frame(tracks, k, bodies.clocks[k], bodies.people[p].x, bodies.people[p].y)
+        gap, a, b = nearest_body_point(tracks, k, ahead, left)
         length = math.sqrt(a * a + b * b)
         if length > 0.0 and gap <= NO_PUSH_M * ppm:
             size = PUSH_M_S2 * ppm * math.exp(-gap / (PUSH_M * ppm)) / length
@@ -157,8 +157,15 @@ _WAYS = np.array(
 
 
 @njit(cache=True, nogil=True)
-def walk_on(
-    occupied: Grid, bodies: Bodies, tracks: Tracks, flow: Flow, walk: Walk, key: int, robot: Disc, seconds: float
+def walk_people(
+    occupied: Grid,
+    bodies: Bodies,
+    tracks: Tracks,
+    flow: FlowField,
+    walk: WalkParams,
+    key: int,
+    robot: Disc,
+    seconds: float,
 ) -> None:
     """Move all people, one after the other; ``occupied`` contains only static obstacles."""
     people = bodies.people
@@ -168,13 +175,13 @@ def walk_on(
         spot = flow.goals[people[p].goal]
         done = _is_done(people, p, flow.spots[spot, 0], flow.spots[spot, 1], walk.arrive_px, walk.pixels_per_metre)
         if not done and people[p].waited > TIMEOUT_S:
-            done = people[p].waited > TIMEOUT_S * (1.0 + uniform(key, draw(p, people[p].visit, 1)))
+            done = people[p].waited > TIMEOUT_S * (1.0 + uniform(key, draw_counter(p, people[p].visit, 1)))
         if done:
-            take_goal(bodies, flow, key, p)
+            draw_next_goal(bodies, flow, key, p)
         wish_x, wish_y = _direction(flow, people[p].goal, people[p].x, people[p].y)
-        push_x, push_y = push(occupied, people, walk, p, wish_x, wish_y, robot)
+        push_x, push_y = social_force(occupied, people, walk, p, wish_x, wish_y, robot)
         if beside_tracks:
-            by_x, by_y = push_by_tracks(bodies, tracks, p, walk.pixels_per_metre)
+            by_x, by_y = force_from_bodies(bodies, tracks, p, walk.pixels_per_metre)
             push_x, push_y = push_x + by_x, push_y + by_y
         vx, vy = _accelerate(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
         people[p].vx, people[p].vy = 0.0, 0.0
@@ -183,33 +190,35 @@ def walk_on(
             new_vx, new_vy = vx * cos - vy * sin, vx * sin + vy * cos
             x, y = people[p].x + new_vx * seconds, people[p].y + new_vy * seconds
             if (
-                fits(occupied, people, len(people), p, x, y, walk.radius_px, robot)
-                and (not beside_tracks or fits_bodies(bodies, tracks, p, x, y, walk.radius_px))
-                and (not beside_robots or fits_robots(bodies, p, x, y, walk.radius_px + robot.radius))
+                person_fits(occupied, people, len(people), p, x, y, walk.radius_px, robot)
+                and (not beside_tracks or person_fits_bodies(bodies, tracks, p, x, y, walk.radius_px))
+                and (not beside_robots or person_fits_robots(bodies, p, x, y, walk.radius_px + robot.radius))
             ):
                 people[p].x, people[p].y, people[p].vx, people[p].vy = x, y, new_vx, new_vy
                 break
 
 
 @njit(cache=True, nogil=True)
-def take_goal(bodies: Bodies, flow: Flow, key: int, p: int) -> None:
+def draw_next_goal(bodies: Bodies, flow: FlowField, key: int, p: int) -> None:
     """Draw a person's next goal, a different one if there are several."""
     people, goals = bodies.people, flow.sizes[0].goals
     people[p].anchor_x, people[p].anchor_y, people[p].waited = people[p].x, people[p].y, 0.0
     people[p].visit += 1
     if goals > 1:
-        by = 1 + int(uniform(key, draw(p, people[p].visit, 0)) * (goals - 1))
+        by = 1 + int(uniform(key, draw_counter(p, people[p].visit, 0)) * (goals - 1))
         people[p].goal = (people[p].goal + by) % goals
 
 
 @njit(cache=True, nogil=True)
-def draw(p: int, visit: int, which: int) -> int:
+def draw_counter(p: int, visit: int, which: int) -> int:
     """Return the counter of a random draw, one of eight for each visit of each person."""
     return (visit * PEOPLE_MOST + p) * 8 + which
 
 
 @njit(cache=True, nogil=True)
-def fits(occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, radius: float, robot: Disc) -> bool:
+def person_fits(
+    occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, radius: float, robot: Disc
+) -> bool:
     """Return whether walls, the first ``count`` people and the robot allow person ``p`` to be at a place.
 
     The robot moves by cells, so that its disc may already overlap a person's; the person may then move away, but not
@@ -229,18 +238,18 @@ def fits(occupied: Grid, people: Rows, count: int, p: int, x: float, y: float, r
 
 
 @njit(cache=True, nogil=True)
-def fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radius: float) -> bool:
+def person_fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radius: float) -> bool:
     """Return whether bodies on tracks allow person ``p`` to be at a place; it may leave one that it overlaps."""
     for k in range(len(bodies.clocks)):
         clock = bodies.clocks[k]
-        gap = gap_to(tracks, k, clock, x, y)
-        if gap < radius and gap <= gap_to(tracks, k, clock, bodies.people[p].x, bodies.people[p].y):
+        gap = distance_to_body(tracks, k, clock, x, y)
+        if gap < radius and gap <= distance_to_body(tracks, k, clock, bodies.people[p].x, bodies.people[p].y):
             return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def fits_robots(bodies: Bodies, p: int, x: float, y: float, touch: float) -> bool:
+def person_fits_robots(bodies: Bodies, p: int, x: float, y: float, touch: float) -> bool:
     """Return whether the other robots of a team allow person ``p`` to be at a place, ``touch`` or more from each.
 
     The person may move away from one that it overlaps.
@@ -281,7 +290,7 @@ def _is_done(people: Rows, p: int, row: int, col: int, arrive: float, ppm: float
 
 
 @njit(cache=True, nogil=True)
-def _direction(flow: Flow, goal: int, x: float, y: float) -> tuple[float, float]:
+def _direction(flow: FlowField, goal: int, x: float, y: float) -> tuple[float, float]:
     """Return the unit vector towards a spot a few blocks ahead, or zero if no path is known."""
     size = flow.sizes[0]
     rows, cols, side = size.rows, size.cols, float(size.block_px)
@@ -308,7 +317,7 @@ def _box_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
     rows, cols = occupied.shape
     if cols < _STRIP or x < radius or y < radius or x > cols - radius or y > rows - radius:
         return False
-    top, bottom, left, right = box(occupied.shape, x, y, radius)
+    top, bottom, left, right = disc_bounds(occupied.shape, x, y, radius)
     found = np.uint8(0)
     for row in range(np.uint64(top), np.uint64(bottom)):
         for start in range(left, right, _STRIP):
@@ -321,9 +330,9 @@ def _box_is_free(occupied: Grid, x: float, y: float, radius: float) -> bool:
 @njit(cache=True, nogil=True)
 def _covers_some(occupied: Grid, x: float, y: float, radius: float, robot: Disc) -> bool:
     """Return whether a cell that is drawn for a person touches the robot's disc."""
-    top, bottom, left, right = box(occupied.shape, robot.x, robot.y, robot.radius)
+    top, bottom, left, right = disc_bounds(occupied.shape, robot.x, robot.y, robot.radius)
     for row in range(top, bottom):
-        first, end = disc_span(row, x, y, radius)
+        first, end = disc_columns(row, x, y, radius)
         for col in range(max(first, left), min(end, right)):
             if cell_meets_disc(row, col, robot.x, robot.y, robot.radius):
                 return True
@@ -338,8 +347,8 @@ def place_people(
     occupied: Grid,
     bodies: Bodies,
     tracks: Tracks,
-    flow: Flow,
-    walk: Walk,
+    flow: FlowField,
+    walk: WalkParams,
     key: int,
     robot: Disc,
     away_px: float,
@@ -361,8 +370,8 @@ def place_people(
         if not _find_place(occupied, bodies, tracks, flow, walk, key, p, robot, away_px):
             return p
         people[p].speed = max(speed + speed_sd * min(max(normal(key, _SPEEDS + p), -2.0), 2.0), 0.1 * speed)
-        people[p].goal = int(uniform(key, draw(p, 0, 4)) * flow.sizes[0].goals)
-        take_goal(bodies, flow, key, p)
+        people[p].goal = int(uniform(key, draw_counter(p, 0, 4)) * flow.sizes[0].goals)
+        draw_next_goal(bodies, flow, key, p)
     return len(people)
 
 
@@ -371,8 +380,8 @@ def _find_place(
     occupied: Grid,
     bodies: Bodies,
     tracks: Tracks,
-    flow: Flow,
-    walk: Walk,
+    flow: FlowField,
+    walk: WalkParams,
     key: int,
     p: int,
     robot: Disc,
@@ -384,28 +393,28 @@ def _find_place(
     block = 0
     for i in range(PERSON_TRIES + blocks):
         drawn = i < PERSON_TRIES
-        block = int(uniform(key, draw(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
+        block = int(uniform(key, draw_counter(p, i, 5)) * blocks) if drawn else (block + 1) % blocks
         if flow.spots[block, 0] < 0:
             continue
-        me.x = flow.spots[block, 1] + (uniform(key, draw(p, i, 6)) if drawn else 0.5)
-        me.y = flow.spots[block, 0] + (uniform(key, draw(p, i, 7)) if drawn else 0.5)
+        me.x = flow.spots[block, 1] + (uniform(key, draw_counter(p, i, 6)) if drawn else 0.5)
+        me.y = flow.spots[block, 0] + (uniform(key, draw_counter(p, i, 7)) if drawn else 0.5)
         far = max(away_px, least) if drawn else least
         if math.hypot(robot.x - me.x, robot.y - me.y) < far:
             continue
-        if fits(occupied, bodies.people, p, p, me.x, me.y, walk.radius_px, robot) and (
-            fits_bodies(bodies, tracks, p, me.x, me.y, walk.radius_px)
+        if person_fits(occupied, bodies.people, p, p, me.x, me.y, walk.radius_px, robot) and (
+            person_fits_bodies(bodies, tracks, p, me.x, me.y, walk.radius_px)
         ):
             return True
     return False
 
 
 @njit(cache=True, nogil=True)
-def advance(
+def move_bodies(
     occupied: Grid,
     bodies: Bodies,
     tracks: Tracks,
-    flow: Flow,
-    walk: Walk,
+    flow: FlowField,
+    walk: WalkParams,
     key: int,
     robot: Disc,
     seconds: float,
@@ -419,36 +428,36 @@ def advance(
         return
     erase_bodies(occupied, bodies, tracks, walk)
     for k in range(1, len(bodies.robots)):  # where people stood beside them
-        stamp_disc(occupied, bodies.robots[k, 0], bodies.robots[k, 1], max(robot.radius - THINNER_PX, 1.0))
+        mark_disc(occupied, bodies.robots[k, 0], bodies.robots[k, 1], max(robot.radius - THINNER_PX, 1.0))
     parts = _substeps(bodies, tracks, walk, robot.radius, seconds)
     for _ in range(parts):
         for k in range(len(bodies.clocks)):
             _run(bodies, tracks, walk, k, robot, seconds / parts)
-        walk_on(occupied, bodies, tracks, flow, walk, key, robot, seconds / parts)
-    stamp_bodies(occupied, bodies, tracks, walk)
+        walk_people(occupied, bodies, tracks, flow, walk, key, robot, seconds / parts)
+    mark_bodies(occupied, bodies, tracks, walk)
 
 
 @njit(cache=True, nogil=True)
-def stamp_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: Walk) -> None:
+def mark_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParams) -> None:
     """Set the moving bits of all bodies, by cells' centres."""
     for k in range(len(bodies.clocks)):
-        stamp_track(occupied, tracks, k, bodies.clocks[k])
+        mark_body(occupied, tracks, k, bodies.clocks[k])
     for p in range(len(bodies.people)):
-        stamp_disc(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
+        mark_disc(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
 
 
 @njit(cache=True, nogil=True)
-def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: Walk) -> None:
+def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParams) -> None:
     """Clear the moving bits of all bodies."""
     for k in range(len(bodies.clocks)):
-        x, y, _ = pose_at(tracks, k, bodies.clocks[k])
-        erase(occupied, x, y, tracks.shapes[k].reach)
+        x, y, _ = track_pose_at(tracks, k, bodies.clocks[k])
+        erase_disc(occupied, x, y, tracks.shapes[k].reach)
     for p in range(len(bodies.people)):
-        erase(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
+        erase_disc(occupied, bodies.people[p].x, bodies.people[p].y, walk.radius_px)
 
 
 @njit(cache=True, nogil=True)
-def _substeps(bodies: Bodies, tracks: Tracks, walk: Walk, robot_radius: float, seconds: float) -> int:
+def _substeps(bodies: Bodies, tracks: Tracks, walk: WalkParams, robot_radius: float, seconds: float) -> int:
     """Return the number of substeps, so that no body on a track can jump over the robot or a person."""
     parts = math.ceil(seconds / SUBSTEP_S - 1e-9)
     least = min(robot_radius, walk.radius_px) if len(bodies.people) > 0 else robot_radius
@@ -461,7 +470,7 @@ def _substeps(bodies: Bodies, tracks: Tracks, walk: Walk, robot_radius: float, s
 def _run(
     bodies: Bodies,
     tracks: Tracks,
-    walk: Walk,
+    walk: WalkParams,
     k: int,
     robot: Disc,
     seconds: float,
@@ -471,10 +480,10 @@ def _run(
     after, end = before + seconds, tracks.times_s[k, tracks.shapes[k].poses - 1]
     if after > end:
         after = after % end if tracks.shapes[k].loops else end
-    if not track_keeps_off(tracks, k, before, after, robot, True):
+    if not body_may_move(tracks, k, before, after, robot, True):
         return
     for p in range(len(bodies.people)):
         person = Disc(bodies.people[p].x, bodies.people[p].y, walk.radius_px)
-        if not track_keeps_off(tracks, k, before, after, person, False):
+        if not body_may_move(tracks, k, before, after, person, False):
             return
     bodies.clocks[k] = after

@@ -12,7 +12,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid
 
 
 @njit(cache=True, nogil=True)
-def count_before(raster: Grid, value: int) -> Counts:
+def count_before_rows(raster: Grid, value: int) -> Counts:
     """Return the number of cells with a value before each row, and in total (rows + 1,)."""
     rows, cols = raster.shape
     before = np.zeros(rows + 1, np.int64)
@@ -38,7 +38,7 @@ def nth_cell(raster: Grid, value: int, before: Counts, n: int) -> tuple[int, int
 
 
 @njit(cache=True, nogil=True)
-def shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, cols: int) -> tuple[Cells, int, bool]:
+def list_shape_spans(points: Floats, is_round: bool, thickness: float, rows: int, cols: int) -> tuple[Cells, int, bool]:
     """List the cells that a shape covers.
 
     - R1: a cell is covered if its centre lies in the shape. Upper and left edges belong to the shape, lower and right
@@ -196,7 +196,7 @@ _OPEN, _MARKED, _REACHED = 1, 2, 3  # cells of ``traversable``; marks are remove
 
 
 @njit(cache=True, nogil=True)
-def set_down(
+def place_obstacle(
     occupied: Grid, traversable: Grid, spans: Cells, count: int, gap: Cells, robot: Cells, least: int, scratch: Cells
 ) -> int:
     """Mark an obstacle's cells as occupied and clear those where the robot can no longer stand, or change nothing.
@@ -206,7 +206,7 @@ def set_down(
     occupied, traversable
         (rows, cols); the latter is 1 for cells where the robot can stand, one 4-connected piece without the border.
     spans, count
-        The cells of the obstacle, all on the grid, in the form of ``shape_spans``.
+        The cells of the obstacle, all on the grid, in the form of ``list_shape_spans``.
     gap, robot
         Discs of cells, as half their width at each distance in rows from the centre, -1 for none. No cell around the
         obstacle within ``gap`` may be occupied; a robot with its centre within ``robot`` would touch the obstacle.

@@ -13,8 +13,15 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.graph import draw_graph, note_visit
-from houseexpo.pseudoslam.kernels.planning.plan import (
+from houseexpo.pseudoslam.kernels.planning.graph import build_graph, record_visit
+from houseexpo.pseudoslam.kernels.planning.paths import (
+    find_distances,
+    is_explored_near,
+    nearest_reachable_cell,
+    next_motion,
+    trace_path,
+)
+from houseexpo.pseudoslam.kernels.planning.planner_types import (
     ARRIVED,
     BLOCKED,
     BY_FRONTIER,
@@ -27,29 +34,28 @@ from houseexpo.pseudoslam.kernels.planning.plan import (
     NOTHING,
     SEEN,
     Graph,
-    PlanRules,
-    Plans,
+    PlannerMemory,
+    PlannerRules,
     TravelRules,
 )
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways, is_settled, nearest_place, next_motion, trace
 from houseexpo.pseudoslam.kernels.step import (
     Look,
     Move,
-    act_in_each,
-    look,
-    look_along_rays,
-    look_at_sector,
-    move_people,
-    sense,
-    stand_still,
+    act_in_pool,
+    measure_ranges,
+    move_nothing,
+    move_obstacles,
+    scan_fully_into_map,
+    scan_rays_into_map,
+    scan_sector_into_map,
     step,
 )
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, KnownWays, Rows, Scratch, whole
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, PathScratch, Rows, Scratch, as_int64
 
 
 @njit(cache=True, nogil=True)
-def set_out(
-    known: Grid, pose: Rows, plan: Plans, graph: Graph, choice: Floats, rules: PlanRules, found: KnownWays
+def start_travel(
+    known: Grid, pose: Rows, plan: PlannerMemory, graph: Graph, choice: Floats, rules: PlannerRules, found: PathScratch
 ) -> None:
     """Find the path of an action, in ``found``, and set ``plan.state``.
 
@@ -68,29 +74,29 @@ def set_out(
             return
         if known.ravel()[chosen.middle] == UNKNOWN:
             state.target = chosen.middle
-        find_ways(known, x, y, radius, goal, found)
+        find_distances(known, x, y, radius, goal, found)
     elif rules.kind == BY_NEIGHBOUR:
         neighbour = graph.edges[0, int(choice[0])]
         if neighbour < 0:
             return
         goal = graph.nodes[neighbour].cell
-        find_ways(known, x, y, radius, goal, found)
+        find_distances(known, x, y, radius, goal, found)
     else:
-        find_ways(known, x, y, radius, whole(-1), found)
+        find_distances(known, x, y, radius, as_int64(-1), found)
         cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
         to_x, to_y = x + choice[0] * cos - choice[1] * sin, y - choice[0] * sin - choice[1] * cos
-        goal = nearest_place(found, to_x, to_y)
+        goal = nearest_reachable_cell(found, to_x, to_y)
         if goal < 0:
             return
         row, col = goal // known.shape[1], goal % known.shape[1]
         if math.floor(to_x) != col or math.floor(to_y) != row:
             state.moved_px = math.hypot(col + 0.5 - to_x, row + 0.5 - to_y)
-    state.path = trace(found, goal, found.queue[0])
+    state.path = trace_path(found, goal, found.queue[0])
     state.outcome = GOING if state.path > 0 else NOTHING
 
 
 @njit(cache=True, nogil=True)
-def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelRules) -> None:
+def update_travel(known: Grid, pose: Rows, counts: Rows, plan: PlannerMemory, rules: TravelRules) -> None:
     """Update the state of a travel after a step."""
     state = plan.state[0]
     state.steps += 1
@@ -98,14 +104,16 @@ def look_back(known: Grid, pose: Rows, counts: Rows, plan: Plans, rules: TravelR
         state.outcome = DONE
     elif counts.blocked != 0:
         state.outcome = BLOCKED
-    elif state.outcome == GOING and state.target >= 0 and is_settled(known, state.target, rules.settled_px):
+    elif state.outcome == GOING and state.target >= 0 and is_explored_near(known, state.target, rules.settled_px):
         state.outcome = SEEN
     elif state.outcome == GOING and (state.steps >= rules.most_steps or counts.steps >= state.time):
         state.outcome = LIMIT
 
 
 @njit(cache=True, nogil=True)
-def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules, scratch: Scratch) -> None:
+def update_choices(
+    known: Grid, pose: Rows, plan: PlannerMemory, graph: Graph, rules: PlannerRules, scratch: Scratch
+) -> None:
     """Find the next frontiers to choose from, and update the graph; give up a frontier that remained unknown."""
     state = plan.state[0]
     in_vain = state.outcome == ARRIVED or (state.outcome == BLOCKED and state.gone_px == 0.0)
@@ -117,13 +125,15 @@ def survey(known: Grid, pose: Rows, plan: Plans, graph: Graph, rules: PlanRules,
         _find_choices(known, pose, plan, given_up, rules, scratch)
     if len(graph.nodes) > 0:
         if len(plan.frontiers) == 0:
-            find_ways(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, whole(-1), scratch.ways)
-        note_visit(graph, pose.seen_x, pose.seen_y, known.shape[1], rules.graph)
-        draw_graph(known, graph, rules.graph, given_up, scratch.ways)
+            find_distances(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, as_int64(-1), scratch.ways)
+        record_visit(graph, pose.seen_x, pose.seen_y, known.shape[1], rules.graph)
+        build_graph(known, graph, rules.graph, given_up, scratch.ways)
 
 
 @njit(cache=True, nogil=True)
-def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: PlanRules, scratch: Scratch) -> None:
+def _find_choices(
+    known: Grid, pose: Rows, plan: PlannerMemory, given_up: Cells, rules: PlannerRules, scratch: Scratch
+) -> None:
     """Find the frontiers, and the goal if the map shows a path to it."""
     state, choices = plan.state[0], len(plan.frontiers)
     has_goal = not math.isnan(state.goal_x)
@@ -134,7 +144,7 @@ def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: 
         row.middle, row.goal, row.cells, row.way = 0, NO_CHOICE, 0, 0
     if has_goal:
         found = scratch.ways
-        goal = nearest_place(found, state.goal_x, state.goal_y)
+        goal = nearest_reachable_cell(found, state.goal_x, state.goal_y)
         cols = known.shape[1]
         if (
             goal >= 0
@@ -145,7 +155,7 @@ def _find_choices(known: Grid, pose: Rows, plan: Plans, given_up: Cells, rules: 
 
 
 @njit(cache=True, nogil=True)
-def travels_by_sector(
+def travel_pool_by_sector(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
@@ -154,38 +164,46 @@ def travels_by_sector(
     Parameters
     ----------
     pool, sizes, wanted, params, scratch, first, end
-        Arguments of ``steps_by_sector``.
+        Arguments of ``step_pool_by_sector``.
     choices
-        (N, 2), the actions in the form of ``set_out``.
+        (N, 2), the actions in the form of ``start_travel``.
     """
-    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_at_sector, False)
+    act_in_pool(
+        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_sector_into_map, False
+    )
 
 
 @njit(cache=True, nogil=True)
-def travels_by_rays(
+def travel_pool_by_rays(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Travel in environments that scan along rays without noise."""
-    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look_along_rays, False)
+    act_in_pool(
+        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_rays_into_map, False
+    )
 
 
 @njit(cache=True, nogil=True)
-def travels_in_full(
+def travel_pool_in_full(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Travel in environments with the scans and the noise of the parameters."""
-    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, stand_still, look, True)
+    act_in_pool(
+        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_fully_into_map, True
+    )
 
 
 @njit(cache=True, nogil=True)
-def travels_with_people(
+def travel_pool_with_people(
     pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do the same as ``travels_in_full`` while people and bodies on trajectories move."""
-    act_in_each(pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_people, look, True)
+    """Do the same as ``travel_pool_in_full`` while people and bodies on trajectories move."""
+    act_in_pool(
+        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_obstacles, scan_fully_into_map, True
+    )
 
 
 @njit(inline="always")
@@ -202,7 +220,7 @@ def _travel(
         if len(graph.state) > 0:
             graph.state[0].visits = 0
     else:
-        set_out(episode.known, pose, plan, graph, choice, rules, found)
+        start_travel(episode.known, pose, plan, graph, choice, rules, found)
     turn, forward, gone_px = 0.0, 0.0, 0.0
     if not begins and state.outcome == NOTHING:
         turn = rules.travel.turn_rad
@@ -220,10 +238,10 @@ def _travel(
         if begins:
             state.outcome, state.steps, state.target = NOTHING, 0, -1
             break
-        look_back(episode.known, pose, episode.counts, plan, rules.travel)
+        update_travel(episode.known, pose, episode.counts, plan, rules.travel)
         if state.outcome != GOING:
             break
     if full:  # once an action: the overview within reach of every scan on the way
-        sense(episode, params, math.inf if begins else gone_px + 2.0 * params.sensor.range_px)
+        measure_ranges(episode, params, math.inf if begins else gone_px + 2.0 * params.sensor.range_px)
     state.gone_px = readings.path_length - before_px
-    survey(episode.known, pose, plan, graph, rules, scratch)
+    update_choices(episode.known, pose, plan, graph, rules, scratch)

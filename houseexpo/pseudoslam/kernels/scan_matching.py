@@ -32,7 +32,7 @@ COARSE, FINE_LEVELS = 2, 4
 
 
 @njit(cache=True, nogil=True)
-def draw_scan(
+def add_scan(
     evidence: Evidence, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, ranges: Floats,
     range_px: float,
 ) -> None:  # fmt: skip
@@ -71,7 +71,7 @@ def draw_scan(
 
 
 @njit(cache=True, nogil=True)
-def show_evidence(evidence: Evidence, known: Grid) -> None:
+def evidence_to_map(evidence: Evidence, known: Grid) -> None:
     """Write the map (rows, cols) that the evidence shows."""
     for row in range(evidence.shape[0]):
         for col in range(evidence.shape[1]):
@@ -80,7 +80,7 @@ def show_evidence(evidence: Evidence, known: Grid) -> None:
 
 
 @njit(cache=True, nogil=True)
-def draw_field(evidence: Evidence, top: int, left: int, field: Floats) -> None:
+def draw_score_field(evidence: Evidence, top: int, left: int, field: Floats) -> None:
     """Draw the field (side, side) around the obstacles of a square of the evidence, whose corner is (top, left)."""
     side = len(field)
     field[:] = 0.0
@@ -95,7 +95,7 @@ def draw_field(evidence: Evidence, top: int, left: int, field: Floats) -> None:
 
 
 @njit(cache=True, nogil=True)
-def score(field: Floats, top: int, left: int, x: float, y: float, heading: float, ends: Floats) -> float:
+def score_pose(field: Floats, top: int, left: int, x: float, y: float, heading: float, ends: Floats) -> float:
     """Return the mean of the field at the ends (n, 2) of a scan: pixels ahead and to the left of the robot."""
     side = len(field)
     cos, sin = math.cos(heading), math.sin(heading)
@@ -113,7 +113,7 @@ def score(field: Floats, top: int, left: int, x: float, y: float, heading: float
 
 
 @njit(cache=True, nogil=True)
-def match(
+def find_best_pose(
     field: Floats, top: int, left: int, pose: Floats, ends: Floats, step_px: float, step_rad: float, doubt: float,
     found: Floats,
 ) -> float:  # fmt: skip
@@ -130,7 +130,7 @@ def match(
             for b in range(-reach, reach + 1):
                 for c in range(-reach, reach + 1):
                     right, down, turn = from_x + b * share, from_y + c * share, from_turn + a * share
-                    value = score(
+                    value = score_pose(
                         field, top, left, pose[0] + right * step_px, pose[1] + down * step_px,
                         pose[2] + turn * step_rad, ends,
                     ) - doubt * (right * right + down * down + turn * turn)  # fmt: skip

@@ -19,31 +19,31 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import Disc, clearance, free_way, way_past_people, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import Disc, clearance, distance_to_people, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import (
     BEAMS,
     PEOPLE,
     REGISTRATION,
     Episode,
     StepParams,
-    episode_of,
-    key_of,
+    noise_key,
+    slice_episode,
 )
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop, merge_cells, merge_runs, shrink
-from houseexpo.pseudoslam.kernels.odometry import grip, report
-from houseexpo.pseudoslam.kernels.people import advance
-from houseexpo.pseudoslam.kernels.planning.fields import field_at
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, draw_overview, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
+from houseexpo.pseudoslam.kernels.people import move_bodies
+from houseexpo.pseudoslam.kernels.planning.fields import goal_distance_at
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     HIT,
     LOST,
-    draw_beams,
-    draw_noisy,
+    draw_beam_errors,
+    draw_noisy_scan,
     merge_patch,
     registration_error,
 )
-from houseexpo.pseudoslam.kernels.sensing.rays import cast, ray_merge, ray_scan
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams, merge_ray_scan, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, whole
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, as_int64
 
 Move: TypeAlias = Callable[[Episode, StepParams], None]
 """A function that moves people and bodies on tracks."""
@@ -57,7 +57,7 @@ SKIP, STEP, REDRAW = range(3)
 
 
 @njit(cache=True, nogil=True)
-def steps_by_sector(
+def step_pool_by_sector(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
@@ -78,38 +78,46 @@ def steps_by_sector(
     first, end
         Environments ``first`` to ``end``, excluded.
     """
-    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look_at_sector, False)
+    act_in_pool(
+        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_sector_into_map, False
+    )
 
 
 @njit(cache=True, nogil=True)
-def steps_by_rays(
+def step_pool_by_rays(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Step environments that scan along rays without noise."""
-    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look_along_rays, False)
+    act_in_pool(
+        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_rays_into_map, False
+    )
 
 
 @njit(cache=True, nogil=True)
-def steps_in_full(
+def step_pool_in_full(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
     """Step environments with the scans and the noise of the parameters, and draw ranges and an overview if observed."""
-    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, stand_still, look, True)
+    act_in_pool(
+        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_fully_into_map, True
+    )
 
 
 @njit(cache=True, nogil=True)
-def steps_with_people(
+def step_pool_with_people(
     pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int,
 ) -> None:  # fmt: skip
-    """Do the same as ``steps_in_full`` after people and bodies on trajectories have moved."""
-    act_in_each(pool, sizes, motions, wanted, params, scratch, first, end, _act, move_people, look, True)
+    """Do the same as ``step_pool_in_full`` after people and bodies on trajectories have moved."""
+    act_in_pool(
+        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_obstacles, scan_fully_into_map, True
+    )
 
 
 @njit(inline="always")
-def act_in_each(
+def act_in_pool(
     pool: Episode, sizes: Counts, actions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
     first: int, end: int, act: Act, move: Move, look: Look, full: bool,
 ) -> None:  # fmt: skip
@@ -125,10 +133,10 @@ def act_in_each(
     for i in range(first, end):
         if wanted[i] == SKIP:
             continue
-        episode = episode_of(pool, sizes, i)
+        episode = slice_episode(pool, sizes, i)
         if wanted[i] == STEP:
             act(episode, actions[i], params, scratch, move, look, full)
-        show(episode)
+        draw_view(episode)
 
 
 @njit(inline="always")
@@ -137,7 +145,7 @@ def _act(
 ) -> None:
     step(episode, motion[0], motion[1], params, scratch, move, look, full)
     if full:
-        sense(episode, params, 2.0 * params.sensor.range_px if episode.counts.steps > 0 else math.inf)
+        measure_ranges(episode, params, 2.0 * params.sensor.range_px if episode.counts.steps > 0 else math.inf)
 
 
 @njit(inline="always")
@@ -153,7 +161,7 @@ def step(
 ) -> None:
     """Turn, then move forward (backward if negative) until an obstacle blocks the robot; scan; update the readings.
 
-    ``sense`` must be called after the last step of an action if ranges or an overview are observed.
+    ``measure_ranges`` must be called after the last step of an action if ranges or an overview are observed.
 
     An episode that has not begun (``counts.steps`` is -1) begins with a first scan, which is not a step.
 
@@ -171,7 +179,7 @@ def step(
     move(episode, params)
     counts, readings = episode.counts, episode.readings
     counts.steps += 1
-    held = grip(params.errors, counts.key, counts.steps) if full else 1.0
+    held = grip_share(params.errors, counts.key, counts.steps) if full else 1.0
     turn, forward = turn * held, forward * held
     way = _go(episode, turn, forward, held, params, scratch, look, full)
     counts.blocked = 1 if way < abs(forward) else 0
@@ -189,24 +197,24 @@ def update_readings(episode: Episode, params: StepParams) -> None:
             episode.occupied, pose.x, pose.y, params.robot.radius_px, params.robot.radius_px + params.clearance_px
         )
     if len(episode.field.distances) > 0:
-        way = field_at(episode.field, pose.x, pose.y)
+        way = goal_distance_at(episode.field, pose.x, pose.y)
         if way < math.inf:  # in a gap without a block to stand on, the last distance is kept
             readings.to_goal = way
 
 
 @njit(inline="always")
-def sense(episode: Episode, params: StepParams, spread_px: float) -> None:
+def measure_ranges(episode: Episode, params: StepParams, spread_px: float) -> None:
     """Measure the ranges from the robot's pose, and redraw the overview within ``spread_px``, as far as observed."""
     pose, readings, sensor = episode.pose, episode.readings, params.sensor
     if len(episode.ranges) > 0:
-        cast(
+        cast_beams(
             episode.occupied, pose.x, pose.y, pose.heading, sensor.fan_cos, sensor.fan_sin, sensor.range_px,
             episode.ranges,
         )  # fmt: skip
         if params.errors.any:
             _add_range_noise(episode.ranges, episode.counts, params)
     if len(episode.overview) > 0:
-        shrink(
+        draw_overview(
             episode.known, readings.start_x, readings.start_y, params.overview_px, pose.seen_x, pose.seen_y,
             spread_px, episode.overview,
         )  # fmt: skip
@@ -217,7 +225,7 @@ def _add_range_noise(ranges: Floats, counts: Rows, params: StepParams) -> None:
     """Apply the noise of the last scan's beams to the ranges; lost beams are 0."""
     beams = len(ranges)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(params.errors, beams, key_of(counts.key, BEAMS), counts.scans - 1, shift_px, fate)
+    draw_beam_errors(params.errors, beams, noise_key(counts.key, BEAMS), counts.scans - 1, shift_px, fate)
     for beam in range(beams):
         if fate[beam] != HIT:
             ranges[beam] = 0.0 if fate[beam] == LOST else params.sensor.range_px
@@ -253,14 +261,16 @@ def _go(
     right, down = sign * math.cos(heading), -sign * math.sin(heading)
     way = distance
     if distance > 0.0:
-        way = free_way(episode.occupied, start_x, start_y, right, down, distance, robot.radius_px)
+        way = free_distance(episode.occupied, start_x, start_y, right, down, distance, robot.radius_px)
         disc = Disc(start_x, start_y, robot.radius_px)
-        way = min(way, way_past_people(episode.bodies.people, params.walk.radius_px, disc, right, down, distance))
+        way = min(way, distance_to_people(episode.bodies.people, params.walk.radius_px, disc, right, down, distance))
     goes = math.ceil(way / robot.between_px - 1e-9)
     seen_turn, seen_way, seen_last = turn, sign * way, 0.0
     if full and errors.odometry:
         rolled_turn, rolled_way = turn / held, sign * way / held
-        off = report(errors, episode.counts, episode.readings, rolled_turn, rolled_way, False, params.seconds)
+        off = draw_odometry_errors(
+            errors, episode.counts, episode.readings, rolled_turn, rolled_way, False, params.seconds
+        )
         seen_turn, seen_way = rolled_turn + off.before + off.turn, rolled_way + off.way
         seen_last = off.after
     for i in range(1, max(turns + goes, 1) + 1):
@@ -281,47 +291,47 @@ def _go(
 
 
 @njit(inline="always")
-def show(episode: Episode) -> None:
+def draw_view(episode: Episode) -> None:
     """Draw the view of the map around the believed pose, with the heading up."""
     pose = episode.pose
-    crop(episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, episode.shown)
+    crop_view(episode.known, pose.seen_x, pose.seen_y, pose.seen_heading, episode.shown)
 
 
 @njit(inline="always")
-def stand_still(episode: Episode, params: StepParams) -> None:
+def move_nothing(episode: Episode, params: StepParams) -> None:
     """Move nothing, since there are no moving obstacles."""
 
 
 @njit(inline="always")
-def move_people(episode: Episode, params: StepParams) -> None:
+def move_obstacles(episode: Episode, params: StepParams) -> None:
     """Move people and bodies on trajectories, once the episode has begun."""
     if episode.counts.steps >= 0:
         robot = Disc(episode.pose.x, episode.pose.y, params.robot.radius_px)
-        advance(
+        move_bodies(
             episode.occupied, episode.bodies, episode.tracks, episode.flow, params.walk,
-            key_of(episode.counts.key, PEOPLE), robot, params.seconds,
+            noise_key(episode.counts.key, PEOPLE), robot, params.seconds,
         )  # fmt: skip
 
 
 @njit(inline="always")
-def look_at_sector(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+def scan_sector_into_map(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan the sector from the robot's pose, and merge the scan into the map."""
     pose, sensor = episode.pose, params.sensor
     n_runs, n_hit = sector_scan(
         episode.occupied, pose.x, pose.y, pose.heading, sensor.half_fov, sensor.range_px, scratch.runs, scratch.hit,
         scratch.slopes,
     )  # fmt: skip
-    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, whole(FREE), episode.fresh)
+    new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, as_int64(FREE), episode.fresh)
     _count(episode, scratch, n_hit, new, covered)
 
 
 @njit(inline="always")
-def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+def scan_rays_into_map(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan along the rays from the robot's pose, and merge the scan into the map."""
     pose, sensor = episode.pose, params.sensor
     bodies = episode.bodies
     settled = len(bodies.clocks) + len(bodies.people) == 0 and len(bodies.robots) < 2
-    new, covered, n_hit = ray_merge(
+    new, covered, n_hit = merge_ray_scan(
         episode.occupied, episode.observable, episode.known, pose.x, pose.y, pose.heading, sensor.fan_cos,
         sensor.fan_sin, sensor.range_px, scratch.hit, settled, episode.fresh,
     )  # fmt: skip
@@ -332,7 +342,7 @@ def look_along_rays(episode: Episode, params: StepParams, scratch: Scratch) -> N
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
     """Merge the visible obstacles after the free cells, and count new cells."""
     new_hit, covered_hit = merge_cells(
-        episode.known, episode.observable, scratch.hit, n_hit, whole(OBSTACLE), episode.fresh
+        episode.known, episode.observable, scratch.hit, n_hit, as_int64(OBSTACLE), episode.fresh
     )
     episode.counts.known += new + new_hit
     episode.counts.covered += covered + covered_hit
@@ -340,14 +350,14 @@ def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: in
 
 
 @njit(inline="always")
-def look(episode: Episode, params: StepParams, scratch: Scratch) -> None:
+def scan_fully_into_map(episode: Episode, params: StepParams, scratch: Scratch) -> None:
     """Scan according to the parameters, including noise."""
     if params.errors.any:
         _look_with_errors(episode, params, scratch)
     elif params.sensor.by_rays:
-        look_along_rays(episode, params, scratch)
+        scan_rays_into_map(episode, params, scratch)
     else:
-        look_at_sector(episode, params, scratch)
+        scan_sector_into_map(episode, params, scratch)
 
 
 @njit(inline="always")
@@ -365,11 +375,11 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
         )
     beams = len(sensor.fan_cos)
     shift_px, fate = np.empty(beams), np.empty(beams, np.int32)
-    draw_beams(errors, beams, key_of(counts.key, BEAMS), counts.scans, shift_px, fate)
-    draw_noisy(
+    draw_beam_errors(errors, beams, noise_key(counts.key, BEAMS), counts.scans, shift_px, fate)
+    draw_noisy_scan(
         scratch.patch, episode.occupied.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate
     )
-    right, down, turn = registration_error(errors, key_of(counts.key, REGISTRATION), counts.steps)
+    right, down, turn = registration_error(errors, noise_key(counts.key, REGISTRATION), counts.steps)
     new, covered = merge_patch(
         episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
         pose.seen_heading - heading + turn, episode.fresh,
@@ -378,7 +388,7 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
 
 
 @njit(cache=True, nogil=True)
-def look_up(actions: Counts, table: Floats, motions: Floats, ahead: npt.NDArray[np.bool_]) -> int:
+def look_up_motions(actions: Counts, table: Floats, motions: Floats, ahead: npt.NDArray[np.bool_]) -> int:
     """Write the motions (N, 2) of actions (N,), which are rows of a table, and which actions are the first one.
 
     Return the index of an action that is not in the table, -1 if all are.

@@ -13,18 +13,18 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import THINNER_PX, erase, placed_people, stamp_disc, way_to_disc
-from houseexpo.pseudoslam.kernels.driving import path_of, way_past_discs
+from houseexpo.pseudoslam.kernels.collision import THINNER_PX, distance_to_disc, erase_disc, mark_disc, placed_people
+from houseexpo.pseudoslam.kernels.driving import command_path, path_length_to_disc
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.odometry import grip
-from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, row_type
+from houseexpo.pseudoslam.kernels.odometry import grip_share
+from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, make_row_dtype
 
 APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
 NOTHING, ROBOT, SOMEONE = range(3)
 """What is in a robot's way beside what is in its cells: a person counts for all but the first robot, whose step moves
 the people and keeps off them itself."""
-TOGETHER = row_type(
+TOGETHER = make_row_dtype(
     steps=int, covered=int, explored=int, found=int, meetings=int, joined=int, steps_90=float, steps_99=float,
     metres_90=float, metres_99=float,
 )  # fmt: skip
@@ -96,7 +96,7 @@ def prepare_motions(
         row = i * robots + robot
         _begin(occupied, counts, sizes, others, robot, i)
         pose, places = poses[row, 0], others.places[i * robots]
-        held = grip(errors, counts[row, 0].key, counts[row, 0].steps + 1)
+        held = grip_share(errors, counts[row, 0].key, counts[row, 0].steps + 1)
         turn, forward = motions[row, 0] * held, motions[row, 1] * held
         sign = -1.0 if forward < 0.0 else 1.0
         right, down = sign * math.cos(pose.heading + turn), -sign * math.sin(pose.heading + turn)
@@ -105,13 +105,13 @@ def prepare_motions(
         for k in range(robots):
             if k != robot:
                 x, y = places[k, 0] - pose.x, places[k, 1] - pose.y
-                free = min(free, way_to_disc(x, y, right, down, reach, APART_PX))
+                free = min(free, distance_to_disc(x, y, right, down, reach, APART_PX))
         others.meets[i] = ROBOT if free < distance else NOTHING
         if robot > 0:
             here = placed_people(others.people[i * robots])
             for p in range(len(here)):
                 x, y = here[p].x - pose.x, here[p].y - pose.y
-                way = way_to_disc(x, y, right, down, reach_people, APART_PX)
+                way = distance_to_disc(x, y, right, down, reach_people, APART_PX)
                 if way < free:
                     free, others.meets[i] = way, SOMEONE
         if free < distance:
@@ -129,18 +129,18 @@ def prepare_commands(
     for i in range(first, end):
         row = i * robots + robot
         _begin(occupied, counts, sizes, others, robot, i)
-        held = grip(errors, counts[row, 0].key, counts[row, 0].steps + 1)
+        held = grip_share(errors, counts[row, 0].key, counts[row, 0].steps + 1)
         for k in range(len(discs)):
             discs[k] = others.places[i * robots, k if k < robot else k + 1]
-        path = path_of(readings[row, 0], commands[row, 0], commands[row, 1], drive, shape, seconds, held)
-        free = way_past_discs(path, poses[row, 0], discs, 2.0 * others.radius_px, APART_PX)
+        path = command_path(readings[row, 0], commands[row, 0], commands[row, 1], drive, shape, seconds, held)
+        free = path_length_to_disc(path, poses[row, 0], discs, 2.0 * others.radius_px, APART_PX)
         others.meets[i] = ROBOT if free < math.inf else NOTHING
         if robot > 0:
             here = placed_people(others.people[i * robots])
             centres = np.empty((len(here), 2))
             for p in range(len(here)):
                 centres[p, 0], centres[p, 1] = here[p].x, here[p].y
-            way = way_past_discs(path, poses[row, 0], centres, others.radius_px + others.people_px, APART_PX)
+            way = path_length_to_disc(path, poses[row, 0], centres, others.radius_px + others.people_px, APART_PX)
             if way < free:
                 free, others.meets[i] = way, SOMEONE
         commands[row, 2] = free
@@ -167,16 +167,16 @@ def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, r
     else:
         for k in range(len(drawn)):
             if not math.isnan(drawn[k, 0]):
-                erase(raster, drawn[k, 0], drawn[k, 1], others.radius_px if k < robots else others.people_px)
+                erase_disc(raster, drawn[k, 0], drawn[k, 1], others.radius_px if k < robots else others.people_px)
     drawn[:] = math.nan
     thinner = THINNER_PX if robot > 0 else 0.0
     here = placed_people(others.people[i * robots])
     for p in range(len(here)):
-        stamp_disc(raster, here[p].x, here[p].y, max(others.people_px - thinner, 1.0))
+        mark_disc(raster, here[p].x, here[p].y, max(others.people_px - thinner, 1.0))
         drawn[robots + p, 0], drawn[robots + p, 1] = here[p].x, here[p].y
     for k in range(robots):
         if k != robot:
-            stamp_disc(raster, places[k, 0], places[k, 1], max(others.radius_px - THINNER_PX, 1.0))
+            mark_disc(raster, places[k, 0], places[k, 1], max(others.radius_px - THINNER_PX, 1.0))
             drawn[k] = places[k]
 
 

@@ -61,8 +61,8 @@ GAIN_PER_M = 0.2
 """The factor exp(-0.2) of an explorer's gain for each metre of the path (Gonzalez-Banos and Latombe, 2002)."""
 GOAL_BLOCK_OF_RADIUS = 0.85
 """Largest side of the blocks for distances to a goal as a share of the robot's radius. A wall keeps standing cells on
-its two sides more than two radii apart; cells of blocks that are linked, or that ``field_at`` mixes, are at most
-sqrt(5) sides apart."""
+its two sides more than two radii apart; cells of blocks that are linked, or that ``goal_distance_at`` mixes, are at
+most sqrt(5) sides apart."""
 OFF_CENTRE_PX = 1.5
 """Pixels from the robot within which a line need not be in standing cells, since it need not be at a cell's centre."""
 BESIDE_CELLS = 3

@@ -1,6 +1,6 @@
 """Define the types of kernels' arguments: array aliases, tuples of parameters, working memory, and record dtypes.
 
-``row_type`` makes a NumPy record dtype. ``KnownWays`` is a thread's working memory for plans.
+``make_row_dtype`` makes a NumPy record dtype. ``PathScratch`` is a thread's working memory for plans.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ Runs: TypeAlias = npt.NDArray[np.int32]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Counts: TypeAlias = npt.NDArray[np.int64]
 Rows: TypeAlias = Any
-"""Records (n,) with named fields, see ``row_type``; an array, whose static type does not know the names."""
+"""Records (n,) with named fields, see ``make_row_dtype``; an array, whose static type does not know the names."""
 
 
-def row_type(**parts: type) -> np.dtype[Any]:
+def make_row_dtype(**parts: type) -> np.dtype[Any]:
     """Return the type of records with named numbers: ``rows[i].x``, also in kernels, or ``rows["x"]`` for all rows."""
     return np.dtype((np.record, list(parts.items())))
 
 
 NO_STAND, NO_WAY = -1, np.iinfo(np.int32).max
-"""Values of ``KnownWays.ways``: cells where the robot cannot stand, and standing cells that it cannot reach."""
+"""Values of ``PathScratch.ways``: cells where the robot cannot stand, and standing cells that it cannot reach."""
 
 
 class Robot(NamedTuple):
@@ -99,10 +99,10 @@ class Errors(NamedTuple):
     bias: float
 
 
-class KnownWays(NamedTuple):
-    """Working memory of a thread for plans (``planning.ways``) on grids up to a number of cells, which are flat.
+class PathScratch(NamedTuple):
+    """Working memory of a thread for paths (``planning.paths``) on grids up to a number of cells, which are flat.
 
-    ``find_ways`` overwrites it in each call; nothing has to be reset between houses.
+    ``find_distances`` overwrites it in each call; nothing has to be reset between houses.
     """
 
     box: Counts
@@ -124,12 +124,12 @@ class Scratch(NamedTuple):
     hit: Cells
     slopes: Floats
     patch: Grid
-    ways: KnownWays
+    ways: PathScratch
 
 
-def known_ways_of(cells: int) -> KnownWays:
+def new_path_scratch(cells: int) -> PathScratch:
     """Return working memory for grids of this number of cells."""
-    return KnownWays(
+    return PathScratch(
         np.zeros(5, np.int64),
         np.zeros(cells, np.uint8),
         np.full(cells, NO_STAND, np.int32),
@@ -139,7 +139,7 @@ def known_ways_of(cells: int) -> KnownWays:
 
 
 @njit(inline="always")
-def whole(value: int) -> int:
+def as_int64(value: int) -> int:
     """Return a number as a variable of 64 bits.
 
     numba would compile a function again for a constant or a number of 32 bits, which takes seconds at the first step.

@@ -39,21 +39,21 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import above_zero, number, whole
-from houseexpo.pseudoslam.kernels.explore import Course, ExplorerMemory, ExplorerRules, explore, new_memory
+from houseexpo.pseudoslam.kernels.explore import ExplorationCurve, ExplorerMemory, ExplorerRules, explore, new_memory
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.records import commit
 from houseexpo.pseudoslam.learning.weights import round_weights, weights_with, write_weights
 from houseexpo.pseudoslam.planning import (
+    count_first_looks,
     descent_rules,
-    explorer_frontiers,
+    explorer_frontier_rules,
     feature_rules,
-    first_looks,
 )
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import scratch_of, step_params_of, with_room
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch, make_step_params
 
 SPREADS: Final = {
     "way": 0.45, "log way": 0.48, "way beyond the nearest": 0.45, "rank": 0.2, "turn": 0.27, "large": 0.31,
@@ -125,7 +125,7 @@ class Walk:
 
     state: State
     memory: ExplorerMemory
-    course: Course
+    course: ExplorationCurve
 
     def copy(self) -> Walk:
         """Return an independent copy; constant parts are shared."""
@@ -162,17 +162,19 @@ class Explorations:
                 "explorations: expected a laser that scans sectors without noise, and no moving obstacles"
             )
         self.config, self.most_steps = config, most_steps
-        self._params, self._scratch = step_params_of(config), scratch_of(config)
+        self._params, self._scratch = make_step_params(config), make_scratch(config)
         self._features = np.zeros((LOOKED_AT, len(FEATURES)))
-        self._rules = ExplorerRules(descent_rules(config), MAX_BUMPS, explorer_frontiers(config), feature_rules(config))
+        self._rules = ExplorerRules(
+            descent_rules(config), MAX_BUMPS, explorer_frontier_rules(config), feature_rules(config)
+        )
 
     def begin(self, plan: FloorPlan, rng: np.random.Generator) -> Walk:
         """Return a new exploration."""
         simulator = Simulator.of(plan, self.config)
-        self._scratch = with_room(self._scratch, simulator.world.occupied.size)
+        self._scratch = enlarge_scratch(self._scratch, simulator.world.occupied.size)
         state = simulator.start(rng)
-        memory = new_memory(first_looks(self.config), MAX_FRONTIERS)
-        course = Course(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
+        memory = new_memory(count_first_looks(self.config), MAX_FRONTIERS)
+        course = ExplorationCurve(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
         course.covered[0] = state.counts.covered
         return Walk(state, memory, course)
 

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from houseexpo.pseudoslam.kernels.collision import MOVING, placed_people, pose_at
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.collision import MOVING, placed_people, track_pose_at
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.render.canvas import Points
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
@@ -67,7 +67,7 @@ def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
     x, y, heading = state.pose_px
     ranges = np.empty(beams)
     range_px = laser.range_m * simulator.config.pixels_per_metre
-    cast(state.occupied, x, y, heading, np.cos(angles), np.sin(angles), range_px, ranges)
+    cast_beams(state.occupied, x, y, heading, np.cos(angles), np.sin(angles), range_px, ranges)
     return np.stack([x + ranges * np.cos(heading + angles), y - ranges * np.sin(heading + angles)], axis=1)
 
 
@@ -92,7 +92,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     ]
     tracks = episode.tracks
     for k, clock in enumerate(episode.bodies.clocks):
-        x, y, heading = pose_at(tracks, k, clock)
+        x, y, heading = track_pose_at(tracks, k, clock)
         shape = tracks.shapes[k]
         ahead, left = tracks.corners[k, : shape.corners].T
         cos, sin = math.cos(heading), math.sin(heading)

@@ -22,13 +22,13 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
-from houseexpo.pseudoslam.kernels.odometry import grip, report
-from houseexpo.pseudoslam.kernels.planning.fields import no_flow
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
+from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import errors_of, look_round, scratch_of, step_params_of
+from houseexpo.pseudoslam.step_kernels import make_errors, make_scratch, make_step_params, take_first_scan
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import initial_state
@@ -110,7 +110,7 @@ class Fleet:
             raise ConfigError("robot.drive: robots in ROS follow their velocities exactly; leave the drive out")
         self.plan, self.seed, self.starts, self.tick_s = plan, seed, tuple(starts), tick_s
         self.noise = config.noise
-        self._errors = errors_of(config.noise, 1.0)
+        self._errors = make_errors(config.noise, 1.0)
         self.config = replace(config, step_s=tick_s, noise=config.noise.without_odometry())
         self.radius_m = config.robot.radius_m
         self._world = world_for(plan, self.config)
@@ -140,8 +140,8 @@ class Fleet:
                 self._stamp(occupied, self.people_m(), self.config.people.radius_m + near_m)
                 self._stamp(occupied, self._positions_m(), self.radius_m)
                 occupied.flags.writeable = False
-                world = replace(world, occupied=occupied, flow=no_flow())
-            params, scratch = step_params_of(config), scratch_of(config)
+                world = replace(world, occupied=occupied, flow=no_flow_field())
+            params, scratch = make_step_params(config), make_scratch(config)
             start = self.starts[k] if k < len(self.starts) else None
             self._check_start(start, k)
             try:
@@ -160,7 +160,7 @@ class Fleet:
                 self._obstacles = ((self._static != 0) & (self._world.occupied == 0)).astype(np.uint8)
             else:
                 state.occupied[:] = self._static
-            look_round(state, params, scratch)
+            take_first_scan(state, params, scratch)
             counts = np.zeros(1, COUNTS)[0]
             own = rng.spawn(1)[0]
             counts.key = int(own.integers(2**62))
@@ -219,7 +219,7 @@ class Fleet:
         self._refresh(robot)
         made = initial_state(
             replace(self._world, occupied=one.state.occupied), replace(one.simulator.config, people=PeopleConfig(),
-            obstacles=ObstaclesConfig()), one.simulator.params, scratch_of(self.config), np.random.default_rng(0),
+            obstacles=ObstaclesConfig()), one.simulator.params, make_scratch(self.config), np.random.default_rng(0),
             pose_m=(x, y, wrap_angle(heading)), own=False,
         )  # fmt: skip
         one.state.pose_px[:] = made.pose_px
@@ -239,7 +239,7 @@ class Fleet:
         robot, tick_s = self._robots[number], self.tick_s
         x, y, heading = before = self.pose(number)
         robot.counts.steps += 1
-        held = grip(self._errors, int(robot.counts.key), int(robot.counts.steps))
+        held = grip_share(self._errors, int(robot.counts.key), int(robot.counts.steps))
         turn = velocity.turn_rad_s * tick_s * held
         way = math.hypot(velocity.ahead_m_s, velocity.left_m_s) * tick_s * held
         aside = math.atan2(velocity.left_m_s, velocity.ahead_m_s) if way else 0.0
@@ -270,7 +270,7 @@ class Fleet:
         ahead, left, turned = step[0] / held, step[1] / held, step[2] / held
         if self._errors.odometry:
             way = math.hypot(ahead, left)
-            off = report(self._errors, robot.counts, robot.readings, turned, way, True, self.tick_s)
+            off = draw_odometry_errors(self._errors, robot.counts, robot.readings, turned, way, True, self.tick_s)
             scale = off.way / way if way else 0.0
             ahead, left = (ahead * (1.0 + scale), left * (1.0 + scale)) if way else (off.way, 0.0)
             heading += off.before
@@ -324,7 +324,9 @@ class Fleet:
             cell_m = self._world.frame.cell_m
             across, down = self._world.frame.pixels_from_points([x, y]).tolist()
             found = np.empty(len(angles_rad))
-            cast(self._obstacles, across, down, heading, np.cos(angles_rad), np.sin(angles_rad), most_m / cell_m, found)
+            cast_beams(
+                self._obstacles, across, down, heading, np.cos(angles_rad), np.sin(angles_rad), most_m / cell_m, found
+            )
             ranges = np.minimum(ranges, np.where(found >= most_m / cell_m, np.inf, found * cell_m))
         ranges = np.where(ranges > most_m, np.inf, ranges)
         return self._noisy(ranges, self._robots[robot].rng, least_m).astype(np.float32)

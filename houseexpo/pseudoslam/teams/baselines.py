@@ -18,9 +18,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_to
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.kernels.mapping import FREE
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
-from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, known_ways_of
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
+from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, new_path_scratch
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.teams.env import TeamEnv
 from houseexpo.pseudoslam.teams.policies import NearestEach, TeamPolicy
@@ -74,7 +74,7 @@ class Baseline(ABC):
         robot, number = Robot(env.config), len(env.possible_agents)
         self._legs = [_Legs(robot, 1000 * seed + k) for k in range(number)]
         self._explorers = [NearestFrontier(robot, seed) for _ in range(number)]
-        self._ways: KnownWays = known_ways_of(0)
+        self._ways: PathScratch = new_path_scratch(0)
 
     def __call__(self, env: TeamEnv) -> dict[str, int]:
         """Return an action for each robot that is in the episode; one with nothing to do turns to the left."""
@@ -101,9 +101,9 @@ class Baseline(ABC):
         """Return the lengths of the ways to all cells (rows * cols,), ``STRAIGHT`` a cell, ``NO_WAY`` without a way."""
         state = env.team.states[robot]
         if len(self._ways.ways) < state.known.size:
-            self._ways = known_ways_of(state.known.size)
+            self._ways = new_path_scratch(state.known.size)
         x, y, _ = state.believed_px.tolist()
-        find_ways(state.known, x, y, env.team.radius_px, -1, self._ways)
+        find_distances(state.known, x, y, env.team.radius_px, -1, self._ways)
         return ways_to(self._ways, np.arange(state.known.size))
 
 

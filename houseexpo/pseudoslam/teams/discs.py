@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.collision import stamp_disc
+from houseexpo.pseudoslam.kernels.collision import mark_disc
 
 ROBOTS_MOST: Final = 16
 """The largest number of robots in one house."""
@@ -45,4 +45,4 @@ def distance_to_touch(
 def mark_discs(occupied: npt.NDArray[np.uint8], centres_px: npt.NDArray[np.float64], radius_px: float) -> None:
     """Mark the cells of discs, whose centres are (n, 2) pixels, as occupied by something that moves."""
     for x, y in centres_px.reshape(-1, 2).tolist():
-        stamp_disc(occupied, x, y, max(radius_px, 1.0))
+        mark_disc(occupied, x, y, max(radius_px, 1.0))

@@ -18,11 +18,11 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import Explorer, ways_to
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_in_sight
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_area_in_sight
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M
-from houseexpo.pseudoslam.kernels.types import NO_WAY, KnownWays, Rows, known_ways_of
+from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, Rows, new_path_scratch
 from houseexpo.words import suggest_name
 
 Grid = npt.NDArray[np.uint8]
@@ -40,7 +40,7 @@ class TeamExplorer(Explorer):
         super().__init__(robot, seed)
         self.others: Floats = np.empty((0, 4))
         self.goal_px = (math.nan, math.nan)
-        self._ways: KnownWays = known_ways_of(0)
+        self._ways: PathScratch = new_path_scratch(0)
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the frontier that ``share`` gives this robot."""
@@ -62,13 +62,13 @@ class TeamExplorer(Explorer):
         """
         found = [frontiers["way"] / (STRAIGHT * self.metre)]
         if len(self._ways.ways) < known.size:
-            self._ways = known_ways_of(known.size)
+            self._ways = new_path_scratch(known.size)
         for x, y in self.others[:, :2].tolist():
             straight = np.hypot(*(places - (x, y)).T) / self.metre + 100.0
             if not (0 <= x < known.shape[1] and 0 <= y < known.shape[0]):
                 found.append(straight)
                 continue
-            find_ways(known, x, y, self.radius_px, -1, self._ways)
+            find_distances(known, x, y, self.radius_px, -1, self._ways)
             ways = ways_to(self._ways, frontiers["goal"])
             found.append(np.where(ways >= NO_WAY, straight, ways / (STRAIGHT * self.metre)))
         return np.array(found)
@@ -122,7 +122,8 @@ class Auction(TeamExplorer):
         """Return the frontier that this robot wins; its own best one if there are too few for all."""
         del info
         gains = np.array(
-            [unknown_in_sight(known, x, y, self.range_px, self._cos, self._sin) for x, y in places.tolist()], np.float64
+            [unknown_area_in_sight(known, x, y, self.range_px, self._cos, self._sin) for x, y in places.tolist()],
+            np.float64,
         )
         near = np.exp(-GAIN_PER_M * self.ways_m(known, frontiers, places))
         bidding, free = set(range(len(near))), np.ones(len(places), bool)

@@ -33,8 +33,8 @@ from houseexpo.pseudoslam.kernels.team_step import (
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.state import RASTERS, State, flatten, one_of, unflatten
-from houseexpo.pseudoslam.step_kernels import entry_point, kernel_for
+from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
+from houseexpo.pseudoslam.step_kernels import choose_kernel, compiled_function
 from houseexpo.pseudoslam.teams.discs import mark_discs
 from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
@@ -178,7 +178,7 @@ class TeamKernels:
 
     def _call(self, name: str, kernel: Any, given: tuple[Any, ...]) -> None:
         if name not in self._calls:
-            self._calls[name] = entry_point(kernel, *given)
+            self._calls[name] = compiled_function(kernel, *given)
         self._calls[name](*given)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -322,8 +322,8 @@ class Team:
         wanted = np.full(len(self), SKIP, np.uint8)
         wanted[robot] = STEP
         given = self.pool, self.sizes, self._motions, wanted, self.params, self.scratch, robot, robot + 1
-        kernel = kernel_for(self.states[robot].episode, self.params, moves=self._has_people(robot))
-        return partial(entry_point(kernel, *given), *given)
+        kernel = choose_kernel(self.states[robot].episode, self.params, moves=self._has_people(robot))
+        return partial(compiled_function(kernel, *given), *given)
 
     def _has_people(self, robot: int) -> bool:
         return moves_people(self.spec.config, robot)
@@ -384,10 +384,12 @@ class Team:
     def _share(self) -> tuple[Episode, npt.NDArray[np.int64]]:
         """Put the robots' episodes into one pool; return it, and the sizes of the rasters of each."""
         shape = self.walls.shape
-        leaves = [np.stack(parts) for parts in zip(*(flatten(state.episode) for state in self.states), strict=True)]
+        leaves = [
+            np.stack(parts) for parts in zip(*(flatten_episode(state.episode) for state in self.states), strict=True)
+        ]
         leaves[:RASTERS] = [raster.reshape(len(self), -1) for raster in leaves[:RASTERS]]
-        pool = unflatten(self.states[0].episode, leaves)
-        self.states = [replace(state, episode=one_of(pool, k, shape)) for k, state in enumerate(self.states)]
+        pool = unflatten_episode(self.states[0].episode, leaves)
+        self.states = [replace(state, episode=view_episode(pool, k, shape)) for k, state in enumerate(self.states)]
         return pool, np.tile(np.array(shape), (len(self), 1))
 
     def places_px(self) -> Floats:

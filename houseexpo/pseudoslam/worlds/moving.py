@@ -21,13 +21,13 @@ from houseexpo.pseudoslam.kernels.collision import (
     Bodies,
     Disc,
     Tracks,
-    first_hit,
-    pose_at,
-    sweep,
+    find_track_collision,
+    mark_track_cells,
+    track_pose_at,
 )
-from houseexpo.pseudoslam.kernels.people import FEELER, Walk, place_people
+from houseexpo.pseudoslam.kernels.people import FEELER, WalkParams, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
-from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, Flow
+from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, FlowField
 from houseexpo.pseudoslam.kernels.tolerances import FEELER_RINGS_M, FEELERS, PATH_BLOCK_M, WALL_PUSH_M, WALL_PUSH_M_S2
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
@@ -39,7 +39,7 @@ Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
 
-def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) -> Flow:
+def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) -> FlowField:
     """Return the paths to all rooms of a plan for a disc of a person's radius.
 
     The goal in a room is its widest place. If the plan records fewer than two rooms that can be reached, goals are
@@ -67,7 +67,7 @@ def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) ->
         goals = ways.spread(min(max(rooms, _MIN_GOALS), _MAX_GOALS))
     toward = np.stack([ways.toward(goal) for goal in goals])
     sizes = np.array([(*ways.links.shape, side, len(goals))], FLOW_SIZES)
-    return Flow(sizes, toward.ravel(), ways.spots.reshape(-1, 2), np.array(goals, np.int32))
+    return FlowField(sizes, toward.ravel(), ways.spots.reshape(-1, 2), np.array(goals, np.int32))
 
 
 def _room_cells(plan: FloorPlan, frame: GridFrame, occupied: Grid, traversable: Grid) -> list[tuple[int, int]]:
@@ -92,20 +92,20 @@ class _Ways:
         self.spots: Ints = np.empty((*shape, 2), np.int32)
         self.links: Grid = np.empty(shape, np.uint8)
         self._queue, self._queued = np.empty(self.links.size, np.int32), np.empty(self.links.size, np.uint8)
-        kernels.find_spots(traversable, side, self.spots)
-        kernels.find_links(traversable, self.spots, self.links)
+        kernels.find_block_spots(traversable, side, self.spots)
+        kernels.find_block_links(traversable, self.spots, self.links)
         self.joined = self._biggest()
 
     def distances(self, goal: int) -> Ints:
         """Return the distance from each block to a goal."""
         found = np.empty(self.links.shape, np.int32)
-        kernels.find_distances(self.links, goal, found, self._queue, self._queued)
+        kernels.find_block_distances(self.links, goal, found, self._queue, self._queued)
         return found
 
     def toward(self, goal: int) -> Grid:
         """Return the next block on the path from each block to a goal."""
         found = np.empty(self.links.shape, np.uint8)
-        kernels.find_toward(self.links, self.distances(goal), found)
+        kernels.find_next_blocks(self.links, self.distances(goal), found)
         return found
 
     def reachable_blocks(self, cells: list[tuple[int, int]]) -> list[int]:
@@ -135,7 +135,7 @@ class _Ways:
         return best
 
 
-def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
+def walk_of(config: PeopleConfig, pixels_per_metre: float) -> WalkParams:
     """Return the parameters of people's walking on a grid."""
     radius_px = max(config.radius_m * pixels_per_metre, HALF_DIAGONAL)
     feelers = [
@@ -143,7 +143,7 @@ def walk_of(config: PeopleConfig, pixels_per_metre: float) -> Walk:
         for k in range(FEELERS)
         for ring_m in FEELER_RINGS_M
     ]
-    return Walk(
+    return WalkParams(
         float(pixels_per_metre),
         radius_px,
         float(config.relaxation_s),
@@ -170,8 +170,8 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
     occupied: npt.NDArray[np.uint8],
     bodies: Bodies,
     tracks: Tracks,
-    flow: Flow,
-    walk: Walk,
+    flow: FlowField,
+    walk: WalkParams,
     key: int,
     robot: Disc,
     plan_id: str,
@@ -219,9 +219,9 @@ def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridF
     """
     tracks = _tracks(trajectories, frame)
     for k in range(len(trajectories)):
-        time, row, col = first_hit(occupied, tracks, k)
+        time, row, col = find_track_collision(occupied, tracks, k)
         if time >= 0.0:
-            x, y = frame.points_from_pixels(pose_at(tracks, k, time)[:2]).tolist()
+            x, y = frame.points_from_pixels(track_pose_at(tracks, k, time)[:2]).tolist()
             at_x, at_y = frame.points_from_cells([row, col]).tolist()
             raise ConfigError(
                 f"trajectories[{k}]: at {time:.2f} s, at ({x:.2f}, {y:.2f}) m, its shape meets a wall or an obstacle "
@@ -234,7 +234,7 @@ def swept_cells(tracks: Tracks, shape: tuple[int, int]) -> npt.NDArray[np.bool_]
     """Return the cells (rows, cols) that trajectories pass, where nothing else may be placed."""
     swept = np.zeros(shape, np.uint8)
     for k in range(len(tracks.times_s)):
-        sweep(swept, tracks, k)
+        mark_track_cells(swept, tracks, k)
     found: npt.NDArray[np.bool_] = swept == MOVING
     return found
 

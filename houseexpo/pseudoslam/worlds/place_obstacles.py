@@ -11,7 +11,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, RandomObstacles
-from houseexpo.pseudoslam.kernels.placement import FITS, OVERLAPS, count_before, nth_cell, set_down
+from houseexpo.pseudoslam.kernels.placement import FITS, OVERLAPS, count_before_rows, nth_cell, place_obstacle
 from houseexpo.pseudoslam.kernels.tolerances import OBSTACLE_ROUNDS, OBSTACLE_TRIES
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
 
@@ -67,7 +67,7 @@ def place(
     rng
         The generator for random obstacles.
     free_before
-        ``count_before`` of the free cells, if it is known.
+        ``count_before_rows`` of the free cells, if it is known.
     into
         A former placement in a house of the same shape, whose arrays are overwritten and returned.
 
@@ -78,7 +78,7 @@ def place(
     """
     low, high = config.random.number if config.random else (0, 0)
     wanted = int(rng.integers(low, high, endpoint=True)) if config.random else 0
-    before = count_before(occupied, 0) if free_before is None else free_before
+    before = count_before_rows(occupied, 0) if free_before is None else free_before
     most = 0
     for enough in (*[wanted] * (OBSTACLE_ROUNDS - 1), low):
         house = _House(occupied, traversable, frame, radius_px, into)
@@ -118,7 +118,7 @@ class _House:
             return OVERLAPS
         gap = _disc(gap_m * self.frame.pixels_per_metre, 1.0)
         return int(
-            set_down(self.occupied, self.traversable, spans, count, gap, self._robot, self._least, self._scratch)
+            place_obstacle(self.occupied, self.traversable, spans, count, gap, self._robot, self._least, self._scratch)
         )
 
 

@@ -12,15 +12,15 @@ from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
-from houseexpo.pseudoslam.kernels.people import stamp_bodies
-from houseexpo.pseudoslam.kernels.placement import count_before, nth_cell
+from houseexpo.pseudoslam.kernels.people import mark_bodies
+from houseexpo.pseudoslam.kernels.placement import count_before_rows, nth_cell
 from houseexpo.pseudoslam.kernels.planning.fields import (
     FIELD_SIZES,
-    Field,
-    field_at,
-    find_open,
-    march,
-    no_field,
+    GoalField,
+    fast_march,
+    find_open_blocks,
+    goal_distance_at,
+    no_goal_field,
 )
 from houseexpo.pseudoslam.kernels.tolerances import GOAL_BLOCK_M, GOAL_BLOCK_OF_RADIUS, START_TRIES
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
@@ -44,7 +44,7 @@ def initial_state(
     pose_m: tuple[float, float, float] | None = None,
     view_px: int | None = None,
 ) -> State:
-    """Return the state at the start of an episode in a world, before its first scan (``step_kernels.look_round``).
+    """Return the state at the start of an episode in a world, before its first scan (``step_kernels.take_first_scan``).
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def initial_state(
     bodies = new_bodies(len(world.tracks.times_s), config.people.number)
     occupied = placed.occupied.copy() if config.trajectories or config.people.number else placed.occupied
     if config.trajectories:
-        stamp_bodies(occupied, new_bodies(len(config.trajectories), 0), world.tracks, params.walk)
+        mark_bodies(occupied, new_bodies(len(config.trajectories), 0), world.tracks, params.walk)
     pose = _random_pose(placed.traversable, occupied, world, config, rng)
     if pose_m is not None:
         pose = _given_pose(pose_m, placed.traversable, occupied, world, config, key="options['pose']")
@@ -79,7 +79,7 @@ def initial_state(
         start_people(
             config.people, placed.occupied, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id
         )
-        stamp_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
+        mark_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
     known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
     if own and occupied is world.occupied:
@@ -137,7 +137,7 @@ def _random_pose(
     radius_px = config.robot.radius_m * config.pixels_per_metre
     standing = traversable.view()
     standing.flags.writeable = False  # like rasters of worlds, so that kernels are compiled once for both
-    before = world.traversable_before if traversable is world.traversable else count_before(standing, 1)
+    before = world.traversable_before if traversable is world.traversable else count_before_rows(standing, 1)
     for _ in range(START_TRIES):
         number = int(rng.integers(before[-1]))
         right, down, heading = rng.random(3).tolist()
@@ -194,13 +194,13 @@ def _goal(
     world: World,
     pose: Floats,
     rng: np.random.Generator,
-) -> tuple[tuple[float, float] | None, Field, float]:
+) -> tuple[tuple[float, float] | None, GoalField, float]:
     """Return the goal (x, y) in metres, the distances to it, and the one from the start, pixels; None without a goal.
 
     A random goal is a standing cell with at least the configured walking distance from the start, or else the farthest.
     """
     if config.goal is None:
-        return None, no_field(), 0.0
+        return None, no_goal_field(), 0.0
     x, y = pose[0], pose[1]
     if config.goal.random:
         away = _ways(traversable, y, x, config)
@@ -216,7 +216,7 @@ def _goal(
         goal_x, goal_y = _given_goal(config.goal, traversable, world)
     field = _ways(traversable, goal_y, goal_x, config)
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
-    way, straight = float(field_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
+    way, straight = float(goal_distance_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
     best = max(way, straight) if math.isfinite(way) else straight
     return (goal[0], goal[1]), field, best
 
@@ -232,12 +232,12 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
     return x, y
 
 
-def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> Field:
+def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> GoalField:
     """Return the distances to a place; paths do not cross even thin walls if the robot's radius is at least a cell."""
     ppm = config.pixels_per_metre
     side = max(min(round(GOAL_BLOCK_M * ppm), int(GOAL_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
     shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
     is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
-    find_open(traversable, side, is_open)
-    march(is_open, int(y) // side, int(x) // side, side, distances)
-    return Field(np.array([(*shape, side)], FIELD_SIZES), distances.ravel())
+    find_open_blocks(traversable, side, is_open)
+    fast_march(is_open, int(y) // side, int(x) // side, side, distances)
+    return GoalField(np.array([(*shape, side)], FIELD_SIZES), distances.ravel())

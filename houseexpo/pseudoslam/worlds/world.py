@@ -16,9 +16,13 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.collision import Tracks, no_tracks
-from houseexpo.pseudoslam.kernels.placement import count_before
-from houseexpo.pseudoslam.kernels.planning.fields import Flow, no_flow
-from houseexpo.pseudoslam.kernels.sensing.visibility import find_standing, mark_in_sight, mark_visible
+from houseexpo.pseudoslam.kernels.placement import count_before_rows
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
+from houseexpo.pseudoslam.kernels.sensing.visibility import (
+    find_nearest_standing_cells,
+    mark_seen_from_nearest,
+    mark_visible_cells,
+)
 from houseexpo.pseudoslam.kernels.tolerances import FREE_HALF_PX
 from houseexpo.pseudoslam.kernels.types import Offsets
 
@@ -56,7 +60,7 @@ class World:
     traversable: Cells
     observable: Cells
     tracks: Tracks = field(default_factory=no_tracks)
-    flow: Flow = field(default_factory=no_flow)
+    flow: FlowField = field(default_factory=no_flow_field)
 
     @cached_property
     def observable_cells(self) -> int:
@@ -78,25 +82,25 @@ class World:
 
     @cached_property
     def nearest(self) -> Offsets:
-        """Offsets (cells, 2) from observable cells to an approximately nearest standing cell, see ``find_standing``."""
+        """Offsets (cells, 2) from observable cells to an approximately nearest standing cell."""
         nearest = np.empty((self.occupied.size, 2), np.int16)
         asked, visible = np.empty(self.occupied.size, np.int32), np.empty_like(self.occupied)
         traversable, observable = (
             self.traversable.copy(),
             self.observable.copy(),
         )  # or the kernel is compiled again for read-only arrays
-        find_standing(traversable, observable, _NO_OFFSETS, 0.0, asked, nearest, visible)
+        find_nearest_standing_cells(traversable, observable, _NO_OFFSETS, 0.0, asked, nearest, visible)
         return nearest
 
     @cached_property
     def free_before(self) -> npt.NDArray[np.int64]:
-        """``count_before`` of the free cells."""
-        return count_before(self.occupied, 0)
+        """``count_before_rows`` of the free cells."""
+        return count_before_rows(self.occupied, 0)
 
     @cached_property
     def traversable_before(self) -> npt.NDArray[np.int64]:
-        """``count_before`` of the standing cells."""
-        return count_before(self.traversable, 1)
+        """``count_before_rows`` of the standing cells."""
+        return count_before_rows(self.traversable, 1)
 
 
 def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:
@@ -167,10 +171,10 @@ def visible_cells(
     before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + FREE_HALF_PX, range_px)
     asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
     visible = traversable.copy()
-    n_asked = find_standing(traversable, wanted, before, sure_px, asked, away, visible)
-    n_asked = mark_in_sight(occupied, asked, n_asked, away, sure_px, range_px, visible)
+    n_asked = find_nearest_standing_cells(traversable, wanted, before, sure_px, asked, away, visible)
+    n_asked = mark_seen_from_nearest(occupied, asked, n_asked, away, sure_px, range_px, visible)
     runs, hit, slopes = buffers or scan_buffers(range_px)
-    mark_visible(occupied, traversable, asked, n_asked, away, sure_px, range_px, visible, runs, hit, slopes)
+    mark_visible_cells(occupied, traversable, asked, n_asked, away, sure_px, range_px, visible, runs, hit, slopes)
     return visible
 
 

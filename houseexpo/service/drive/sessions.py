@@ -26,7 +26,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.kernels.compiling import compiling_now
+from houseexpo.pseudoslam.kernels.compiling import compiling_progress
 from houseexpo.service.drive.frames import SAVED
 from houseexpo.service.drive.messages import FRAMES_PER_S, Finish, Move, Pace, Replay, Save, Seen, Start, read
 from houseexpo.service.drive.recordings import read_recording
@@ -112,12 +112,12 @@ class Session:
 
     async def _explain(self) -> None:
         """Report long work to the browser (R5)."""
-        functions_before = compiling_now().functions
+        functions_before = compiling_progress().functions
         while True:
             await anyio.sleep(TOLD_S)
             since_s = self._works_since_s
             if since_s is not None and (seconds := time.monotonic() - since_s) > LONG_S:
-                compiling = compiling_now()
+                compiling = compiling_progress()
                 told = {"compiling": compiling.is_busy, "functions": compiling.functions - functions_before}
                 await self._tell({"preparing": {**told, "seconds": round(seconds, 1)}})
 

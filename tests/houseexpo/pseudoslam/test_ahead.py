@@ -18,13 +18,13 @@ from houseexpo.pseudoslam import step_kernels as ahead
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.kernels.step import steps_by_sector
-from houseexpo.pseudoslam.step_kernels import arguments_of, example
+from houseexpo.pseudoslam.kernels.step import step_pool_by_sector
+from houseexpo.pseudoslam.step_kernels import example_arguments, kernel_arguments
 from tests.builders.simulations import GIVEN
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 POPEN = subprocess.Popen  # the tests replace it
-KERNEL: Any = steps_by_sector
+KERNEL: Any = step_pool_by_sector
 
 
 def sleeper(seconds: float) -> subprocess.Popen[bytes]:
@@ -32,7 +32,7 @@ def sleeper(seconds: float) -> subprocess.Popen[bytes]:
 
 
 class Kernel(SimpleNamespace):
-    """What ``compile_ahead`` asks a kernel about."""
+    """What ``compile_in_background`` asks a kernel about."""
 
     __hash__ = object.__hash__
 
@@ -67,31 +67,31 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
 def test_it_is_compiled_for_what_environments_call_it_with(given: dict[str, Any]) -> None:
     env = ExplorationEnv(**{**GIVEN, **given})
     env.reset(seed=0)
-    called = arguments_of(env.state, np.zeros((1, 2)), env._params, env._scratch)
-    assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, example()))
+    called = kernel_arguments(env.state, np.zeros((1, 2)), env._params, env._scratch)
+    assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, example_arguments()))
 
 
 def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]]) -> None:
-    one = Kernel(signatures=[], __name__="steps_by_sector")
-    ahead.compile_ahead(one)
-    ahead.compile_ahead(one)
+    one = Kernel(signatures=[], __name__="step_pool_by_sector")
+    ahead.compile_in_background(one)
+    ahead.compile_in_background(one)
     (command,) = started
     assert command[:2] == [sys.executable, "-P"]
     assert "compile_to_disk" in command[3]
-    assert command[4] == "steps_by_sector"
-    ahead.wait_for(one)
+    assert command[4] == "step_pool_by_sector"
+    ahead.wait_for_kernel(one)
     assert not ahead._running
 
 
 def test_nothing_is_started_where_that_saves_no_time(started: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
-    one = Kernel(signatures=[], __name__="steps_by_sector")
-    ahead.compile_ahead(Kernel(signatures=["one"], __name__="steps_by_sector"))
+    one = Kernel(signatures=[], __name__="step_pool_by_sector")
+    ahead.compile_in_background(Kernel(signatures=["one"], __name__="step_pool_by_sector"))
     for what, instead in (("count_cores", lambda: 1), ("is_uncached", lambda _: False)):
         with monkeypatch.context() as context:
             context.setattr(ahead, what, instead)
-            ahead.compile_ahead(one)
+            ahead.compile_in_background(one)
     monkeypatch.setattr(ahead.multiprocessing, "parent_process", lambda: "a pool's")
-    ahead.compile_ahead(one)
+    ahead.compile_in_background(one)
     assert started == []
 
 
@@ -100,9 +100,9 @@ def test_without_another_process_it_goes_on(monkeypatch: pytest.MonkeyPatch, sta
         raise BlockingIOError("no more processes")
 
     monkeypatch.setattr(ahead.subprocess, "Popen", refuse)
-    one = Kernel(signatures=[], __name__="steps_by_sector")
-    ahead.compile_ahead(one)
-    ahead.wait_for(one)
+    one = Kernel(signatures=[], __name__="step_pool_by_sector")
+    ahead.compile_in_background(one)
+    ahead.wait_for_kernel(one)
     assert started == []
 
 
@@ -110,7 +110,7 @@ def test_who_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     one, process = Kernel(), sleeper(60.0)
     monkeypatch.setattr(ahead, "_running", {one: process})
     monkeypatch.setattr(ahead, "_MOST_S", 0.05)
-    ahead.wait_for(one)
+    ahead.wait_for_kernel(one)
     assert process.returncode not in {None, 0}
 
 
@@ -141,9 +141,9 @@ def test_a_kernel_is_missing_where_the_index_is_damaged_or_of_other_sources(tmp_
 def test_a_fresh_process_finds_its_step_on_disk(tmp_path: Path) -> None:
     code = (
         "import gymnasium, houseexpo.pseudoslam\n"
-        "from houseexpo.pseudoslam.kernels.step import steps_by_sector\n"
+        "from houseexpo.pseudoslam.kernels.step import step_pool_by_sector\n"
         "env = gymnasium.make('PseudoSLAM/ObstacleAvoidance-v0'); env.reset(seed=0); env.step(0)\n"
-        "stats = steps_by_sector.stats\n"
+        "stats = step_pool_by_sector.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

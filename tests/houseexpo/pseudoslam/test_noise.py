@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.config import (
 )
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, Rectangle
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
-from houseexpo.pseudoslam.kernels.odometry import grip, report
+from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from tests.builders.simulations import PLAIN, at, corner, hall, started, wander
@@ -166,14 +166,14 @@ def test_the_believed_pose_is_the_errors_one_after_the_other(drive: Differential
     x, y, heading = true = simulator.pose(state)
     for k in range(1, 6):
         counts.steps = k
-        held = grip(errors, counts.key, k)
+        held = grip_share(errors, counts.key, k)
         if drive:
             simulator.drive(state, 0.5, 0.4)
             turn, way = (0.2 if isinstance(drive, Differential) else math.tan(0.4) / 0.4 * 0.25), 0.25
         else:
             simulator.move(state, 0.2, 0.25)
             turn, way = 0.2, 0.25
-        off = report(errors, counts, readings, turn, way * 25.0, drive is not None, 0.5)
+        off = draw_odometry_errors(errors, counts, readings, turn, way * 25.0, drive is not None, 0.5)
         heading += off.before
         if drive is None:
             heading += turn + off.turn

@@ -8,7 +8,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
 from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.state import RASTERS, flatten, one_of, pool_of_one, unflatten
+from houseexpo.pseudoslam.state import RASTERS, flatten_episode, pool_of_one, unflatten_episode, view_episode
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def episode() -> Episode:
 
 
 def test_all_arrays_in_their_order(episode: Episode) -> None:
-    found = flatten(episode)
+    found = flatten_episode(episode)
     assert all(isinstance(leaf, np.ndarray) for leaf in found)
     assert len(found) == 10 + 3 + 4 + 4 + 2 + 3 + 4
     assert found[0] is episode.occupied
@@ -28,17 +28,17 @@ def test_all_arrays_in_their_order(episode: Episode) -> None:
 
 
 def test_the_same_tuples_of_other_arrays(episode: Episode) -> None:
-    numbered = unflatten(episode, (np.array(k) for k, _ in enumerate(flatten(episode))))
-    assert [int(leaf) for leaf in flatten(numbered)] == list(range(30))
+    numbered = unflatten_episode(episode, (np.array(k) for k, _ in enumerate(flatten_episode(episode))))
+    assert [int(leaf) for leaf in flatten_episode(numbered)] == list(range(30))
     assert list(map(type, numbered)) == list(map(type, episode))
     assert int(numbered.flow.sizes) == 10 + 3 + 4
 
 
 def test_there_and_back_are_views(episode: Episode) -> None:
     pool = pool_of_one(episode)
-    back = one_of(pool, 0, episode.occupied.shape)
+    back = view_episode(pool, 0, episode.occupied.shape)
     assert list(map(type, pool)) == list(map(type, back)) == list(map(type, episode))
-    for k, (leaf, pooled, again) in enumerate(zip(*map(flatten, (episode, pool, back)), strict=True)):
+    for k, (leaf, pooled, again) in enumerate(zip(*map(flatten_episode, (episode, pool, back)), strict=True)):
         assert pooled.shape == ((1, leaf.size) if k < RASTERS else (1, *leaf.shape))
         assert again.shape == leaf.shape
         assert leaf.size == 0 or (np.shares_memory(leaf, pooled) and np.shares_memory(leaf, again))

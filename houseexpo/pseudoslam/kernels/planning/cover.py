@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Scra
 
 
 @njit(cache=True, nogil=True)
-def list_views(
+def list_visible_cells(
     occupied: Grid, wanted: Grid, places: Cells, range_px: float, scratch: Scratch, starts: Counts, views: Cells
 ) -> bool:
     """List the wanted cells that are visible from the centre of each place; return False if ``views`` is too short.
@@ -53,7 +53,7 @@ def list_views(
 
 
 @njit(cache=True, nogil=True)
-def count_views(starts: Counts, views: Cells, i: int, covered: Grid) -> int:
+def count_new_cells(starts: Counts, views: Cells, i: int, covered: Grid) -> int:
     """Return the number of cells that place ``i`` sees and that are not covered."""
     new = 0
     for k in range(starts[i], starts[i + 1]):
@@ -62,11 +62,11 @@ def count_views(starts: Counts, views: Cells, i: int, covered: Grid) -> int:
 
 
 @njit(cache=True, nogil=True)
-def count_all(starts: Counts, views: Cells, covered: Grid) -> Counts:
-    """Return ``count_views`` of all places (n,)."""
+def count_new_cells_of_all(starts: Counts, views: Cells, covered: Grid) -> Counts:
+    """Return ``count_new_cells`` of all places (n,)."""
     counts = np.zeros(len(starts) - 1, np.int64)
     for i in range(len(counts)):
-        counts[i] = count_views(starts, views, i, covered)
+        counts[i] = count_new_cells(starts, views, i, covered)
     return counts
 
 
@@ -80,7 +80,7 @@ def greedy_cover(starts: Counts, views: Cells, least: int, covered: Grid, chosen
     Parameters
     ----------
     starts, views
-        The output of ``list_views``.
+        The output of ``list_visible_cells``.
     least
         Smallest number of cells that a place must add.
     covered
@@ -88,12 +88,12 @@ def greedy_cover(starts: Counts, views: Cells, least: int, covered: Grid, chosen
     chosen
         (n,), output: the numbers of places; of equal ones the first.
     """
-    bounds = count_all(starts, views, covered)
+    bounds = count_new_cells_of_all(starts, views, covered)
     n = 0
     while n < len(chosen) and len(bounds) > 0:
         best = int(np.argmax(bounds))
         while True:
-            bounds[best] = count_views(starts, views, best, covered)
+            bounds[best] = count_new_cells(starts, views, best, covered)
             other = int(np.argmax(bounds))
             if other == best:
                 break

@@ -1,8 +1,8 @@
 """Compute distances to the robot's goal, and people's next steps to theirs, over blocks of cells of the true house.
 
-- ``march`` computes the robot's distances to its goal by fast marching (Sethian, 1996) over blocks in which it can
+- ``fast_march`` computes the robot's distances to its goal by fast marching (Sethian, 1996) over blocks in which it can
   stand.
-- ``find_toward`` computes the next block on people's paths to their goals, for a disc that must not touch walls. A
+- ``find_next_blocks`` computes the next block on people's paths to their goals, for a disc that must not touch walls. A
   block's spot is the cell closest to its centre in which the disc can stand, so that even a door slightly wider than
   the disc has spots. Two neighbouring blocks are linked if the disc can go straight from one spot to the other.
 """
@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Cells, Grid, Rows, row_type
+from houseexpo.pseudoslam.kernels.types import Cells, Grid, Rows, make_row_dtype
 
-FIELD_SIZES = row_type(rows=int, cols=int, side_px=int)
+FIELD_SIZES = make_row_dtype(rows=int, cols=int, side_px=int)
 """Rows and columns of blocks, and cells per side of a block."""
 
 
-class Field(NamedTuple):
+class GoalField(NamedTuple):
     """Distances to a goal. In a pool, the arrays have an additional first axis and the length of the longest."""
 
     sizes: Rows
@@ -32,13 +32,13 @@ class Field(NamedTuple):
     """(rows * cols,), distance from each block's centre in pixels; infinite if there is no path."""
 
 
-def no_field() -> Field:
+def no_goal_field() -> GoalField:
     """Return an empty field, for no goal."""
-    return Field(np.zeros(1, FIELD_SIZES), np.zeros(0, np.float32))
+    return GoalField(np.zeros(1, FIELD_SIZES), np.zeros(0, np.float32))
 
 
 @njit(cache=True, nogil=True)
-def field_at(field: Field, x: float, y: float) -> float:
+def goal_distance_at(field: GoalField, x: float, y: float) -> float:
     """Return the distance to the goal from a place in pixels, interpolated between blocks that have a path."""
     size = field.sizes[0]
     rows, cols, side = size.rows, size.cols, size.side_px
@@ -57,7 +57,7 @@ def field_at(field: Field, x: float, y: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def find_open(traversable: Grid, side: int, is_open: Grid) -> None:
+def find_open_blocks(traversable: Grid, side: int, is_open: Grid) -> None:
     """Set ``is_open`` (rows, cols of blocks) to 1 for blocks with a cell where the robot can stand."""
     rows, cols = traversable.shape
     for row in range(rows):
@@ -67,7 +67,7 @@ def find_open(traversable: Grid, side: int, is_open: Grid) -> None:
 
 
 @njit(cache=True, nogil=True)
-def march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[np.float32]) -> None:
+def fast_march(is_open: Grid, row: int, col: int, side: int, distances: npt.NDArray[np.float32]) -> None:
     """Write the distance from each open block to the block (row, col), pixels, into ``distances`` (rows, cols)."""
     rows, cols = is_open.shape
     distances[:] = math.inf
@@ -106,7 +106,7 @@ def _arrival(distances: npt.NDArray[np.float32], row: int, col: int, side: float
     return (one + other + math.sqrt(2.0 * side * side - (one - other) ** 2)) / 2.0
 
 
-FLOW_SIZES = row_type(rows=int, cols=int, block_px=int, goals=int)
+FLOW_SIZES = make_row_dtype(rows=int, cols=int, block_px=int, goals=int)
 """Rows and columns of blocks, cells per side of a block, number of goals."""
 THERE, NOWHERE = 8, 255
 """Values of ``Flow.toward`` other than the eight neighbours: the goal itself, and no path."""
@@ -117,7 +117,7 @@ STEPS = np.array([(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), 
 _STRAIGHT, _ACROSS = 5, 7  # costs: 7 / 5 is the square root of 2 to 1%
 
 
-class Flow(NamedTuple):
+class FlowField(NamedTuple):
     """The paths to G goals on (rows, cols) blocks. In a pool, arrays have an additional first axis and are padded."""
 
     sizes: Rows
@@ -130,13 +130,13 @@ class Flow(NamedTuple):
     """(G,), flat indices of blocks."""
 
 
-def no_flow() -> Flow:
+def no_flow_field() -> FlowField:
     """Return an empty flow, for no people."""
-    return Flow(np.zeros(1, FLOW_SIZES), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
+    return FlowField(np.zeros(1, FLOW_SIZES), np.zeros(0, np.uint8), np.zeros((0, 2), np.int32), np.zeros(0, np.int32))
 
 
 @njit(cache=True, nogil=True)
-def find_spots(traversable: Grid, block_px: int, spots: npt.NDArray[np.int32]) -> None:
+def find_block_spots(traversable: Grid, block_px: int, spots: npt.NDArray[np.int32]) -> None:
     """Write each block's spot (rows, cols, 2); ``traversable`` is 1 for cells with space for a disc at the centre."""
     rows, cols = traversable.shape
     middle = (block_px - 1) / 2
@@ -153,7 +153,7 @@ def find_spots(traversable: Grid, block_px: int, spots: npt.NDArray[np.int32]) -
 
 
 @njit(cache=True, nogil=True)
-def find_links(traversable: Grid, spots: npt.NDArray[np.int32], links: Grid) -> None:
+def find_block_links(traversable: Grid, spots: npt.NDArray[np.int32], links: Grid) -> None:
     """Set bit ``1 << k`` of ``links`` (rows, cols) for blocks that are linked to their neighbour ``STEPS[k]``."""
     rows, cols, _ = spots.shape
     links[:] = 0
@@ -183,7 +183,7 @@ def _straight(traversable: Grid, row: int, col: int, end_row: int, end_col: int)
 
 
 @njit(cache=True, nogil=True)
-def find_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], queue: Cells, queued: Grid) -> None:
+def find_block_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], queue: Cells, queued: Grid) -> None:
     """Write the shortest distance from each block to a goal in fifths of a block, ``FAR`` if there is no path.
 
     Blocks with a reduced distance wait in a ring buffer until their neighbours are updated; the distances do not depend
@@ -218,7 +218,7 @@ def find_distances(links: Grid, goal: int, distances: npt.NDArray[np.int32], que
 
 
 @njit(cache=True, nogil=True)
-def find_toward(links: Grid, distances: npt.NDArray[np.int32], toward: Grid) -> None:
+def find_next_blocks(links: Grid, distances: npt.NDArray[np.int32], toward: Grid) -> None:
     """Write the next step from each block (rows, cols); of equally short ones, the first in ``STEPS``.
 
     Blocks without a path, at whose rim a disc may still be, lead to the neighbour that is closest to the goal.

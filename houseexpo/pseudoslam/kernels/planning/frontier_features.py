@@ -16,11 +16,11 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_in_sight
-from houseexpo.pseudoslam.kernels.planning.plan import STRAIGHT
-from houseexpo.pseudoslam.kernels.planning.ways import trace
+from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_area_in_sight
+from houseexpo.pseudoslam.kernels.planning.paths import trace_path
+from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.tolerances import FEATURE_BESIDE_M, FEATURE_BOX_M, FEATURE_FAR_M, FEATURE_RINGS_M
-from houseexpo.pseudoslam.kernels.types import Floats, Grid, KnownWays, Rows
+from houseexpo.pseudoslam.kernels.types import Floats, Grid, PathScratch, Rows
 
 FEATURES = (
     "way", "log way", "way beyond the nearest", "rank", "turn", "large", "log length", "log sight from the goal",
@@ -46,14 +46,14 @@ class FeatureRules(NamedTuple):
     apart: int
     """Rows and columns between two samples in a box."""
     fan_cos: Floats
-    """(n,), directions of beams from a place, for ``unknown_in_sight``."""
+    """(n,), directions of beams from a place, for ``unknown_area_in_sight``."""
     fan_sin: Floats
 
 
 @njit(cache=True, nogil=True)
-def describe(
+def compute_features(
     known: Grid, x: float, y: float, heading: float, steps: int, frontiers: Rows, n: int, rules: FeatureRules,
-    found: KnownWays, features: Floats,
+    found: PathScratch, features: Floats,
 ) -> int:  # fmt: skip
     """Compute the features of the first of n frontiers; return their number, at most ``LOOKED_AT``.
 
@@ -105,15 +105,15 @@ def describe(
 def _seen_m2(known: Grid, cell: int, range_px: float, rules: FeatureRules) -> float:
     """Return the unknown area that is visible from a cell, m2."""
     row, col = cell // known.shape[1], cell % known.shape[1]
-    area = unknown_in_sight(known, col + 0.5, row + 0.5, range_px, rules.fan_cos, rules.fan_sin)
+    area = unknown_area_in_sight(known, col + 0.5, row + 0.5, range_px, rules.fan_cos, rules.fan_sin)
     return area / rules.metre**2
 
 
 @njit(cache=True, nogil=True)
-def _turn(goal: int, x: float, y: float, heading: float, cols: int, metre: float, found: KnownWays) -> float:
+def _turn(goal: int, x: float, y: float, heading: float, cols: int, metre: float, found: PathScratch) -> float:
     """Return the turn for the first metre of the path, as a share of half a turn."""
     path = found.queue[0]
-    length = trace(found, goal, path)
+    length = trace_path(found, goal, path)
     if length < 2:
         return 0.0
     cell = path[min(length - 1, int(metre))]
@@ -207,7 +207,7 @@ def _sum_up(known: Grid, frontiers: Rows, n: int, steps: int, rules: FeatureRule
 
 
 @njit(cache=True, nogil=True)
-def best_of(features: Floats, n: int, weights: Floats, scores: Floats) -> int:
+def score_frontiers(features: Floats, n: int, weights: Floats, scores: Floats) -> int:
     """Write the scores of the first n frontiers; return the index of the highest, of equal ones the first."""
     best = 0
     for i in range(n):

@@ -22,11 +22,21 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.plan import FrontierRules
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import FrontierRules
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.tolerances import MOST_LINES
-from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Floats, Grid, KnownWays, Offsets, Rows, Scratch, whole
+from houseexpo.pseudoslam.kernels.types import (
+    NO_WAY,
+    Cells,
+    Floats,
+    Grid,
+    Offsets,
+    PathScratch,
+    Rows,
+    Scratch,
+    as_int64,
+)
 
 
 @njit(cache=True, nogil=True)
@@ -39,7 +49,7 @@ def find_frontiers(
     scratch: Scratch,
     frontiers: Rows,
 ) -> int:
-    """Compute all distances (``find_ways``), and find the frontiers; return the number of frontiers written.
+    """Compute all distances (``find_distances``), and find the frontiers; return the number of frontiers written.
 
     Parameters
     ----------
@@ -55,10 +65,10 @@ def find_frontiers(
         (n,) ``FRONTIER``, output: the first n frontiers (R5).
     """
     found = scratch.ways
-    find_ways(known, x, y, rules.radius_px, whole(-1), found)
+    find_distances(known, x, y, rules.radius_px, as_int64(-1), found)
     n_edges = _find_edges(known, rules.spare_px, given_up, found)
     edges, members, marks = found.queue[0], found.queue[1], found.marks
-    n, sees_through = whole(0), False
+    n, sees_through = as_int64(0), False
     for k in range(n_edges):
         if marks[edges[k]] == 0:
             continue  # already in a cluster
@@ -72,7 +82,7 @@ def find_frontiers(
 
 
 @njit(cache=True, nogil=True)
-def list_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
+def list_frontier_cells(known: Grid, spare_px: float, given_up: Cells, found: PathScratch) -> int:
     """List the frontiers' cells (R1) in row order in the queue's first row; return their number. Uses ``found.box``."""
     n = _find_edges(known, spare_px, given_up, found)
     for k in range(n):
@@ -81,7 +91,7 @@ def list_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) 
 
 
 @njit(cache=True, nogil=True)
-def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: KnownWays) -> int:
+def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: PathScratch) -> int:
     """List the frontiers' cells (R1) in row order in the queue's first row, and mark them; return their number."""
     rows, cols = known.shape
     flat, edges, marks, box = known.ravel(), found.queue[0], found.marks, found.box
@@ -158,12 +168,12 @@ def _viewpoint(
     for left in range(len(members), 0, -1):
         k = _nearest(members, left, rows_sum, cols_sum, cols)
         middle = int(members[k])
-        goal = goal_near(known, middle, rules.near, found)
+        goal = find_clear_goal(known, middle, rules.near, found)
         if goal < 0:
             if not sees_through:
-                open_unknown(known, found)
+                open_unknown_cells(known, found)
                 sees_through = True
-            goal = goal_in_sight(known, middle, rules.range_px, scratch)
+            goal = find_seeing_goal(known, middle, rules.range_px, scratch)
         if goal >= 0:
             break
         members[k], members[left - 1] = members[left - 1], members[k]  # already tried
@@ -212,7 +222,7 @@ def _is_before(is_large: bool, way: int, middle: int, other_large: bool, other_w
 
 
 @njit(cache=True, nogil=True)
-def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
+def find_clear_goal(known: Grid, middle: int, near: Offsets, found: PathScratch) -> int:
     """Return the nearest standing cell with a path and a clear line to a cell (R3), -1 if none of the first few has."""
     rows, cols = known.shape
     row, col = middle // cols, middle % cols
@@ -224,7 +234,7 @@ def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
         way = found.ways[r * cols + c]
         if way < 0 or way == NO_WAY:
             continue
-        if is_clear(known, r, c, row, col):
+        if line_is_free(known, r, c, row, col):
             return int(r * cols + c)
         lines += 1
         if lines >= MOST_LINES:
@@ -233,7 +243,7 @@ def goal_near(known: Grid, middle: int, near: Offsets, found: KnownWays) -> int:
 
 
 @njit(cache=True, nogil=True)
-def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
+def line_is_free(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
     """Return whether the line between the centres of two cells crosses only free cells, not counting these two.
 
     A line through a corner is clear if one of the two squares beside it is free.
@@ -257,7 +267,7 @@ def is_clear(known: Grid, row: int, col: int, to_row: int, to_col: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def open_unknown(known: Grid, found: KnownWays) -> None:
+def open_unknown_cells(known: Grid, found: PathScratch) -> None:
     """Open unknown cells, so that only obstacles and the box's rim are closed."""
     flat, closed, box = known.ravel(), found.closed, found.box
     for row in range(box[0] + 1, box[1] - 1):
@@ -267,7 +277,7 @@ def open_unknown(known: Grid, found: KnownWays) -> None:
 
 
 @njit(cache=True, nogil=True)
-def goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
+def find_seeing_goal(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
     """Return the nearest standing cell with a path that sees a cell (R3), -1 if there is none."""
     found, (rows, cols) = scratch.ways, known.shape
     closed = found.closed[: rows * cols].reshape((rows, cols))
@@ -289,7 +299,7 @@ def goal_in_sight(known: Grid, middle: int, range_px: float, scratch: Scratch) -
 
 
 @njit(cache=True, nogil=True)
-def unknown_in_sight(known: Grid, x: float, y: float, range_px: float, fan_cos: Floats, fan_sin: Floats) -> float:
+def unknown_area_in_sight(known: Grid, x: float, y: float, range_px: float, fan_cos: Floats, fan_sin: Floats) -> float:
     """Return the unknown area, in cells, that beams in all directions cross before they hit an obstacle of the map.
 
     Each beam represents its share of the circle, and is sampled at the middle of each pixel of its length.

@@ -18,15 +18,15 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear, list_edges
-from houseexpo.pseudoslam.kernels.planning.plan import Graph, GraphRules
-from houseexpo.pseudoslam.kernels.planning.ways import line_stands
+from houseexpo.pseudoslam.kernels.planning.frontiers import line_is_free, list_frontier_cells
+from houseexpo.pseudoslam.kernels.planning.paths import line_is_traversable
+from houseexpo.pseudoslam.kernels.planning.planner_types import Graph, GraphRules
 from houseexpo.pseudoslam.kernels.tolerances import NODE_BLOCKS, NODE_LOOKS
-from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, KnownWays
+from houseexpo.pseudoslam.kernels.types import NO_WAY, Cells, Grid, PathScratch
 
 
 @njit(cache=True, nogil=True)
-def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, found: KnownWays) -> None:
+def build_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, found: PathScratch) -> None:
     """Compute the graph of a map for which all distances have been computed.
 
     Parameters
@@ -36,7 +36,7 @@ def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, fo
     given_up
         Cells that no longer count as frontiers.
     found
-        The distances (``find_ways``).
+        The distances (``find_distances``).
     """
     n = _find_nodes(known, graph, rules, found)
     _link(known.shape[1], graph, rules, n, found)
@@ -44,7 +44,7 @@ def draw_graph(known: Grid, graph: Graph, rules: GraphRules, given_up: Cells, fo
 
 
 @njit(cache=True, nogil=True)
-def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) -> int:
+def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: PathScratch) -> int:
     """Write the nodes (R1, R2); return their number."""
     cols = known.shape[1]
     side, box, ways = rules.block_px, found.box, found.ways
@@ -86,7 +86,7 @@ def _find_nodes(known: Grid, graph: Graph, rules: GraphRules, found: KnownWays) 
 
 
 @njit(cache=True, nogil=True)
-def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) -> None:
+def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: PathScratch) -> None:
     """Write each node's neighbours (R3), -1 after the last one."""
     side, room = rules.block_px, graph.edges.shape[1]
     near = np.empty(room, np.int64)
@@ -103,7 +103,7 @@ def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) 
             off = (r - row) ** 2 + (c - col) ** 2
             if count == room and off >= near[room - 1]:
                 continue
-            if not line_stands(found, col + 0.5, row + 0.5, c + 0.5, r + 0.5, cols):
+            if not line_is_traversable(found, col + 0.5, row + 0.5, c + 0.5, r + 0.5, cols):
                 continue
             at = min(count, room - 1)
             while at > 0 and off < near[at - 1]:
@@ -114,11 +114,11 @@ def _link(cols: int, graph: Graph, rules: GraphRules, n: int, found: KnownWays) 
 
 
 @njit(cache=True, nogil=True)
-def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells, found: KnownWays) -> None:
+def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells, found: PathScratch) -> None:
     """Write the nodes' utilities (R4)."""
     cols = known.shape[1]
     edges = found.queue[0]
-    n_edges = list_edges(known, rules.spare_px, given_up, found)
+    n_edges = list_frontier_cells(known, rules.spare_px, given_up, found)
     stride = (n_edges + NODE_LOOKS - 1) // NODE_LOOKS
     for i in range(n):
         cell, seen = graph.nodes[i].cell, 0
@@ -126,13 +126,13 @@ def _value(known: Grid, graph: Graph, rules: GraphRules, n: int, given_up: Cells
         for k in range(0, n_edges, max(stride, 1)):
             to_row, to_col = edges[k] // cols, edges[k] % cols
             off = (to_row - row) ** 2 + (to_col - col) ** 2
-            if off <= rules.range_px * rules.range_px and is_clear(known, row, col, to_row, to_col):
+            if off <= rules.range_px * rules.range_px and line_is_free(known, row, col, to_row, to_col):
                 seen += stride
         graph.nodes[i].utility = seen
 
 
 @njit(cache=True, nogil=True)
-def note_visit(graph: Graph, x: float, y: float, cols: int, rules: GraphRules) -> None:
+def record_visit(graph: Graph, x: float, y: float, cols: int, rules: GraphRules) -> None:
     """Record that the robot has been in the block of a place (R5)."""
     side = rules.block_px
     block = math.floor(y) // side * ((cols + side - 1) // side) + math.floor(x) // side

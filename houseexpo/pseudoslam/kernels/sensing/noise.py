@@ -16,7 +16,7 @@ HIT, LOST, FURTHEST = 0, 1, 2
 
 
 @njit(cache=True, nogil=True)
-def draw_beams(errors: Errors, beams: int, key: int, scan: int, shift_px: Floats, fate: Cells) -> None:
+def draw_beam_errors(errors: Errors, beams: int, key: int, scan: int, shift_px: Floats, fate: Cells) -> None:
     """Draw the error and the outcome of each beam of a scan, as a pure function of key and scan."""
     for beam in range(beams):
         number = scan * beams + beam
@@ -29,7 +29,7 @@ def draw_beams(errors: Errors, beams: int, key: int, scan: int, shift_px: Floats
 
 
 @njit(cache=True, nogil=True)
-def draw_noisy(
+def draw_noisy_scan(
     patch: Grid,
     cols: int,
     x: float,

@@ -7,7 +7,7 @@ If nothing moves and the map has no errors, samples that the map shows as free n
 around the robot, a rectangle of free cells is found first, and rays start where they leave it. Since rooms are usually
 rectangular, three of four samples are skipped.
 
-The ranges of beams (``cast``) are exact: cells are squares, and none on a beam is missed.
+The ranges of beams (``cast_beams``) are exact: cells are squares, and none on a beam is missed.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def ray_scan(
 
 
 @njit(cache=True, nogil=True)
-def ray_merge(
+def merge_ray_scan(
     occupied: Grid, observable: Grid, known: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats,
     range_px: float, hit: Cells, settled: bool, fresh: Grid,
 ) -> tuple[int, int, int]:  # fmt: skip
@@ -145,7 +145,7 @@ def _lay_rays(
     if settled and inside:
         for q in range(4):
             across, along = 1 - 2 * (q & 1), 1 - (q & 2)
-            free_cols, free_rows = free_corner(known, col, row, across, along, int(range_px))
+            free_cols, free_rows = find_free_rectangle(known, col, row, across, along, int(range_px))
             room[q, 0], room[q, 1] = free_cols + (col - x0) * across, free_rows + (row - y0) * along
     (wide_se, high_se), (wide_sw, high_sw), (wide_ne, high_ne), (wide_nw, high_nw) = room
     east, south = cols - 1.0 - x0, rows - 1.0 - y0
@@ -164,7 +164,7 @@ def _lay_rays(
 
 
 @njit(cache=True, nogil=True)
-def free_corner(known: Grid, col: int, row: int, across: int, along: int, far: int) -> tuple[int, int]:
+def find_free_rectangle(known: Grid, col: int, row: int, across: int, along: int, far: int) -> tuple[int, int]:
     """Return the columns and rows beyond a cell of the largest rectangle of free cells, -1 if there is none.
 
     ``across`` and ``along`` are 1 or -1: right or left, down or up. The rectangle has at most ``far`` cells per side.
@@ -215,7 +215,7 @@ def _find(
 
 
 @njit(cache=True, nogil=True)
-def cast(
+def cast_beams(
     occupied: Grid, x: float, y: float, heading: float, fan_cos: Floats, fan_sin: Floats, range_px: float, out: Floats
 ) -> None:
     """Write the distance along each beam in pixels, ``range_px`` if there is no obstacle within it.
@@ -236,12 +236,12 @@ def cast(
     for i in range(len(fan_cos)):
         right = fan_cos[i] * cos - fan_sin[i] * sin
         up = fan_sin[i] * cos + fan_cos[i] * sin
-        out[i] = distance(occupied, x, y, right, -up, range_px)
+        out[i] = beam_length(occupied, x, y, right, -up, range_px)
 
 
 @njit(cache=True, nogil=True)
-def distance(occupied: Grid, x: float, y: float, right: float, down: float, range_px: float) -> float:
-    """Return the length of a beam in the direction (``right``, ``down``, a unit vector), as defined by ``cast``.
+def beam_length(occupied: Grid, x: float, y: float, right: float, down: float, range_px: float) -> float:
+    """Return the length of a beam in the direction (``right``, ``down``, a unit vector), as defined by ``cast_beams``.
 
     It goes from cell to cell; ``to_x`` and ``to_y`` are the distances along the line to its next borders.
     """

@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.tolerances import EDGE_RAD, GAP_RAD, GRAZE_PX, WINDOW_HALF_PX
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs, whole
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs, as_int64
 
 _QUARTER = math.pi / 2
 
@@ -69,7 +69,7 @@ def sector_scan(
         return 0, 0  # nothing is visible inside an obstacle
     here = row * cols + col
     runs[0, 0], runs[0, 1] = here, here
-    n_runs, n_hit = whole(1), whole(0)
+    n_runs, n_hit = as_int64(1), as_int64(0)
     right, down = x - col - 0.5, y - row - 0.5  # from the centre of the robot's cell
     east, south = cols - 1 - col, rows - 1 - row  # cells up to the border
     for quadrant in range(4):
@@ -86,7 +86,7 @@ def sector_scan(
 
 
 @njit(cache=True, nogil=True)
-def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
+def box_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Runs, hit: Cells, slopes: Floats) -> int:
     """List the free cells that are visible from the centre of a free cell on lines through a box, some of them twice.
 
     It is a full ``sector_scan`` except for directions that lead past the box.
@@ -107,7 +107,7 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
     row, col = cell // cols, cell % cols
     top, bottom = box[0] - row - WINDOW_HALF_PX, box[1] - row + WINDOW_HALF_PX  # from the centre of the cell
     left, right = box[2] - col - WINDOW_HALF_PX, box[3] - col + WINDOW_HALF_PX
-    n_runs = whole(0)
+    n_runs = as_int64(0)
     for quadrant in range(4):
         up, rightwards = quadrant < 2, quadrant % 2 == 0
         near_u, far_u = (-bottom, -top) if up else (top, bottom)
@@ -120,7 +120,7 @@ def window_scan(occupied: Grid, cell: int, box: Cells, range_px: float, runs: Ru
             flat, cell, 0.0, 0.0,
             -cols if up else cols, 1 if rightwards else -1,
             row if up else rows - 1 - row, cols - 1 - col if rightwards else col,
-            range_px, slopes, whole(1), runs, n_runs, hit, whole(0),
+            range_px, slopes, as_int64(1), runs, n_runs, hit, as_int64(0),
         )  # fmt: skip
     return n_runs
 

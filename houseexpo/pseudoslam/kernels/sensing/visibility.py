@@ -1,16 +1,16 @@
 """Find, when a world is loaded, the free cells that can be seen from where the robot can stand, also through gaps.
 
-Most cells see the nearest standing cell (``find_standing``, ``mark_in_sight``). The others lie in *gaps*: a gap is a
-4-connected piece of the free cells that are (or were assumed to be) farther than a sure distance from all standing
-cells: a corner, or an opening too narrow for the robot and the rooms behind it. Its *windows* are the free cells beside
-it that are not part of it.
+Most cells see the nearest standing cell (``find_nearest_standing_cells``, ``mark_seen_from_nearest``). The others lie
+in *gaps*: a gap is a 4-connected piece of the free cells that are (or were assumed to be) farther than a sure distance
+from all standing cells: a corner, or an opening too narrow for the robot and the rooms behind it. Its *windows* are the
+free cells beside it that are not part of it.
 
 R1  A line of sight from a cell of a gap to a standing cell meets a window of that gap. A standing cell is not part of a
     gap, so that the line leaves the gap somewhere. If it crosses a border between two cells there, the cell that it
     enters is free and beside the gap, and therefore a window. If it crosses a corner, one of the two cells beside the
     corner is free, since the corner would be closed otherwise. That cell is a window, or it is part of the gap, and
     then the cell that the line enters is a window. In both cases the line meets the square of a window.
-R2  Therefore a cell has to look only towards the windows of its own gap (``sector.window_scan``), and sees a standing
+R2  Therefore a cell has to look only towards the windows of its own gap (``sector.box_scan``), and sees a standing
     cell there exactly if it would see one in any direction. Windows side by side are processed together.
 R3  A standing cell that was seen looks back through the same windows, since visibility is symmetric, and also sees the
     cell's neighbours.
@@ -26,17 +26,17 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.sensing.rays import distance
-from houseexpo.pseudoslam.kernels.sensing.sector import window_scan
+from houseexpo.pseudoslam.kernels.sensing.rays import beam_length
+from houseexpo.pseudoslam.kernels.sensing.sector import box_scan
 from houseexpo.pseudoslam.kernels.tolerances import GRAZE_SLOPE, STRIP_PX
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs, whole
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Offsets, Runs, as_int64
 
 NOWHERE = 1 << 14
 """The approximate offset in cells, down and to the right, if no standing cell was found."""
 
 
 @njit(cache=True, nogil=True)
-def find_standing(
+def find_nearest_standing_cells(
     traversable: Grid, wanted: Grid, before: Offsets, sure_px: float, asked: Cells, away: Offsets, visible: Grid
 ) -> int:
     """List the wanted cells where the robot cannot stand, and find an approximately nearest standing cell for each.
@@ -110,7 +110,7 @@ def _take_over_neighbour(away: Offsets, cell: int, row_step: int, col_step: int)
 
 
 @njit(cache=True, nogil=True)
-def mark_in_sight(
+def mark_seen_from_nearest(
     occupied: Grid, asked: Cells, n_asked: int, away: Offsets, sure_px: float, range_px: float, visible: Grid
 ) -> int:
     """Set ``visible`` to 1 for asked cells that see the centre of the standing cell at the offset ``away``.
@@ -142,12 +142,12 @@ def _is_clear(occupied: Grid, x: float, y: float, right: float, down: float, way
     """Return whether a narrow strip is free, since a line that grazes a corner may not be visible in a sector scan."""
     clear = True
     for aside in (-STRIP_PX, STRIP_PX):
-        clear = clear and distance(occupied, x - down * aside, y + right * aside, right, down, way) >= way
+        clear = clear and beam_length(occupied, x - down * aside, y + right * aside, right, down, way) >= way
     return clear
 
 
 @njit(cache=True, nogil=True)
-def mark_visible(
+def mark_visible_cells(
     occupied: Grid,
     traversable: Grid,
     asked: Cells,
@@ -214,7 +214,7 @@ def _list_lookers(
 
     ``box`` is set to those windows, which are then -1 in ``windows``.
     """
-    cols, n_looks = occupied.shape[1], whole(0)
+    cols, n_looks = occupied.shape[1], as_int64(0)
     box[0], box[1], box[2], box[3] = len(standing), -1, len(standing), -1  # a slice takes seconds to compile
     for w in range(first, n_windows):
         window = windows[w]
@@ -293,11 +293,11 @@ def _look(
     slopes: Floats,
 ) -> None:
     """Set ``seen`` of a cell that sees a standing cell through a box, and of the cells that this one sees (R3)."""
-    n_runs = window_scan(occupied, whole(cell), box, range_px, runs, hit, slopes)
+    n_runs = box_scan(occupied, as_int64(cell), box, range_px, runs, hit, slopes)
     found = _first_of(standing, runs, n_runs)
     if found >= 0:
         seen[cell] = 1
-        n_runs = window_scan(occupied, whole(found), box, range_px, runs, hit, slopes)
+        n_runs = box_scan(occupied, as_int64(found), box, range_px, runs, hit, slopes)
         for i in range(n_runs):
             for other in range(runs[i, 0], runs[i, 1] + 1):
                 seen[other] = 1

@@ -16,7 +16,7 @@ from houseexpo.grids.raster import room_ids
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
-from houseexpo.pseudoslam.kernels.mapping import draw_coarse
+from houseexpo.pseudoslam.kernels.mapping import draw_coarse_view
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
@@ -120,5 +120,5 @@ def draw_rasters(team: Team, raster: Grid) -> Grid:
     for k, state in enumerate(team.states):
         x, y, heading = state.believed_px.tolist()
         for channel, pixel in enumerate(scales):
-            draw_coarse(raster, x, y, math.cos(heading), math.sin(heading), pixel, found[k, channel])
+            draw_coarse_view(raster, x, y, math.cos(heading), math.sin(heading), pixel, found[k, channel])
     return team.spec.in_layout(found)

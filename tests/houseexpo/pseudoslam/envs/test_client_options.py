@@ -11,9 +11,9 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import NoiseConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import PeopleConfig
-from houseexpo.pseudoslam.kernels.collision import free_way
+from houseexpo.pseudoslam.kernels.action_masks import step_is_free
+from houseexpo.pseudoslam.kernels.collision import free_distance
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.masks import step_fits
 from tests.builders.simulations import HUTS, assert_same, native, singles
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0), max_steps=60)
@@ -31,8 +31,8 @@ def test_a_step_fits_if_no_obstacle_of_the_map_is_in_its_way() -> None:
         known = rng.choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (30, 24), p=[0.3, 0.685, 0.015])
         x, y, heading, distance = *rng.uniform(4, 20, 2), rng.uniform(-np.pi, np.pi), rng.uniform(0.5, 9)
         walls = (known == OBSTACLE).astype(np.uint8)
-        way = free_way(walls, x, y, np.cos(heading), -np.sin(heading), distance, 3.2)
-        fits.append(step_fits(known, x, y, heading, distance, 3.2))
+        way = free_distance(walls, x, y, np.cos(heading), -np.sin(heading), distance, 3.2)
+        fits.append(step_is_free(known, x, y, heading, distance, 3.2))
         assert fits[-1] == (way == distance)
     assert 0.2 < np.mean(fits) < 0.8
 

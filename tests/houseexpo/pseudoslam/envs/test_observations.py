@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.config import (
 from houseexpo.pseudoslam.config.simulator import PRESETS
 from houseexpo.pseudoslam.envs import spec
 from houseexpo.pseudoslam.envs.pictures import Pictures
-from houseexpo.pseudoslam.kernels.mapping import draw_coarse
+from houseexpo.pseudoslam.kernels.mapping import draw_coarse_view
 from tests.builders.simulations import HUTS, assert_same_step, native, singles
 
 FREE, OBSTACLE = 127, 255
@@ -62,7 +62,7 @@ def test_pixels_may_be_fewer_than_cells_and_keep_the_walls() -> None:
     observation, *_ = env.step(1)
     state, expected = env.unwrapped.state, np.empty((40, 40), np.uint8)
     x, y, heading = state.believed_px
-    draw_coarse(state.known, x, y, math.cos(heading), math.sin(heading), 4.0 * 20 / 40, expected)
+    draw_coarse_view(state.known, x, y, math.cos(heading), math.sin(heading), 4.0 * 20 / 40, expected)
     assert observation.shape == (1, 40, 40)
     assert np.array_equal(observation[0], expected)
     assert {0, FREE, OBSTACLE} == set(np.unique(observation).tolist())

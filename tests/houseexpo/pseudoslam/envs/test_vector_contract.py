@@ -18,7 +18,7 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.pseudoslam.envs import batch
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
-from houseexpo.pseudoslam.step_kernels import kernel_for
+from houseexpo.pseudoslam.step_kernels import choose_kernel
 from tests.builders.simulations import GIVEN, SMALL, assert_same, assert_same_step, explorers, native
 
 KEYS = {"explored_m2", "coverage", "collisions", "collided", "pose", "is_success", "plan_id"}
@@ -116,10 +116,10 @@ def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
     calls, steps = {}, []
 
     def noted(*given: Any, **named: Any) -> Any:
-        kernel = kernel_for(*given, **named)
+        kernel = choose_kernel(*given, **named)
         return lambda *arrays: (steps.append(arrays[-2:]), kernel(*arrays))
 
-    monkeypatch.setattr(batch, "kernel_for", noted)
+    monkeypatch.setattr(batch, "choose_kernel", noted)
     for number in (4, 64):
         env = native(task, number, threads=1, **GIVEN, **({"success_coverage": None} if task == "Exploration" else {}))
         env.reset(seed=0)

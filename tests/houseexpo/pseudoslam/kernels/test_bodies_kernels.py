@@ -15,13 +15,13 @@ from houseexpo.pseudoslam.kernels.collision import (
     PERSON,
     Disc,
     cell_meets_disc,
-    disc_span,
-    erase,
-    gap_to,
-    pose_at,
-    stamp_disc,
-    stamp_track,
-    way_past_people,
+    disc_columns,
+    distance_to_body,
+    distance_to_people,
+    erase_disc,
+    mark_body,
+    mark_disc,
+    track_pose_at,
 )
 from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
 from tests.builders.simulations import frame_of, room
@@ -56,13 +56,13 @@ def test_a_body_covers_what_its_outline_holds(shape: Shape) -> None:
         )
         expected = outline(shape, x, y, heading)
         drawn = np.zeros_like(occupied)
-        stamp_track(drawn, tracks, 0, 0.5)
+        mark_body(drawn, tracks, 0, 0.5)
         slack = 0.06 if isinstance(shape, Ellipse) else 1e-6  # pixels; 32 corners stand for an ellipse
         for row, col in itertools.product(range(18, 50), range(10, 50)):
             centre = shapely.Point(col + 0.5, row + 0.5)
             if expected.exterior.distance(centre) > slack:
                 assert (drawn[row, col] == MOVING) == expected.contains(centre), (row, col)
-            gap = gap_to(tracks, 0, 0.5, centre.x, centre.y)
+            gap = distance_to_body(tracks, 0, 0.5, centre.x, centre.y)
             assert max(gap, 0.0) == pytest.approx(expected.distance(centre), abs=max(slack, 1e-3))
 
 
@@ -71,7 +71,7 @@ def test_between_poses_it_goes_straight_and_turns_the_short_way() -> None:
     poses = [(1.0, 1.0, 170.0), (3.0, 2.0, -170.0), (3.0, 4.0, 100.0)]
     tracks = make_tracks([Trajectory(Circle(0.2), (1.0, 3.0, 4.0), poses)], occupied, frame_of(occupied, PPM), "box")
     for clock in np.linspace(-1, 6, 57):
-        x, y, heading = pose_at(tracks, 0, float(clock))
+        x, y, heading = track_pose_at(tracks, 0, float(clock))
         assert x == pytest.approx(10 * np.interp(clock, [1, 3, 4], [1, 3, 3]))
         assert y == pytest.approx(60 - 10 * np.interp(clock, [1, 3, 4], [1, 2, 4]))
         assert math.degrees(heading) == pytest.approx(np.interp(clock, [1, 3, 4], [170, 190, 100]))
@@ -95,14 +95,14 @@ def test_a_disc_covers_the_cells_whose_centres_it_holds() -> None:
     for _ in range(50):
         x, y, radius = rng.uniform((-2, -2, 0.7), (22, 17, 6))
         drawn = np.ones((15, 20), np.uint8)
-        stamp_disc(drawn, x, y, radius)
+        mark_disc(drawn, x, y, radius)
         rows, cols = np.mgrid[:15, :20] + 0.5
         inside = np.hypot(cols - x, rows - y) <= radius
         np.testing.assert_array_equal(drawn, np.where(inside, 3, 1))
         for row in range(15):
-            first, end = disc_span(row, x, y, radius)
+            first, end = disc_columns(row, x, y, radius)
             np.testing.assert_array_equal((np.arange(20) >= first) & (np.arange(20) < end), inside[row])
-        erase(drawn, x, y, radius)
+        erase_disc(drawn, x, y, radius)
         assert (drawn == 1).all()
 
 
@@ -119,9 +119,9 @@ def test_the_robot_goes_until_it_touches_a_person() -> None:
     people = np.zeros(2, PERSON)
     people["x"], people["y"] = (20.0, 30.0), 10.0
     robot = Disc(10.0, 10.0, 3.0)
-    assert way_past_people(people, 2.0, robot, 1.0, 0.0, 20.0) == pytest.approx(5.0, abs=1e-8)
-    assert way_past_people(people, 2.0, robot, 1.0, 0.0, 4.0) == 4.0
-    assert way_past_people(people, 2.0, robot, -1.0, 0.0, 20.0) == 20.0
-    assert way_past_people(people, 2.0, robot._replace(y=14.0), 1.0, 0.0, 20.0) == pytest.approx(7.0, abs=1e-8)
-    assert way_past_people(people, 2.0, robot._replace(x=16.0), 1.0, 0.0, 20.0) == 0.0  # it overlaps: only away
-    assert way_past_people(people, 2.0, robot._replace(x=16.0), -1.0, 0.0, 20.0) == 20.0
+    assert distance_to_people(people, 2.0, robot, 1.0, 0.0, 20.0) == pytest.approx(5.0, abs=1e-8)
+    assert distance_to_people(people, 2.0, robot, 1.0, 0.0, 4.0) == 4.0
+    assert distance_to_people(people, 2.0, robot, -1.0, 0.0, 20.0) == 20.0
+    assert distance_to_people(people, 2.0, robot._replace(y=14.0), 1.0, 0.0, 20.0) == pytest.approx(7.0, abs=1e-8)
+    assert distance_to_people(people, 2.0, robot._replace(x=16.0), 1.0, 0.0, 20.0) == 0.0  # it overlaps: only away
+    assert distance_to_people(people, 2.0, robot._replace(x=16.0), -1.0, 0.0, 20.0) == 20.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.placement import count_before as count_before_kernel
+from houseexpo.pseudoslam.kernels.placement import count_before_rows as count_before_kernel
 from houseexpo.pseudoslam.kernels.placement import nth_cell as nth_cell_kernel
 
 

@@ -8,7 +8,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, draw_coarse, mark, max_of_blocks
+from houseexpo.pseudoslam.kernels.mapping import (
+    FREE,
+    OBSTACLE,
+    UNKNOWN,
+    crop_view,
+    draw_coarse_view,
+    draw_disc,
+    max_of_blocks,
+)
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
 Grid = npt.NDArray[np.uint8]
@@ -50,7 +58,7 @@ def test_a_picture_is_what_its_twin_says(pixel: float) -> None:
         for heading in (0.3, -2.2, 0.785, 3.0):
             x, y = rng.uniform((-9, -9), (56, 69))
             out = np.full((side, side), 9, np.uint8)
-            draw_coarse(known, x, y, math.cos(heading), math.sin(heading), pixel, out)
+            draw_coarse_view(known, x, y, math.cos(heading), math.sin(heading), pixel, out)
             expected = slow_coarse(known, x, y, heading, pixel, side)
             assert (out != expected).mean() <= 0.01  # where a sample lies between two cells, rounding decides
 
@@ -60,8 +68,8 @@ def test_a_cell_a_pixel_is_the_plain_view() -> None:
     known = rng.choice(VALUES, (60, 47))
     plain, coarse = np.empty((2, 32, 32), np.uint8)
     for heading in (0.3, -2.2, 1.9):
-        crop(known, 20.3, 31.7, heading, plain)
-        draw_coarse(known, 20.3, 31.7, math.cos(heading), math.sin(heading), 1.0, coarse)
+        crop_view(known, 20.3, 31.7, heading, plain)
+        draw_coarse_view(known, 20.3, 31.7, math.cos(heading), math.sin(heading), 1.0, coarse)
         assert (plain != coarse).mean() <= 0.01  # the plain view counts in parts of 2**-16 of a cell
 
 
@@ -72,7 +80,7 @@ def test_no_wall_vanishes(pixel: float, heading: float) -> None:
     known, side, x, y = np.full((400, 400), FREE, np.uint8), 25, 203.3, 203.9
     known[200] = OBSTACLE
     out = np.empty((side, side), np.uint8)
-    draw_coarse(known, x, y, math.cos(heading), math.sin(heading), pixel, out)
+    draw_coarse_view(known, x, y, math.cos(heading), math.sin(heading), pixel, out)
     ahead, right = np.array([math.cos(heading), -math.sin(heading)]), np.array([math.sin(heading), math.cos(heading)])
     along = np.stack([np.arange(50.0, 350.0, 0.5), np.full(600, 200.5)], axis=1) - (x, y)
     pixels = np.floor(np.stack([side / 2 - along @ ahead / pixel, side / 2 + along @ right / pixel], axis=1)).astype(
@@ -89,8 +97,8 @@ def test_no_wall_vanishes(pixel: float, heading: float) -> None:
 
 def test_marks_are_discs_and_stay_on_the_picture() -> None:
     picture = np.zeros((9, 9), np.uint8)
-    mark(picture, 4.5, 4.5, 1.0, OBSTACLE)
+    draw_disc(picture, 4.5, 4.5, 1.0, OBSTACLE)
     assert np.argwhere(picture).tolist() == [[3, 4], [4, 3], [4, 4], [4, 5], [5, 4]]
     picture[:] = 0
-    mark(picture, -50.0, 4.5, 1.0, FREE)
+    draw_disc(picture, -50.0, 4.5, 1.0, FREE)
     assert np.argwhere(picture).tolist() == [[3, 0], [4, 0], [4, 1], [5, 0]]

@@ -12,7 +12,7 @@ from numba import njit
 from numba.core.errors import TypingError
 from numba.core.event import Event, Listener, install_listener
 
-from houseexpo.pseudoslam.kernels.compiling import say_once, watch_compiling
+from houseexpo.pseudoslam.kernels.compiling import report_compiling_once, watch_compiling
 
 PACKAGE = "tests.somewhere"
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -80,7 +80,7 @@ def test_who_switched_it_off_finds_it_off() -> None:
 
 def test_one_line_says_what_takes_so_long(caplog: pytest.LogCaptureFixture) -> None:
     watch_compiling("tests.told")
-    say_once.cache_clear()
+    report_compiling_once.cache_clear()
     with caplog.at_level(logging.WARNING, "houseexpo"):
         compiled("tests.elsewhere")
         assert not caplog.messages

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.kernels.collision import PERSON, disc_is_free
-from houseexpo.pseudoslam.kernels.driving import CHORD, TURN, WAY, path_of, ramp, shorten, way_past_discs
+from houseexpo.pseudoslam.kernels.driving import (
+    CHORD,
+    TURN,
+    WAY,
+    command_path,
+    path_length_to_disc,
+    ramp_and_integral,
+    shorten_path,
+)
 from houseexpo.pseudoslam.kernels.episode import POSE, READINGS
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX
 from houseexpo.pseudoslam.kernels.types import ACKERMANN, DIFFERENTIAL, Drive, Robot
@@ -38,7 +46,7 @@ def some(kind: int, rng: np.random.Generator) -> Command:
 def path(command: Command) -> np.ndarray:
     readings = np.zeros(1, READINGS)[0]
     readings.speed, readings.turning = command.before
-    return path_of(readings, *command.wanted, command.drive, ROBOT, command.seconds, 1.0)
+    return command_path(readings, *command.wanted, command.drive, ROBOT, command.seconds, 1.0)
 
 
 def slow(command: Command, n: int = 2_000) -> tuple[np.ndarray, np.ndarray]:
@@ -78,8 +86,8 @@ def test_a_path_is_that_of_small_steps_of_time(kind: int) -> None:
         end = poses_of(found)[-1]
         assert np.hypot(*(end - poses[-1])[:2]) < 0.05  # pixels: 2 mm
         assert end[2] == pytest.approx(poses[-1, 2], abs=2e-3)
-        v, _ = ramp(command.before[0], command.wanted[0], command.drive.acceleration, command.seconds)
-        w, _ = ramp(command.before[1], command.wanted[1], command.drive.turning_rate, command.seconds)
+        v, _ = ramp_and_integral(command.before[0], command.wanted[0], command.drive.acceleration, command.seconds)
+        w, _ = ramp_and_integral(command.before[1], command.wanted[1], command.drive.turning_rate, command.seconds)
         assert (v, w) == pytest.approx(tuple(speeds[-1]), abs=1e-9)
         assert found[:, WAY].sum() == pytest.approx(np.trapezoid(speeds[:, 0], dx=command.seconds / 2000), abs=1e-2)
 
@@ -106,10 +114,10 @@ def test_at_a_constant_velocity_a_path_is_one_arc() -> None:
 
 
 def test_ramps_are_those_of_their_limit() -> None:
-    assert ramp(0.0, 10.0, 4.0, 1.0) == (4.0, 2.0)
-    assert ramp(0.0, 2.0, 4.0, 1.0) == (2.0, 1.5)  # half a second to get there, half a second at 2
-    assert ramp(3.0, -3.0, 6.0, 1.0) == (-3.0, 0.0)
-    assert ramp(5.0, 5.0, 1.0, 2.0) == (5.0, 10.0)
+    assert ramp_and_integral(0.0, 10.0, 4.0, 1.0) == (4.0, 2.0)
+    assert ramp_and_integral(0.0, 2.0, 4.0, 1.0) == (2.0, 1.5)  # half a second to get there, half a second at 2
+    assert ramp_and_integral(3.0, -3.0, 6.0, 1.0) == (-3.0, 0.0)
+    assert ramp_and_integral(5.0, 5.0, 1.0, 2.0) == (5.0, 10.0)
 
 
 def test_a_path_ends_where_small_steps_along_it_meet_something() -> None:
@@ -126,7 +134,7 @@ def test_a_path_ends_where_small_steps_along_it_meet_something() -> None:
         pose = np.zeros(1, POSE)[0]
         pose.x, pose.y, pose.heading = 40.0, 40.0, heading
         found = whole.copy()
-        is_blocked = shorten(found, kind == ACKERMANN, pose, occupied, NOBODY, 0.0, 5.0, math.inf)
+        is_blocked = shorten_path(found, kind == ACKERMANN, pose, occupied, NOBODY, 0.0, 5.0, math.inf)
         end = poses_of(found, 40.0, 40.0, heading)[-1]
         assert disc_is_free(occupied, end[0], end[1], 5.0)
         turned = slow(command)[0]
@@ -156,7 +164,7 @@ def test_a_differential_drive_turns_on_where_it_stands_and_a_car_does_not() -> N
         command = Command((20.0, 0.3), (20.0, 0.3), Drive(kind, 50.0, 3.0, 8.0), 1.0)
         whole = path(command)
         found = whole.copy()
-        assert shorten(found, car, pose, occupied, NOBODY, 0.0, 5.0, math.inf)
+        assert shorten_path(found, car, pose, occupied, NOBODY, 0.0, 5.0, math.inf)
         x, _, heading = poses_of(found, 20.0, 20.0)[-1]
         assert x == pytest.approx(25.0, abs=1e-3)
         assert heading == pytest.approx(0.3 if not car else found[:, WAY].sum() * math.tan(0.3) / 8.0)
@@ -169,10 +177,10 @@ def test_a_path_ends_at_the_distance_of_what_is_not_in_the_cells() -> None:
     pose.x, pose.y = 20.0, 30.0
     whole = path(command)
     other = poses_of(whole, 20.0, 30.0)[-1, :2] + (9.0, -4.0)  # 9.85 from the end of the path
-    assert way_past_discs(whole, pose, other[None] + 5.0, 5.0, 0.0) == math.inf
-    most = way_past_discs(whole, pose, other[None], 10.0, 1e-6)
+    assert path_length_to_disc(whole, pose, other[None] + 5.0, 5.0, 0.0) == math.inf
+    most = path_length_to_disc(whole, pose, other[None], 10.0, 1e-6)
     assert 5.0 < most < 10.0
     found = whole.copy()
-    assert shorten(found, False, pose, occupied, NOBODY, 0.0, 5.0, most)
+    assert shorten_path(found, False, pose, occupied, NOBODY, 0.0, 5.0, most)
     end = poses_of(found, 20.0, 30.0)[-1, :2]
     assert 10.0 <= np.hypot(*(end - other)) < 10.0 + 1e-4

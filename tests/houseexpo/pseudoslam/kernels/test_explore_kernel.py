@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.agents.learned import Chooser
 from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING
-from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, best_of
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, score_frontiers
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.choosing import INFORMATION, NEAREST, Explorations
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
@@ -86,10 +86,10 @@ def test_a_copy_of_a_walk_changes_nothing() -> None:
 def test_the_best_score_wins_and_of_equal_ones_the_first() -> None:
     features, scores = np.zeros((16, len(FEATURES))), np.zeros(16)
     features[:4, FEATURES.index("rank")] = 0.3, 0.1, 0.1, 0.2
-    assert best_of(features, 4, NEAREST, scores) == 1
+    assert score_frontiers(features, 4, NEAREST, scores) == 1
     assert scores[:4].tolist() == [-0.3, -0.1, -0.1, -0.2]
     weights, features = random_weights(3), np.random.default_rng(0).normal(size=features.shape)
-    best = best_of(features, 4, weights, scores)
+    best = score_frontiers(features, 4, weights, scores)
     assert scores[:4] == pytest.approx(features[:4] @ weights)
     assert best == scores[:4].argmax()
 

@@ -7,7 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop, merge_cells, merge_runs, shrink
+from houseexpo.pseudoslam.kernels.mapping import (
+    FREE,
+    OBSTACLE,
+    UNKNOWN,
+    crop_view,
+    draw_overview,
+    merge_cells,
+    merge_runs,
+)
 from tests.builders.scans import UNASKED, crop_ties, slow_crop
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
@@ -48,7 +56,7 @@ def test_the_crop_is_what_its_twin_says_but_for_ties() -> None:
         for heading in (0.0, math.pi / 2, math.pi, 0.3, -2.2, 1e-17, 0.785):
             x, y = rng.uniform((-9, -9), (40, 32))
             out = np.full((side, side), 9, np.uint8)
-            crop(known, x, y, heading, out)
+            crop_view(known, x, y, heading, out)
             differ = out != slow_crop(known, x, y, heading, side)
             assert not (differ & ~crop_ties(x, y, heading, side)).any()
             assert crop_ties(x, y, heading, side).mean() < 0.5
@@ -59,7 +67,7 @@ def test_a_wide_crop_of_a_wide_map_is_exact_too() -> None:
     side, known = 200, np.random.default_rng(1).choice(VALUES, (1500, 1500))
     for x, y, heading in ((1234.567, 89.01, 1.0), (3.2, 1499.9, -3.0), (750.5, 750.5, math.pi / 2)):
         out = np.empty((side, side), np.uint8)
-        crop(known, x, y, heading, out)
+        crop_view(known, x, y, heading, out)
         assert not ((out != slow_crop(known, x, y, heading, side)) & ~crop_ties(x, y, heading, side)).any()
 
 
@@ -67,10 +75,10 @@ def test_heading_is_up_in_the_crop() -> None:
     known = np.zeros((9, 9), np.uint8)
     known[4, 6], known[2, 4] = FREE, OBSTACLE  # right of the middle, above it
     out = np.empty((5, 5), np.uint8)
-    crop(known, 4.5, 4.5, 0.0, out)
+    crop_view(known, 4.5, 4.5, 0.0, out)
     assert np.argwhere(out == FREE).tolist() == [[0, 2]]
     assert np.argwhere(out == OBSTACLE).tolist() == [[2, 0]]
-    crop(known, 4.5, 4.5, math.pi / 2, out)
+    crop_view(known, 4.5, 4.5, math.pi / 2, out)
     assert np.array_equal(out, known[2:7, 2:7])
 
 
@@ -93,28 +101,28 @@ def test_the_overview_is_what_its_twin_says(side_px: float) -> None:
     known = rng.choice(VALUES, (14, 11), p=(0.8, 0.15, 0.05))
     for x, y in ((5.3, 7.7), (0.0, 0.0), (11.0, 20.0)):
         out = np.full((6, 6), 9, np.uint8)
-        shrink(known, x, y, side_px, x, y, 100.0, out)
+        draw_overview(known, x, y, side_px, x, y, 100.0, out)
         assert np.array_equal(out, slow_shrink(known, x, y, side_px, 6))
 
 
 def test_of_the_overview_only_what_is_near_is_drawn_anew() -> None:
     known = np.full((40, 40), FREE, np.uint8)
     out = np.zeros((10, 10), np.uint8)
-    shrink(known, 20.0, 20.0, 4.0, 6.0, 30.0, 5.0, out)
+    draw_overview(known, 20.0, 20.0, 4.0, 6.0, 30.0, 5.0, out)
     assert np.argwhere(out == FREE).tolist() == [[row, col] for row in (6, 7, 8) for col in (0, 1, 2)]
-    shrink(known, 20.0, 20.0, 4.0, 20.0, 20.0, 1e9, out)
+    draw_overview(known, 20.0, 20.0, 4.0, 20.0, 20.0, 1e9, out)
     assert (out == FREE).all()
 
 
 def test_the_whole_overview_is_drawn_within_infinity() -> None:
     """A known map is drawn once, at the start, as far as it goes."""
     out = np.zeros((4, 4), np.uint8)
-    shrink(np.full((8, 8), OBSTACLE, np.uint8), 4.0, 4.0, 2.0, 4.0, 4.0, math.inf, out)
+    draw_overview(np.full((8, 8), OBSTACLE, np.uint8), 4.0, 4.0, 2.0, 4.0, 4.0, math.inf, out)
     assert (out == OBSTACLE).all()
 
 
 def test_an_overview_finer_than_the_map_has_no_gaps() -> None:
     known, out = np.full((4, 4), FREE, np.uint8), np.zeros((10, 10), np.uint8)
-    shrink(known, 2.0, 2.0, 0.5, 2.0, 2.0, 9.0, out)
+    draw_overview(known, 2.0, 2.0, 0.5, 2.0, 2.0, 9.0, out)
     assert (out[1:9, 1:9] == FREE).all()
     assert out[0].max() == UNKNOWN  # off the map

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.collision import clearance, disc_is_free, free_way
+from houseexpo.pseudoslam.kernels.collision import clearance, disc_is_free, free_distance
 
 
 def room(rows: int = 20, cols: int = 30) -> np.ndarray:
@@ -27,31 +27,31 @@ def distance(occupied: np.ndarray, x: float, y: float) -> float:
 @pytest.mark.parametrize("step", [7.5, 0.3, 0.01, 12.0])
 def test_a_free_step_is_exact(step: float) -> None:
     """The published simulator rounds it to whole pixels, below half a pixel to none."""
-    assert free_way(room(), 5.25, 10.0, 1.0, 0.0, step, 3.0) == step
+    assert free_distance(room(), 5.25, 10.0, 1.0, 0.0, step, 3.0) == step
 
 
 def test_a_wall_stops_it_where_it_touches() -> None:
     """The published simulator stops up to 7 pixels short."""
     occupied = room()
-    assert free_way(occupied, 5.0, 10.0, 1.0, 0.0, 40.0, 3.0) == pytest.approx(21.0, abs=2e-6)
+    assert free_distance(occupied, 5.0, 10.0, 1.0, 0.0, 40.0, 3.0) == pytest.approx(21.0, abs=2e-6)
     half = math.sqrt(0.5)
-    assert free_way(occupied, 5.0, 10.0, half, half, 40.0, 3.0) == pytest.approx(6.0 / half, abs=4e-6)
+    assert free_distance(occupied, 5.0, 10.0, half, half, 40.0, 3.0) == pytest.approx(6.0 / half, abs=4e-6)
 
 
 def test_a_corner_stops_it_and_lets_it_pass() -> None:
     occupied = room()
     occupied[5, 15] = 1
-    way = free_way(occupied, 5.0, 8.0, 1.0, 0.0, 20.0, 2.5)  # the corner lies 2 above the way, at x = 15
+    way = free_distance(occupied, 5.0, 8.0, 1.0, 0.0, 20.0, 2.5)  # the corner lies 2 above the way, at x = 15
     assert way == pytest.approx(10.0 - math.sqrt(2.5**2 - 2.0**2), abs=2e-6)
-    assert free_way(occupied, 5.0, 8.6, 1.0, 0.0, 20.0, 2.5) == 20.0
+    assert free_distance(occupied, 5.0, 8.6, 1.0, 0.0, 20.0, 2.5) == 20.0
 
 
 def test_what_it_touches_it_can_leave_and_slide_along() -> None:
     occupied = room()
-    x = 5.0 + free_way(occupied, 5.0, 10.0, 1.0, 0.0, 40.0, 3.0)
-    assert free_way(occupied, x, 10.0, 1.0, 0.0, 5.0, 3.0) == 0.0
-    assert free_way(occupied, x, 10.0, 0.0, 1.0, 4.0, 3.0) == 4.0
-    assert free_way(occupied, x, 10.0, -1.0, 0.0, 4.0, 3.0) == 4.0
+    x = 5.0 + free_distance(occupied, 5.0, 10.0, 1.0, 0.0, 40.0, 3.0)
+    assert free_distance(occupied, x, 10.0, 1.0, 0.0, 5.0, 3.0) == 0.0
+    assert free_distance(occupied, x, 10.0, 0.0, 1.0, 4.0, 3.0) == 4.0
+    assert free_distance(occupied, x, 10.0, -1.0, 0.0, 4.0, 3.0) == 4.0
 
 
 def test_the_disc_meets_nothing_and_stops_only_where_it_must() -> None:
@@ -66,7 +66,7 @@ def test_the_disc_meets_nothing_and_stops_only_where_it_must() -> None:
                 break
             angle, step = rng.uniform(-math.pi, math.pi), rng.uniform(0, 9)
             right, down = math.cos(angle), math.sin(angle)
-            way = free_way(occupied, x, y, right, down, step, radius)
+            way = free_distance(occupied, x, y, right, down, step, radius)
             along = [distance(occupied, x + k * right, y + k * down) for k in np.linspace(0, way, 12)]
             assert min(along) >= radius - 2e-9
             if way < step:

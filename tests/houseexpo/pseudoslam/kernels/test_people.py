@@ -14,7 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
 from houseexpo.pseudoslam.config.obstacles import PeopleConfig
 from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, STATIC, Disc, disc_is_free, placed_people
-from houseexpo.pseudoslam.kernels.people import push, stamp_bodies
+from houseexpo.pseudoslam.kernels.people import mark_bodies, social_force
 from houseexpo.pseudoslam.render.sight import beam_ends, bodies_of
 from houseexpo.pseudoslam.worlds.moving import walk_of
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
@@ -65,9 +65,9 @@ def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]
             (potential(5.0 + h, 5.0, other) - potential(5.0 - h, 5.0, other)) / (2 * h),
             (potential(5.0, 5.0 + h, other) - potential(5.0, 5.0 - h, other)) / (2 * h),
         ]
-        found = push(room(100, 100), people, walk, 0, *ahead.tolist(), NOBODY)
+        found = social_force(room(100, 100), people, walk, 0, *ahead.tolist(), NOBODY)
         assert np.array(found) / PPM == pytest.approx(-np.array(slope), rel=1e-4, abs=1e-6)
-        behind = push(room(100, 100), people, walk, 0, *(-ahead).tolist(), NOBODY)
+        behind = social_force(room(100, 100), people, walk, 0, *(-ahead).tolist(), NOBODY)
         assert np.array(behind) == pytest.approx(np.array(found) / 2)
 
 
@@ -76,7 +76,7 @@ def test_walls_push_away_the_more_the_nearer() -> None:
     for x in (3.1, 4.1, 5.3, 9.0):
         people = np.zeros(1, PERSON)
         people["x"], people["y"] = x, 50.0
-        push_x, push_y = push(occupied, people, walk, 0, 0.0, 1.0, NOBODY)
+        push_x, push_y = social_force(occupied, people, walk, 0, 0.0, 1.0, NOBODY)
         assert push_y == pytest.approx(0.0, abs=1e-9)
         sizes.append(push_x)
     assert sizes[0] > sizes[1] >= sizes[2] >= sizes[3] == 0.0
@@ -243,7 +243,7 @@ def test_a_house_without_room_for_all_has_fewer() -> None:
         apart = np.hypot(*(places[:, None] - places[None]).T) + 9 * np.eye(len(people))
         assert apart.min() >= 2 * 0.2 * PPM - 1e-9
         drawn = state.episode.occupied & STATIC
-        stamp_bodies(drawn, state.episode.bodies._replace(people=people), state.episode.tracks, simulator.params.walk)
+        mark_bodies(drawn, state.episode.bodies._replace(people=people), state.episode.tracks, simulator.params.walk)
         np.testing.assert_array_equal(drawn, state.episode.occupied)
     assert not any(state.episode.bodies.people[len(people) :].tobytes())
 

@@ -18,13 +18,13 @@ from houseexpo.pseudoslam.kernels.scan_matching import (
     MISS,
     MOST,
     REACH,
-    draw_field,
-    draw_scan,
-    match,
-    score,
-    show_evidence,
+    add_scan,
+    draw_score_field,
+    evidence_to_map,
+    find_best_pose,
+    score_pose,
 )
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.kernels.types import Sensor
 from houseexpo.pseudoslam.slam import DOUBT, ScanMatcher
 
@@ -43,7 +43,7 @@ ROOM[20:30, 40:48] = 1
 
 def ranges_at(x: float, y: float, heading: float) -> Floats:
     found = np.empty(len(COS))
-    cast(ROOM, x, y, heading, COS, SIN, RANGE_PX, found)
+    cast_beams(ROOM, x, y, heading, COS, SIN, RANGE_PX, found)
     return found
 
 
@@ -100,7 +100,7 @@ def ends_of(ranges: Floats) -> Floats:
 def drawn() -> Evidence:
     evidence = np.zeros(ROOM.shape, np.int16)
     for heading in np.arange(0.0, 2 * math.pi, 0.5):
-        draw_scan(evidence, 30.2, 40.7, heading, COS, SIN, ranges_at(30.2, 40.7, heading), RANGE_PX)
+        add_scan(evidence, 30.2, 40.7, heading, COS, SIN, ranges_at(30.2, 40.7, heading), RANGE_PX)
     return evidence
 
 
@@ -111,7 +111,7 @@ def test_a_scan_is_drawn_as_its_beams_one_by_one() -> None:
         pose = (rng.uniform(8, 38), rng.uniform(8, 52), rng.uniform(-4, 4))
         ranges = ranges_at(*pose) + rng.normal(0, 1, len(COS))
         ranges[rng.random(len(COS)) < 0.1] = 0.0
-        draw_scan(fast, *pose, COS, SIN, ranges, RANGE_PX)
+        add_scan(fast, *pose, COS, SIN, ranges, RANGE_PX)
         slow_scan(slow, pose, ranges, RANGE_PX)
     assert np.array_equal(fast, slow)
     assert fast.max() == MOST
@@ -121,14 +121,14 @@ def test_a_scan_is_drawn_as_its_beams_one_by_one() -> None:
 def test_lost_beams_add_nothing_and_far_ones_end_nowhere() -> None:
     evidence = np.zeros((9, 9), np.int16)
     one = np.ones(1), np.zeros(1)
-    draw_scan(evidence, 1.5, 4.5, 0.0, *one, np.zeros(1), 5.0)
+    add_scan(evidence, 1.5, 4.5, 0.0, *one, np.zeros(1), 5.0)
     assert not evidence.any()
-    draw_scan(evidence, 1.5, 4.5, 0.0, *one, np.array([5.0]), 5.0)
+    add_scan(evidence, 1.5, 4.5, 0.0, *one, np.array([5.0]), 5.0)
     assert evidence[4].tolist() == [0, -1, -1, -1, -1, -1, -1, 0, 0]
-    draw_scan(evidence, 1.5, 4.5, 0.0, *one, np.array([2.5]), 5.0)
+    add_scan(evidence, 1.5, 4.5, 0.0, *one, np.array([2.5]), 5.0)
     assert evidence[4].tolist() == [0, -2, -2, -2, 2, -1, -1, 0, 0]
     known = np.empty((9, 9), np.uint8)
-    show_evidence(evidence, known)
+    evidence_to_map(evidence, known)
     assert known[4].tolist() == [0, 127, 127, 127, 255, 127, 127, 0, 0]
     assert not known[3].any()
 
@@ -136,20 +136,20 @@ def test_lost_beams_add_nothing_and_far_ones_end_nowhere() -> None:
 def test_the_field_and_the_score_are_those_of_slow_twins(drawn: Evidence) -> None:
     for top, left, side in ((-4, -3, 50), (20, 30, 45)):
         field = np.full((side, side), np.nan)
-        draw_field(drawn, top, left, field)
+        draw_score_field(drawn, top, left, field)
         assert np.allclose(field, slow_field(drawn, top, left, side))
         ends = ends_of(ranges_at(33.0, 38.0, 0.4))
         for pose in ([33.0, 38.0, 0.4], [33.6, 37.1, 0.37], [60.0, 10.0, 2.0]):
-            found = score(field, top, left, *pose, ends)
+            found = score_pose(field, top, left, *pose, ends)
             assert found == pytest.approx(slow_score(field, top, left, np.array(pose), ends))
 
 
 def test_a_match_is_the_best_pose_that_is_tried(drawn: Evidence) -> None:
     field, found = np.zeros((120, 120)), np.empty(3)
-    draw_field(drawn, -20, -20, field)
+    draw_score_field(drawn, -20, -20, field)
     truth, ends = np.array([33.0, 38.0, 0.4]), ends_of(ranges_at(33.0, 38.0, 0.4))
     predicted = truth + np.array([1.3, -0.8, math.radians(-1.6)])
-    value = match(field, -20, -20, predicted, ends, 1.0, math.radians(1.0), 0.001, found)
+    value = find_best_pose(field, -20, -20, predicted, ends, 1.0, math.radians(1.0), 0.001, found)
     best = np.zeros(3)
     for level in range(FINE_LEVELS + 1):
         reach, share = COARSE if level == 0 else 1, 0.5**level

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, THINNER_PX, stamp_disc
+from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, THINNER_PX, mark_disc
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
 from houseexpo.pseudoslam.kernels.team_step import (
@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.kernels.team_step import (
     count_met_and_seen,
     prepare_motions,
 )
-from houseexpo.pseudoslam.step_kernels import step_params_of
+from houseexpo.pseudoslam.step_kernels import make_step_params
 from houseexpo.pseudoslam.teams.discs import distance_to_touch
 
 ROWS, COLS, RADIUS, PERSON_RADIUS = 30, 40, 3.0, 4.0
@@ -59,7 +59,7 @@ def _scene(seed: int, teams: int) -> Scene:
 
 
 def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
-    teams, errors = 90, step_params_of(SimulatorConfig()).errors
+    teams, errors = 90, make_step_params(SimulatorConfig()).errors
     others, occupied, counts, poses, sizes, chosen = _scene(0, teams)
     rng = np.random.default_rng(1)
     for i, row in enumerate(chosen.tolist()):  # half of them begin, the others have old discs to erase
@@ -69,7 +69,7 @@ def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
             for k in (0, ROBOTS):
                 others.drawn[row, k] = rng.uniform((5, 5), (35, 25))
                 radius = (RADIUS if k < ROBOTS else PERSON_RADIUS) - THINNER_PX
-                stamp_disc(occupied[row, :CELLS].reshape(ROWS, COLS), *others.drawn[row, k], radius)
+                mark_disc(occupied[row, :CELLS].reshape(ROWS, COLS), *others.drawn[row, k], radius)
     motions = np.column_stack([rng.uniform(-1, 1, len(poses)), rng.uniform(-9, 9, len(poses))])
     wanted = motions.copy()
     prepare_motions(occupied, counts, poses, sizes, motions, others, errors, 1, 0, teams)

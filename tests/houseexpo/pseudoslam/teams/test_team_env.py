@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, Odometry, Simu
 from houseexpo.pseudoslam.config.drive import Motion
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.kernels.collision import MOVING, THINNER_PX, stamp_disc
+from houseexpo.pseudoslam.kernels.collision import MOVING, THINNER_PX, mark_disc
 from houseexpo.pseudoslam.teams.radio import Radio
 
 pytest.importorskip("pettingzoo")
@@ -282,6 +282,6 @@ def test_a_team_draws_its_robots_where_people_stand_beside_them() -> None:
         x, y = before = env.team.places_px()[1]
         env.step({"robot_0": 1, "robot_1": 1})
         drawn = np.zeros_like(env.team.walls)
-        stamp_disc(drawn, x, y, env.config.robot.radius_m * ppm - THINNER_PX)
+        mark_disc(drawn, x, y, env.config.robot.radius_m * ppm - THINNER_PX)
         assert env.team.states[0].occupied[drawn != 0].all()
         np.testing.assert_array_equal(env.team.places_px()[1], before)

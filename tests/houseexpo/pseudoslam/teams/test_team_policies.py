@@ -16,7 +16,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.protocol import Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER, STRAIGHT
+from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER, STRAIGHT
 from houseexpo.pseudoslam.teams.policies import POLICIES, Auction, Greedy, Hungarian, NearestEach
 from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, format_markdown, make_table, run_team, track_named
 

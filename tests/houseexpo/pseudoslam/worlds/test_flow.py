@@ -14,11 +14,11 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
     NOWHERE,
     STEPS,
     THERE,
-    Flow,
-    find_distances,
-    find_links,
-    find_spots,
-    find_toward,
+    FlowField,
+    find_block_distances,
+    find_block_links,
+    find_block_spots,
+    find_next_blocks,
 )
 from houseexpo.pseudoslam.worlds.moving import make_flow
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
@@ -39,12 +39,12 @@ def blocks_of(occupied: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray, 
     traversable = traversable_cells(occupied, 2.0)
     shape = -(-occupied.shape[0] // side), -(-occupied.shape[1] // side)
     spots, links = np.empty((*shape, 2), np.int32), np.empty(shape, np.uint8)
-    find_spots(traversable, side, spots)
-    find_links(traversable, spots, links)
+    find_block_spots(traversable, side, spots)
+    find_block_links(traversable, spots, links)
     return traversable, spots, links
 
 
-def follow(flow: Flow, goal: int, block: int) -> list[int]:
+def follow(flow: FlowField, goal: int, block: int) -> list[int]:
     """All blocks on the way from one to a goal."""
     rows, cols, _, _ = flow.sizes[0].item()
     way = [block]
@@ -68,8 +68,8 @@ def test_ways_are_the_shortest(seed: int, side: int) -> None:
                 graph.add_edge(i * cols + j, (i + down) * cols + j + right, length=7 if down and right else 5)
     goal = int(np.flatnonzero(spots[..., 0].ravel() >= 0)[7])
     distances, toward = np.empty((rows, cols), np.int32), np.empty((rows, cols), np.uint8)
-    find_distances(links, goal, distances, np.empty(rows * cols, np.int32), np.empty(rows * cols, np.uint8))
-    find_toward(links, distances, toward)
+    find_block_distances(links, goal, distances, np.empty(rows * cols, np.int32), np.empty(rows * cols, np.uint8))
+    find_next_blocks(links, distances, toward)
     expected = nx.single_source_dijkstra_path_length(graph, goal, weight="length")
     assert {block: d for block, d in enumerate(distances.ravel().tolist()) if d != FAR} == expected
     for block, length in expected.items():
@@ -88,10 +88,10 @@ def test_links_do_not_lead_through_walls() -> None:
     traversable, spots, links = blocks_of(occupied, 2)
     traversable[occupied == 0] = 1  # both sides, even cells next to the wall
     traversable[:, 19:22] = 0
-    find_spots(traversable, 2, spots)
-    find_links(traversable, spots, links)
+    find_block_spots(traversable, 2, spots)
+    find_block_links(traversable, spots, links)
     distances = np.empty(links.shape, np.int32)
-    find_distances(links, 25, distances, np.empty(links.size, np.int32), np.empty(links.size, np.uint8))
+    find_block_distances(links, 25, distances, np.empty(links.size, np.int32), np.empty(links.size, np.uint8))
     assert (distances[1:-1, 1:9] < FAR).all()
     assert (distances[:, 11:] == FAR).all()
 
@@ -139,9 +139,9 @@ def test_who_fits_nowhere_is_refused() -> None:
 
 def test_in_a_pool_the_arrays_may_be_longer() -> None:
     small, big = (make_flow(s, frame_of(s, 10), 0.2, plan_of(s, 10)) for s in (room(30, 30), cluttered(1)))
-    pool = Flow(*(np.zeros((2, *array.shape), array.dtype) for array in big))
+    pool = FlowField(*(np.zeros((2, *array.shape), array.dtype) for array in big))
     for one, other in zip(pool, small, strict=True):
         one[1, : len(other)] = other
-    found = Flow(*(part[1] for part in pool))
+    found = FlowField(*(part[1] for part in pool))
     assert found.sizes.tolist() == small.sizes.tolist()
     assert follow(found, 1, int(small.goals[0])) == follow(small, 1, int(small.goals[0]))

@@ -11,7 +11,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Polygon, RandomObstacles
-from houseexpo.pseudoslam.kernels.placement import CLOSES_OFF, FITS, OVERLAPS, set_down
+from houseexpo.pseudoslam.kernels.placement import CLOSES_OFF, FITS, OVERLAPS, place_obstacle
 from houseexpo.pseudoslam.worlds.place_obstacles import _disc
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
@@ -30,7 +30,7 @@ def test_one_obstacle_as_its_slow_twin_would() -> None:
         spans = np.array([(r, col, min(col + wide, 18)) for r in range(row, min(row + high, 14))], np.int32)
         expected = twin(occupied, traversable, spans, gap, radius, least)
         scratch = np.empty((3, occupied.size), np.int32)
-        verdict = set_down(
+        verdict = place_obstacle(
             occupied, traversable, spans, len(spans), _disc(gap, 1.0), _disc(radius, 0.5), least, scratch
         )
         assert verdict == expected[0]
@@ -43,7 +43,7 @@ def test_one_obstacle_as_its_slow_twin_would() -> None:
 def twin(
     occupied: np.ndarray, traversable: np.ndarray, spans: np.ndarray, gap: float, radius: float, least: int
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """What ``set_down`` does, one cell at a time."""
+    """What ``place_obstacle`` does, one cell at a time."""
     cells = [(row, col) for row, first, last in spans.tolist() for col in range(first, last)]
     for (row, col), (r, c) in itertools.product(cells, np.argwhere(occupied).tolist()):
         apart = math.hypot(max(abs(row - r) - 1, 0), max(abs(col - c) - 1, 0))

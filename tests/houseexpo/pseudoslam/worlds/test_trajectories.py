@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Rectangle, Trajectory
-from houseexpo.pseudoslam.kernels.collision import MOVING, Disc, pose_at
+from houseexpo.pseudoslam.kernels.collision import MOVING, Disc, track_pose_at
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
 from houseexpo.pseudoslam.worlds.world import scan_buffers
@@ -32,9 +32,9 @@ def test_one_goes_across_and_its_old_cells_are_free_again() -> None:
     world.step(seconds=2.0)
     world.check(NOBODY)
     assert not (world.occupied[before] & MOVING).any()
-    assert pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == pytest.approx((30.0, 30.0))
+    assert track_pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == pytest.approx((30.0, 30.0))
     world.step(seconds=9.0)
-    assert pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == (50.0, 30.0)  # there it rests
+    assert track_pose_at(world.tracks, 0, world.bodies.clocks[0])[:2] == (50.0, 30.0)  # there it rests
 
 
 def test_it_hides_what_is_behind_it_and_is_hidden() -> None:
@@ -57,7 +57,7 @@ def test_a_loop_starts_anew() -> None:
     places = []
     for _ in range(16):
         world.step(seconds=0.5)
-        places.append(pose_at(world.tracks, 0, world.bodies.clocks[0])[0])
+        places.append(track_pose_at(world.tracks, 0, world.bodies.clocks[0])[0])
     assert places == pytest.approx([15, 20, 25, 30, 25, 20, 15, 10] * 2)
 
 
@@ -67,7 +67,7 @@ def test_the_clock_stands_still_until_the_robot_has_gone() -> None:
     for _ in range(10):
         world.step(robot)
         world.check(robot)
-    x = pose_at(world.tracks, 0, world.bodies.clocks[0])[0]
+    x = track_pose_at(world.tracks, 0, world.bodies.clocks[0])[0]
     assert 23.0 < x <= 25.3
     waited = world.bodies.clocks[0]
     world.step(Disc(30.0, 20.0, 2.0))
@@ -79,7 +79,7 @@ def test_what_is_thin_and_quick_does_not_jump_over_the_robot() -> None:
     world = scene(room(60, 60), trajectories=[track])
     for _ in range(4):
         world.step(Disc(30.0, 30.0, 2.0))
-    assert pose_at(world.tracks, 0, world.bodies.clocks[0])[0] < 28.0
+    assert track_pose_at(world.tracks, 0, world.bodies.clocks[0])[0] < 28.0
 
 
 def test_people_are_not_run_over() -> None:

@@ -19,7 +19,7 @@ from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 
 from houseexpo import save_plan
-from houseexpo.pseudoslam.kernels.compiling import Compiling
+from houseexpo.pseudoslam.kernels.compiling import CompilingProgress
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.drive import pages, sessions
@@ -139,7 +139,7 @@ def test_what_takes_long_is_explained(client: TestClient, monkeypatch: pytest.Mo
     monkeypatch.setattr(sessions, "Robot", slow)
     monkeypatch.setattr(sessions, "LONG_S", 0.0)
     monkeypatch.setattr(sessions, "TOLD_S", 0.2)
-    monkeypatch.setattr(sessions, "compiling_now", lambda: Compiling(is_busy=True, functions=7))
+    monkeypatch.setattr(sessions, "compiling_progress", lambda: CompilingProgress(is_busy=True, functions=7))
     with client.websocket_connect(ADDRESS) as socket:
         socket.send_json(start())
         told = socket.receive_json()["preparing"]

@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT, describe
+from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT, compute_features
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.plan import FRONTIER
+from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER
 from houseexpo.pseudoslam.planning import feature_rules, frontier_rules
-from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 from tests.builders.robot_maps import FREE
 
 CONFIG = SimulatorConfig(10.0, robot=RobotConfig(radius_m=0.12), laser=LaserConfig(range_m=2.0))
 
 
 def described(known: np.ndarray, x: float, y: float, heading: float, steps: int = 0) -> list[dict[str, float]]:
-    scratch = with_room(scratch_of(CONFIG), known.size)
+    scratch = enlarge_scratch(make_scratch(CONFIG), known.size)
     table, features = np.zeros(64, FRONTIER), np.full((LOOKED_AT, len(FEATURES)), np.nan)
     n = find_frontiers(known, x, y, frontier_rules(CONFIG), np.zeros(0, np.int32), scratch, table)
-    looked = describe(known, x, y, heading, steps, table, n, feature_rules(CONFIG), scratch.ways, features)
+    looked = compute_features(known, x, y, heading, steps, table, n, feature_rules(CONFIG), scratch.ways, features)
     assert looked == min(n, LOOKED_AT)
     assert np.isfinite(features[:looked]).all()
     return [dict(zip(FEATURES, row, strict=True)) for row in features[:looked].tolist()]

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.frontiers import is_clear
-from houseexpo.pseudoslam.planning import MapPlanner, frontier_rules, near_offsets
+from houseexpo.pseudoslam.kernels.planning.frontiers import line_is_free
+from houseexpo.pseudoslam.planning import MapPlanner, frontier_rules, nearby_offsets
 from tests.builders.robot_maps import (
     FREE,
     drawn,
@@ -81,7 +81,7 @@ def test_a_line_is_clear_where_its_twin_says_so(seed: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(30):
         row, col, to_row, to_col = rng.integers(0, (9, 11, 9, 11)).tolist()
-        assert is_clear(known, row, col, to_row, to_col) == slow_clear(known, (row, col), (to_row, to_col))
+        assert line_is_free(known, row, col, to_row, to_col) == slow_clear(known, (row, col), (to_row, to_col))
 
 
 def half_known(wall: str = "#") -> np.ndarray:
@@ -202,8 +202,8 @@ def test_the_most_that_are_asked_for_are_the_first_of_all() -> None:
 
 
 def test_offsets_are_nearest_first() -> None:
-    assert near_offsets(1.0).tolist() == [[0, 0], [-1, 0], [0, -1], [0, 1], [1, 0]]
-    found = near_offsets(7.3).astype(int)
+    assert nearby_offsets(1.0).tolist() == [[0, 0], [-1, 0], [0, -1], [0, 1], [1, 0]]
+    found = nearby_offsets(7.3).astype(int)
     squared = (found**2).sum(axis=1)
     assert (np.diff(squared) >= 0).all()
     rows, cols = np.mgrid[-9:10, -9:10]
@@ -223,6 +223,6 @@ def test_the_planner_tells_ways_and_paths() -> None:
     path = planner.path(goal)
     assert path.tolist() == [6 * 22 + col for col in range(3, 10)]
     assert planner.metres(planner.ways.ravel()[path]).tolist() == pytest.approx([0.1 * k for k in range(7)])
-    planner.find_ways(known, 3.5, 6.5, until=goal)
+    planner.find_distances(known, 3.5, 6.5, until=goal)
     assert planner.ways.ravel()[goal] == 6 * 70
     assert len(planner.path(0)) == 0

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.collision import free_way
+from houseexpo.pseudoslam.kernels.collision import free_distance
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_in_sight
-from houseexpo.pseudoslam.kernels.planning.ways import NO_TURN, best_turns, find_ways, way_at
-from houseexpo.pseudoslam.kernels.types import known_ways_of
+from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_area_in_sight
+from houseexpo.pseudoslam.kernels.planning.paths import NO_TURN, choose_turns, distance_at, find_distances
+from houseexpo.pseudoslam.kernels.types import new_path_scratch
 
 ANGLES = np.arange(360) * (2 * math.pi / 360)
 TURN, STEP, RADIUS = math.radians(10), 6.0, 4.0
 
 
 def gain(known: np.ndarray, x: float, y: float, range_px: float) -> float:
-    return float(unknown_in_sight(known, x, y, range_px, np.cos(ANGLES), np.sin(ANGLES)))
+    return float(unknown_area_in_sight(known, x, y, range_px, np.cos(ANGLES), np.sin(ANGLES)))
 
 
 def test_from_the_middle_of_nowhere_a_disc_is_seen() -> None:
@@ -64,16 +64,16 @@ def house() -> np.ndarray:
 
 
 def walk(known: np.ndarray, pose: list[float], goal: tuple[float, float], most: int = 300) -> list[tuple[float, float]]:
-    ways = known_ways_of(known.size)
-    find_ways(known, *goal, RADIUS, -1, ways)
+    ways = new_path_scratch(known.size)
+    find_distances(known, *goal, RADIUS, -1, ways)
     x, y, heading = pose
     trail, actions = [(x, y)], 0
-    while (turns := best_turns(known, x, y, heading, TURN, STEP, RADIUS, 0.95, ways)) != NO_TURN:
+    while (turns := choose_turns(known, x, y, heading, TURN, STEP, RADIUS, 0.95, ways)) != NO_TURN:
         actions += abs(turns) + 1
         assert actions < most
         heading += turns * TURN
         walls = (known == OBSTACLE).astype(np.uint8)
-        way = free_way(walls, x, y, math.cos(heading), -math.sin(heading), STEP, RADIUS)
+        way = free_distance(walls, x, y, math.cos(heading), -math.sin(heading), STEP, RADIUS)
         x, y = x + way * math.cos(heading), y - way * math.sin(heading)
         trail.append((x, y))
     return trail
@@ -96,21 +96,21 @@ def test_it_does_not_step_into_what_is_unknown() -> None:
 def test_no_step_shortens_no_way() -> None:
     known = house()
     known[:14, 44:46] = OBSTACLE
-    ways = known_ways_of(known.size)
-    find_ways(known, 70.0, 40.0, RADIUS, -1, ways)
-    assert best_turns(known, 20.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN
-    assert way_at(ways, len(known), 20.0, 40.0, 6) == math.inf
-    assert best_turns(known, 70.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN  # it is there
+    ways = new_path_scratch(known.size)
+    find_distances(known, 70.0, 40.0, RADIUS, -1, ways)
+    assert choose_turns(known, 20.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN
+    assert distance_at(ways, len(known), 20.0, 40.0, 6) == math.inf
+    assert choose_turns(known, 70.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN  # it is there
 
 
 def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: float, ways: object) -> int:
     walls, options = (known != FREE).astype(np.uint8), []
-    near = way_at(ways, len(known), x, y, 3)
-    here = near if near < math.inf else way_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
+    near = distance_at(ways, len(known), x, y, 3)
+    here = near if near < math.inf else distance_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
     for k in range(-18, 19):
         right, down = math.cos(heading + k * TURN), -math.sin(heading + k * TURN)
-        way = free_way(walls, x, y, right, down, STEP, RADIUS)
-        gain = here - way_at(ways, len(known), x + way * right, y + way * down, 3)
+        way = free_distance(walls, x, y, right, down, STEP, RADIUS)
+        gain = here - distance_at(ways, len(known), x + way * right, y + way * down, 3)
         if gain > 35.0:
             options.append((way == STEP, gain, k))
     options = [option for option in options if option[0]] or options
@@ -120,15 +120,15 @@ def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: flo
 
 def test_the_next_step_is_that_of_its_twin() -> None:
     known, rng = house(), np.random.default_rng(4)
-    ways = known_ways_of(known.size)
-    find_ways(known, 70.0, 40.0, RADIUS, -1, ways)
+    ways = new_path_scratch(known.size)
+    find_distances(known, 70.0, 40.0, RADIUS, -1, ways)
     found = 0
     for _ in range(200):
         x, y, heading = *rng.uniform((5, 5), (84, 54)), rng.uniform(-3, 3)
-        if free_way((known != FREE).astype(np.uint8), x, y, 1.0, 0.0, 1.0, RADIUS) == 0.0:
+        if free_distance((known != FREE).astype(np.uint8), x, y, 1.0, 0.0, 1.0, RADIUS) == 0.0:
             continue
         enough = rng.uniform(0.5, 1.0)
         expected = slow_best(known, x, y, heading, enough, ways)
-        assert best_turns(known, x, y, heading, TURN, STEP, RADIUS, enough, ways) == expected
+        assert choose_turns(known, x, y, heading, TURN, STEP, RADIUS, enough, ways) == expected
         found += expected != NO_TURN
     assert found > 50

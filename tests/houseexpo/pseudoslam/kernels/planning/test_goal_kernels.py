@@ -7,12 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.planning.fields import FIELD_SIZES, Field, field_at, find_open, march
+from houseexpo.pseudoslam.kernels.planning.fields import (
+    FIELD_SIZES,
+    GoalField,
+    fast_march,
+    find_open_blocks,
+    goal_distance_at,
+)
 
 
 def marched(is_open: np.ndarray, row: int, col: int, side: int = 1) -> np.ndarray:
     distances = np.empty(is_open.shape, np.float32)
-    march(is_open, row, col, side, distances)
+    fast_march(is_open, row, col, side, distances)
     return distances
 
 
@@ -87,30 +93,30 @@ def test_a_block_is_open_where_the_robot_can_stand_in_some_cell() -> None:
     traversable = np.zeros((7, 8), np.uint8)
     traversable[2, 5] = traversable[6, 7] = traversable[0, 0] = 1
     is_open = np.zeros((3, 3), np.uint8)
-    find_open(traversable, 3, is_open)
+    find_open_blocks(traversable, 3, is_open)
     assert is_open.tolist() == [[1, 1, 0], [0, 0, 0], [0, 0, 1]]
 
 
-def field(distances: list[list[float]], side: int) -> Field:
+def field(distances: list[list[float]], side: int) -> GoalField:
     found = np.array(distances, np.float32)
-    return Field(np.array([(*found.shape, side)], FIELD_SIZES), found.ravel())
+    return GoalField(np.array([(*found.shape, side)], FIELD_SIZES), found.ravel())
 
 
 def test_between_blocks_it_is_read_linearly() -> None:
     plane = field([[0.0, 4.0, 8.0], [2.0, 6.0, 10.0]], 4)
     for x, y in ((2.0, 2.0), (4.0, 2.0), (3.0, 5.0), (9.5, 3.25)):
-        assert field_at(plane, x, y) == pytest.approx((x - 2.0) + (y - 2.0) / 2, abs=1e-6)
+        assert goal_distance_at(plane, x, y) == pytest.approx((x - 2.0) + (y - 2.0) / 2, abs=1e-6)
 
 
 def test_beyond_the_outer_middles_it_is_the_outer_blocks() -> None:
     plane = field([[1.0, 5.0]], 4)
-    assert field_at(plane, 0.0, 0.0) == pytest.approx(1.0)
-    assert field_at(plane, 7.9, 3.0) == pytest.approx(5.0)
+    assert goal_distance_at(plane, 0.0, 0.0) == pytest.approx(1.0)
+    assert goal_distance_at(plane, 7.9, 3.0) == pytest.approx(5.0)
 
 
 def test_blocks_without_a_way_have_no_say() -> None:
     some = field([[3.0, math.inf], [math.inf, math.inf]], 2)
-    assert field_at(some, 2.4, 1.9) == pytest.approx(3.0)
-    assert field_at(some, 2.9, 2.9) == pytest.approx(3.0)
-    assert field_at(some, 3.0, 3.0) == math.inf
-    assert field_at(field([[math.inf]], 2), 1.0, 1.0) == math.inf
+    assert goal_distance_at(some, 2.4, 1.9) == pytest.approx(3.0)
+    assert goal_distance_at(some, 2.9, 2.9) == pytest.approx(3.0)
+    assert goal_distance_at(some, 3.0, 3.0) == math.inf
+    assert goal_distance_at(field([[math.inf]], 2), 1.0, 1.0) == math.inf

@@ -8,10 +8,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from houseexpo.pseudoslam.kernels.planning.graph import draw_graph, note_visit
-from houseexpo.pseudoslam.kernels.planning.plan import VISITED, Graph, GraphRules, new_graph
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways
-from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
+from houseexpo.pseudoslam.kernels.planning.graph import build_graph, record_visit
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances
+from houseexpo.pseudoslam.kernels.planning.planner_types import VISITED, Graph, GraphRules, new_graph
+from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from tests.builders.robot_maps import FREE, random_map, random_place, slow_clear, slow_clusters
 
 SIDE, RANGE, RADIUS = 4, 9.0, 1.2
@@ -22,9 +22,9 @@ SEEDS = st.integers(0, 10**6)
 
 def drawn_graph(known: np.ndarray, x: float, y: float, graph: Graph) -> np.ndarray:
     """Draw it; return the ways, infinite where there is none."""
-    memory = known_ways_of(known.size)
-    find_ways(known, x, y, RADIUS, -1, memory)
-    draw_graph(known, graph, RULES, NOTHING, memory)
+    memory = new_path_scratch(known.size)
+    find_distances(known, x, y, RADIUS, -1, memory)
+    build_graph(known, graph, RULES, NOTHING, memory)
     ways = memory.ways[: known.size].reshape(known.shape).astype(float)
     return np.where((ways < 0) | (ways == NO_WAY), np.inf, ways)
 
@@ -72,8 +72,8 @@ def test_it_is_what_its_twins_say(seed: int) -> None:
     assert [divmod(int(node.cell), cols) for node in graph.nodes[:n]] == expected
     assert (graph.nodes["cell"][n:] == -1).all()
     assert graph.nodes["way"][:n].tolist() == [ways[cell] for cell in expected]
-    memory = known_ways_of(known.size)
-    find_ways(known, x, y, RADIUS, -1, memory)
+    memory = new_path_scratch(known.size)
+    find_distances(known, x, y, RADIUS, -1, memory)
     standing = memory.ways.reshape(known.shape) >= 0
     edges = [cell for cluster in slow_clusters(known) for cell in cluster]
     for i, one in enumerate(expected):
@@ -96,9 +96,9 @@ def test_of_many_frontiers_some_stand_for_the_others() -> None:
     known = np.zeros((110, 110), np.uint8)
     known[10:100, 10:100] = FREE
     graph = new_graph(600, 4)
-    memory = known_ways_of(known.size)
-    find_ways(known, 55.0, 55.0, RADIUS, -1, memory)
-    draw_graph(known, graph, GraphRules(SIDE, 1000.0, RADIUS), NOTHING, memory)
+    memory = new_path_scratch(known.size)
+    find_distances(known, 55.0, 55.0, RADIUS, -1, memory)
+    build_graph(known, graph, GraphRules(SIDE, 1000.0, RADIUS), NOTHING, memory)
     seen = graph.nodes["utility"][: graph.state["nodes"][0]]
     assert (seen % 8 == 0).all()
     assert seen.max() == 360
@@ -119,7 +119,7 @@ def test_where_the_robot_has_been_is_remembered() -> None:
     known = np.full((30, 60), FREE, np.uint8)
     graph = new_graph(300, 4)
     for x, y in ((12.3, 8.7), (13.0, 9.0), (40.1, 20.2)):
-        note_visit(graph, x, y, 60, RULES)
+        record_visit(graph, x, y, 60, RULES)
     assert graph.state["visits"][0] == 2, "two places are in one block"
     drawn_graph(known, 40.1, 20.2, graph)
     been = graph.nodes["cell"][graph.nodes["visited"] == 1].tolist()
@@ -130,7 +130,7 @@ def test_where_the_robot_has_been_is_remembered() -> None:
 def test_the_places_that_are_remembered_are_the_last() -> None:
     graph = new_graph(10, 4)
     for k in range(VISITED + 3):
-        note_visit(graph, SIDE * (k % 50) + 0.5, SIDE * (k // 50) + 0.5, SIDE * 50, RULES)
+        record_visit(graph, SIDE * (k % 50) + 0.5, SIDE * (k // 50) + 0.5, SIDE * 50, RULES)
     assert graph.state["visits"][0] == VISITED + 3
     assert sorted(graph.visited.tolist()) == list(range(3, VISITED + 3))
 

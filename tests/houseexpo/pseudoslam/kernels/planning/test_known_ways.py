@@ -7,18 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways, trace
-from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, KnownWays, known_ways_of
+from houseexpo.pseudoslam.kernels.planning.paths import find_distances, trace_path
+from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, PathScratch, new_path_scratch
 from tests.builders.robot_maps import FREE, drawn, random_map, random_place, slow_standing, slow_ways
 
 SEEDS = st.integers(0, 10**6)
 
 
 def ways_of(
-    known: np.ndarray, x: float, y: float, radius: float, until: int = -1, memory: KnownWays | None = None
+    known: np.ndarray, x: float, y: float, radius: float, until: int = -1, memory: PathScratch | None = None
 ) -> np.ndarray:
-    memory = memory or known_ways_of(known.size)
-    find_ways(known, x, y, radius, until, memory)
+    memory = memory or new_path_scratch(known.size)
+    find_distances(known, x, y, radius, until, memory)
     ways = memory.ways[: known.size].reshape(known.shape).astype(float)
     return np.where(ways == NO_WAY, np.inf, ways)
 
@@ -36,7 +36,7 @@ def test_it_is_what_its_twins_say(seed: int, radius: float) -> None:
 
 def test_memory_serves_one_map_after_the_other() -> None:
     """Bigger and smaller ones, of other widths: nothing of one is left in the next."""
-    memory = known_ways_of(40 * 40)
+    memory = new_path_scratch(40 * 40)
     for seed in range(30):
         rng = np.random.default_rng(seed)
         known = random_map(seed, *rng.integers(12, 40, 2).tolist())
@@ -119,12 +119,12 @@ def test_ways_up_to_a_cell_are_what_all_ways_are() -> None:
 def test_a_path_is_as_long_as_its_way(seed: int) -> None:
     known = random_map(seed)
     x, y = random_place(known, seed)
-    memory = known_ways_of(known.size)
+    memory = new_path_scratch(known.size)
     ways = ways_of(known, x, y, 1.2, memory=memory)
     cols = known.shape[1]
     path = np.empty(known.size, np.int32)
     for row, col in np.argwhere(ways > -2)[::7].tolist():
-        n = trace(memory, row * cols + col, path)
+        n = trace_path(memory, row * cols + col, path)
         assert (n > 0) == (0 <= ways[row, col] < np.inf)
         if n:
             cells = np.stack([path[:n] // cols, path[:n] % cols], axis=1)
@@ -134,8 +134,8 @@ def test_a_path_is_as_long_as_its_way(seed: int) -> None:
             length = ways[tuple(cells[0])] + np.where(moves.sum(axis=1) == 2, 99, 70).sum()
             assert length == ways[row, col]
             assert (ways[tuple(cells.T)] >= 0).all()
-    assert trace(memory, -1, path) == 0
-    assert trace(memory, int(np.nanargmax(np.where(np.isfinite(ways), ways, -1))), path[:0]) == 0
+    assert trace_path(memory, -1, path) == 0
+    assert trace_path(memory, int(np.nanargmax(np.where(np.isfinite(ways), ways, -1))), path[:0]) == 0
 
 
 @pytest.mark.parametrize(("x", "y"), [(-50.0, 5.0), (5.0, -50.0), (500.0, 5.0), (5.0, 500.0), (-9.0, 900.0)])

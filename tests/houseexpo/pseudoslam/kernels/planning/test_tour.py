@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.cover import greedy_cover, list_views, short_tour
+from houseexpo.pseudoslam.kernels.planning.cover import greedy_cover, list_visible_cells, short_tour
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.step_kernels import scratch_of
+from houseexpo.pseudoslam.step_kernels import make_scratch
 
 CONFIG = SimulatorConfig(pixels_per_metre=10.0)
 
@@ -75,7 +75,7 @@ def two_rooms() -> tuple[np.ndarray, np.ndarray]:
 
 
 def seen_from(occupied: np.ndarray, wanted: np.ndarray, place: int, range_px: float) -> set[int]:
-    scratch = scratch_of(CONFIG)
+    scratch = make_scratch(CONFIG)
     row, col = divmod(place, occupied.shape[1])
     n, _ = sector_scan(
         occupied, col + 0.5, row + 0.5, 0.0, np.pi, range_px, scratch.runs, scratch.hit, scratch.slopes
@@ -89,12 +89,12 @@ def test_views_are_those_of_scans() -> None:
     wanted[7] = 0
     places = np.flatnonzero(occupied == 0)[::17].astype(np.int32)
     starts, views = np.zeros(len(places) + 1, np.int64), np.empty(100_000, np.int32)
-    assert list_views(occupied, wanted, places, 12.0, scratch_of(CONFIG), starts, views)
+    assert list_visible_cells(occupied, wanted, places, 12.0, make_scratch(CONFIG), starts, views)
     for i, place in enumerate(places.tolist()):
         found = views[starts[i] : starts[i + 1]].tolist()
         assert len(found) == len(set(found))
         assert set(found) == seen_from(occupied, wanted, place, 12.0)
-    assert not list_views(occupied, wanted, places, 12.0, scratch_of(CONFIG), starts, views[:50])
+    assert not list_visible_cells(occupied, wanted, places, 12.0, make_scratch(CONFIG), starts, views[:50])
 
 
 def slow_cover(sets: list[set[int]], covered: set[int], least: int) -> list[int]:

@@ -11,14 +11,19 @@ from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
-from houseexpo.pseudoslam.kernels.collision import disc_is_free, free_way
+from houseexpo.pseudoslam.kernels.collision import disc_is_free, free_distance
 from houseexpo.pseudoslam.kernels.episode import POSE
-from houseexpo.pseudoslam.kernels.planner_action import survey
-from houseexpo.pseudoslam.kernels.planning.plan import ARRIVED, BLOCKED, SEEN, new_graph, new_plans
-from houseexpo.pseudoslam.kernels.planning.ways import find_ways, is_settled, nearest_place, way_by_map
-from houseexpo.pseudoslam.kernels.types import NO_WAY, known_ways_of
-from houseexpo.pseudoslam.planning import plan_rules
-from houseexpo.pseudoslam.step_kernels import scratch_of, with_room
+from houseexpo.pseudoslam.kernels.planner_action import update_choices
+from houseexpo.pseudoslam.kernels.planning.paths import (
+    find_distances,
+    free_distance_by_map,
+    is_explored_near,
+    nearest_reachable_cell,
+)
+from houseexpo.pseudoslam.kernels.planning.planner_types import ARRIVED, BLOCKED, SEEN, new_graph, new_planner_memory
+from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
+from houseexpo.pseudoslam.planning import planner_rules
+from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 from tests.builders.robot_maps import FREE, UNKNOWN, drawn, random_map, random_place
 
 SEEDS = st.integers(0, 10**6)
@@ -36,15 +41,15 @@ def test_a_disc_goes_as_far_as_cells_that_are_not_free_let_it(seed: int) -> None
         heading, distance = 0.7 * k, 0.5 * k
         if disc_is_free(closed, x, y, 0.7):
             given_way = x, y, math.cos(heading), -math.sin(heading), distance, 0.7
-            assert way_by_map(known, *given_way) == free_way(closed, *given_way)
+            assert free_distance_by_map(known, *given_way) == free_distance(closed, *given_way)
 
 
 def test_what_a_disc_covers_already_does_not_hold_it_but_the_next_wall_does() -> None:
     known = drawn("##########", "#?.......#", "#........#", "#........#", "##########")
-    assert way_by_map(known, 2.2, 2.5, 1.0, 0.0, 3.0, 0.9) == 3.0
-    assert way_by_map(known, 2.2, 2.0, 1.0, 0.0, 3.0, 0.9) == 3.0, "it leaves the unknown cell that it covers"
-    assert way_by_map(known, 2.5, 2.5, 1.0, 0.0, 30.0, 0.9) == pytest.approx(9.0 - 2.5 - 0.9, abs=1e-5)
-    assert way_by_map(known, 4.5, 2.5, 0.0, -1.0, 3.0, 0.9) == pytest.approx(0.6, abs=1e-5)
+    assert free_distance_by_map(known, 2.2, 2.5, 1.0, 0.0, 3.0, 0.9) == 3.0
+    assert free_distance_by_map(known, 2.2, 2.0, 1.0, 0.0, 3.0, 0.9) == 3.0, "it leaves the unknown cell that it covers"
+    assert free_distance_by_map(known, 2.5, 2.5, 1.0, 0.0, 30.0, 0.9) == pytest.approx(9.0 - 2.5 - 0.9, abs=1e-5)
+    assert free_distance_by_map(known, 4.5, 2.5, 0.0, -1.0, 3.0, 0.9) == pytest.approx(0.6, abs=1e-5)
 
 
 @settings(deadline=None, max_examples=40)
@@ -59,19 +64,19 @@ def test_a_frontier_is_seen_where_no_other_is_left_near_it(seed: int) -> None:
     for _ in range(20):
         row, col, reach = rng.integers(0, (14, 17, 6)).tolist()
         near = edges[max(row - reach, 0) : row + reach + 1, max(col - reach, 0) : col + reach + 1]
-        assert is_settled(known, row * 17 + col, reach) == (known[row, col] != UNKNOWN and not near.any())
+        assert is_explored_near(known, row * 17 + col, reach) == (known[row, col] != UNKNOWN and not near.any())
 
 
 @settings(deadline=None, max_examples=40)
 @given(SEEDS)
 def test_the_nearest_place_is_the_nearest_with_a_way(seed: int) -> None:
     known = random_map(seed)
-    memory = known_ways_of(known.size)
-    find_ways(known, *random_place(known, seed), 1.2, -1, memory)
+    memory = new_path_scratch(known.size)
+    find_distances(known, *random_place(known, seed), 1.2, -1, memory)
     ways = memory.ways.reshape(known.shape)
     places = np.argwhere((ways >= 0) & (ways != NO_WAY))
     for x, y in np.random.default_rng(seed).uniform(-5, 40, (10, 2)).tolist():
-        found = nearest_place(memory, x, y)
+        found = nearest_reachable_cell(memory, x, y)
         if not len(places):
             assert found == -1
             continue
@@ -89,13 +94,13 @@ def test_what_was_looked_at_in_vain_is_given_up(outcome: int, gone_px: float, is
     known = np.full((14, 22), 255, np.uint8)
     known[1:-1, 1:-1] = UNKNOWN
     known[1:-1, 1:11] = FREE
-    plan, pose = new_plans(4), np.zeros(1, POSE)
+    plan, pose = new_planner_memory(4), np.zeros(1, POSE)
     pose["seen_x"], pose["seen_y"] = 4.5, 6.5
     plan.state["goal_x"], plan.state["target"] = math.nan, 6 * 22 + 11
     plan.state["outcome"], plan.state["gone_px"] = outcome, gone_px
-    scratch = with_room(scratch_of(config), known.size)
-    rules = plan_rules(config, PlanningConfig(), "frontier")
-    survey(known, pose[0], plan, new_graph(0, 0), rules, scratch)
+    scratch = enlarge_scratch(make_scratch(config), known.size)
+    rules = planner_rules(config, PlanningConfig(), "frontier")
+    update_choices(known, pose[0], plan, new_graph(0, 0), rules, scratch)
     assert plan.state["lost"][0] == int(is_lost)
     cells = sorted(plan.frontiers["cells"].tolist())
     assert cells == ([0, 0, 3, 4] if is_lost else [0, 0, 0, 12])

@@ -15,16 +15,16 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     FURTHEST,
     HIT,
     LOST,
-    draw_beams,
-    draw_noisy,
+    draw_beam_errors,
+    draw_noisy_scan,
     merge_patch,
     registration_error,
 )
 from houseexpo.pseudoslam.kernels.types import Errors, Sensor
-from houseexpo.pseudoslam.step_kernels import errors_of
+from houseexpo.pseudoslam.step_kernels import make_errors
 from tests.builders.scans import UNASKED
 
-NONE = errors_of(NoiseConfig(), 25.0)
+NONE = make_errors(NoiseConfig(), 25.0)
 BEAMS = 180
 Cell = tuple[int, int]
 
@@ -43,7 +43,7 @@ def measured(
     flat = np.array([row * 50 + col for row, col in hit], np.int32)
     fate = np.array([(fates or {}).get(beam, HIT) for beam in range(BEAMS)], np.int32)
     sensor = Sensor(False, math.pi, 20.0, np.ones(BEAMS), np.zeros(BEAMS))
-    draw_noisy(patch, 50, x, y, 0.0, sensor, cells, len(cells), flat, len(flat), np.full(BEAMS, shift), fate)
+    draw_noisy_scan(patch, 50, x, y, 0.0, sensor, cells, len(cells), flat, len(flat), np.full(BEAMS, shift), fate)
     top, left = int(y) - 21, int(x) - 21
     return {(row + top, col + left, int(patch[row, col])) for row, col in np.argwhere(patch).tolist()}
 
@@ -114,7 +114,7 @@ def test_beams_are_drawn_from_key_and_scan_alone() -> None:
     errors = NONE._replace(any=True, beams=True, laser_px=2.0, drop_out=0.25, max_range=0.1)
     for key, scan in ((3, 0), (2**50, 7)):
         shift_px, fate = np.empty(20), np.empty(20, np.int32)
-        draw_beams(errors, 20, key, scan, shift_px, fate)
+        draw_beam_errors(errors, 20, key, scan, shift_px, fate)
         for beam in range(20):
             number = scan * 20 + beam
             share = uniform(key, 4 * number + 2)
@@ -124,7 +124,7 @@ def test_beams_are_drawn_from_key_and_scan_alone() -> None:
 
 def test_what_errs_not_at_all_is_exact_bit_by_bit() -> None:
     shift_px, fate = np.full(9, 5.0), np.full(9, 5, np.int32)
-    draw_beams(NONE, 9, 11, 4, shift_px, fate)
+    draw_beam_errors(NONE, 9, 11, 4, shift_px, fate)
     assert not shift_px.any()
     assert (fate == HIT).all()
     assert noisy_odometry(NONE, 11, 4, 0.3, -7.1) == (0.3, -7.1)
@@ -134,7 +134,7 @@ def test_what_errs_not_at_all_is_exact_bit_by_bit() -> None:
 def test_beams_err_as_often_and_as_much_as_told() -> None:
     errors = NONE._replace(any=True, beams=True, laser_px=2.0, drop_out=0.2, max_range=0.05)
     shift_px, fate = np.empty(3000), np.empty(3000, np.int32)
-    draw_beams(errors, 3000, 5, 1, shift_px, fate)
+    draw_beam_errors(errors, 3000, 5, 1, shift_px, fate)
     assert (fate == LOST).mean() == pytest.approx(0.2, abs=0.025)
     assert (fate == FURTHEST).mean() == pytest.approx(0.05, abs=0.015)
     assert (shift_px.mean(), shift_px.std()) == pytest.approx((0.0, 2.0), abs=0.12)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.kernels.sensing.rays import cast
+from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ
 FAN = np.arange(-math.pi, math.pi, math.radians(3.0))
@@ -21,7 +21,7 @@ def ranges(
     occupied: np.ndarray, x: float, y: float, heading: float, range_px: float, fan: np.ndarray = FAN
 ) -> np.ndarray:
     out = np.full(len(fan), np.nan)
-    cast(occupied, x, y, heading, np.cos(fan), np.sin(fan), range_px, out)
+    cast_beams(occupied, x, y, heading, np.cos(fan), np.sin(fan), range_px, out)
     return out
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_standing, mark_in_sight
+from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_nearest_standing_cells, mark_seen_from_nearest
 from houseexpo.pseudoslam.worlds.world import traversable_cells, visible_cells, world_of
 from tests.builders.scans import slow_visible
 
@@ -85,7 +85,7 @@ def test_where_it_stands_near_a_cell(walls: bool) -> None:
         np.empty((occupied.size, 2), np.int16),
         np.zeros_like(occupied),
     )
-    n_asked = find_standing(traversable, wanted, UNKNOWN, 9.0, asked, away, visible)
+    n_asked = find_nearest_standing_cells(traversable, wanted, UNKNOWN, 9.0, asked, away, visible)
     assert not visible.any()
     np.testing.assert_array_equal(asked[:n_asked], np.flatnonzero(wanted > traversable))
     at, cells = np.argwhere(traversable), np.argwhere(wanted)
@@ -108,12 +108,12 @@ def test_who_has_kept_a_standing_cell_close_by_is_not_asked_again() -> None:
     traversable = np.zeros_like(wanted)
     traversable[1, 5:8] = 1
     asked, before, visible = np.empty(27, np.int32), np.empty((27, 2), np.int16), np.zeros_like(wanted)
-    assert find_standing(traversable, wanted, UNKNOWN, 9.0, asked, before, visible) == 4
+    assert find_nearest_standing_cells(traversable, wanted, UNKNOWN, 9.0, asked, before, visible) == 4
     assert before[10:17].tolist() == [[0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0], [0, 0]]
     traversable[1, 5] = 0
     before[13, 1] = 2  # as if another one had been found
     away = np.empty_like(before)
-    n_asked = find_standing(traversable, wanted, before, 2.0, asked, away, visible)
+    n_asked = find_nearest_standing_cells(traversable, wanted, before, 2.0, asked, away, visible)
     assert np.flatnonzero(visible[1]).tolist() == [4]
     assert (asked[:n_asked] - 9).tolist() == [1, 2, 3, 5]
     assert away[10:17].tolist() == [[0, 5], [0, 4], [0, 3], [0, 2], [0, 1], [0, 0], [0, 0]]
@@ -128,6 +128,6 @@ def test_a_standing_cell_counts_where_nothing_lies_between() -> None:
     away[10:17, 1] = 7 - np.arange(1, 8)
     for sure_px, range_px, seen in ((1.0, 9.0, [5, 6, 7]), (1.0, 1.5, [6, 7]), (5.0, 9.0, [2, 3, 5, 6, 7])):
         visible, asked = np.zeros_like(occupied), cells.copy()
-        n_left = mark_in_sight(occupied, asked, len(asked), away, sure_px, range_px, visible)
+        n_left = mark_seen_from_nearest(occupied, asked, len(asked), away, sure_px, range_px, visible)
         assert np.flatnonzero(visible[1]).tolist() == seen
         assert sorted([*asked[:n_left] - 9, *seen]) == [1, 2, 3, 5, 6, 7]

@@ -14,7 +14,7 @@ import pytest
 from houseexpo.floorplan import decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
-from houseexpo.pseudoslam.kernels.sensing.rays import free_corner, ray_merge, ray_scan
+from houseexpo.pseudoslam.kernels.sensing.rays import find_free_rectangle, merge_ray_scan, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.worlds.world import scan_buffers
 from tests.builders.scans import UNASKED, Cells, slow_rays, slow_sector
@@ -164,7 +164,7 @@ def test_rays_merged_at_once_are_rays_scanned_and_merged(settled: bool, seen: fl
         counted = merge_runs(expected, observable, runs, n_runs, FREE, UNASKED)
         merge_cells(expected, observable, hit, n_hit, OBSTACLE, UNASKED)
         ends = np.empty(len(fan), np.int32)
-        new, covered, n_ends = ray_merge(occupied, observable, known, *scan, ends, settled, UNASKED)
+        new, covered, n_ends = merge_ray_scan(occupied, observable, known, *scan, ends, settled, UNASKED)
         assert (new, covered) == counted
         assert ends[:n_ends].tolist() == hit[:n_hit].tolist()
         merge_cells(known, observable, ends, n_ends, OBSTACLE, UNASKED)
@@ -184,7 +184,7 @@ def test_the_free_corner_is_the_biggest_rectangle() -> None:
                 for high in range(1, corner.shape[0] + 1)
                 for wide in range(1, corner.shape[1] + 1)
             ]
-            wide, high = free_corner(known, col, row, across, along, far)
+            wide, high = find_free_rectangle(known, col, row, across, along, far)
             assert (wide + 1) * (high + 1) == max(sizes)
             assert corner[: high + 1, : wide + 1].all()
 

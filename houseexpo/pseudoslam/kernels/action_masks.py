@@ -8,17 +8,17 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import contact
+from houseexpo.pseudoslam.kernels.collision import distance_to_square
 from houseexpo.pseudoslam.kernels.mapping import OBSTACLE
 from houseexpo.pseudoslam.kernels.tolerances import TOUCH_PX
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid
 
 
 @njit(cache=True, nogil=True)
-def step_fits(known: Grid, x: float, y: float, heading: float, distance: float, radius: float) -> bool:
+def step_is_free(known: Grid, x: float, y: float, heading: float, distance: float, radius: float) -> bool:
     """Return whether a disc (pixels) meets no obstacle of a map on its way ahead.
 
-    Cells that are unknown do not count as obstacles. Contacts are those of ``collision.free_way``.
+    Cells that are unknown do not count as obstacles. Contacts are those of ``collision.free_distance``.
     """
     rows, cols = known.shape
     right, down, r = math.cos(heading), -math.sin(heading), radius - TOUCH_PX
@@ -26,16 +26,16 @@ def step_fits(known: Grid, x: float, y: float, heading: float, distance: float, 
     for row in range(max(int(min(y, end_y) - radius), 0), min(int(max(y, end_y) + radius) + 1, rows)):
         for col in range(max(int(min(x, end_x) - radius), 0), min(int(max(x, end_x) + radius) + 1, cols)):
             if known[row, col] == OBSTACLE:  # noqa: SIM102  # one comparison for most cells
-                if contact(x - col - 0.5, y - row - 0.5, right, down, r, distance) < distance:
+                if distance_to_square(x - col - 0.5, y - row - 0.5, right, down, r, distance) < distance:
                     return False
     return True
 
 
 @njit(cache=True, nogil=True)
-def steps_fit(
+def find_free_steps(
     known: Grid, sizes: Counts, poses: Floats, distance: float, radius: float, fit: npt.NDArray[np.bool_]
 ) -> None:
-    """Write ``step_fits`` for N robots.
+    """Write ``step_is_free`` for N robots.
 
     Parameters
     ----------
@@ -51,4 +51,4 @@ def steps_fit(
     for i in range(len(poses)):
         rows, cols = sizes[i]
         grid = known[i, : rows * cols].reshape((rows, cols))
-        fit[i] = step_fits(grid, poses[i, 0], poses[i, 1], poses[i, 2], distance, radius)
+        fit[i] = step_is_free(grid, poses[i, 0], poses[i, 1], poses[i, 2], distance, radius)

@@ -1,4 +1,4 @@
-"""Define the arrays of an environment's plans (frontiers, last action, graph), and the parameters of planning."""
+"""Define what a planner keeps for an environment (frontiers, last action, graph), and the parameters of planning."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, row_type
+from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, make_row_dtype
 
-FRONTIER = row_type(middle=int, goal=int, cells=int, way=int)
-"""A cluster: flat indices of its middle and its goal, its number of cells, the distance to the goal (``KnownWays``)."""
-PLAN = row_type(
+FRONTIER = make_row_dtype(middle=int, goal=int, cells=int, way=int)
+"""A cluster: flat indices of its middle and its goal, its cells, the distance to the goal (``PathScratch.ways``)."""
+PLAN = make_row_dtype(
     outcome=int, target=int, path=int, at=int, steps=int, lost=int, gone_px=float, moved_px=float,
     cols=int, enough=int, time=int, goal_x=float, goal_y=float, goal_px=float,
 )  # fmt: skip
@@ -33,10 +33,10 @@ NO_CHOICE = -1
 """The value of ``FRONTIER.goal`` for a frontier that does not exist."""
 
 
-NODE = row_type(cell=int, way=int, utility=int, visited=int)
+NODE = make_row_dtype(cell=int, way=int, utility=int, visited=int)
 """A node of the graph: its flat index, -1 for none; its distance; the number of visible frontier cells; 1 if the robot
 has been there."""
-GRAPH = row_type(nodes=int, visits=int)
+GRAPH = make_row_dtype(nodes=int, visits=int)
 """The numbers of nodes and of visited blocks."""
 VISITED = 1024
 """The number of visited blocks that are remembered, the latest ones."""
@@ -88,7 +88,7 @@ class GraphRules(NamedTuple):
     """As ``FrontierRules``'s."""
 
 
-class PlanRules(NamedTuple):
+class PlannerRules(NamedTuple):
     """The parameters of planning, the same for all environments."""
 
     kind: int
@@ -98,7 +98,7 @@ class PlanRules(NamedTuple):
     graph: GraphRules
 
 
-class Plans(NamedTuple):
+class PlannerMemory(NamedTuple):
     """The plans of one environment. In a pool, arrays have an additional first axis."""
 
     frontiers: Rows
@@ -134,21 +134,21 @@ def new_graph(nodes: int, neighbours: int) -> Graph:
     return graph
 
 
-def new_plans(choices: int) -> Plans:
+def new_planner_memory(choices: int) -> PlannerMemory:
     """Return the plans of an environment that has not begun."""
-    plans = Plans(np.zeros(choices, FRONTIER), np.zeros(GIVEN_UP, np.int32), np.zeros(1, PLAN))
+    plans = PlannerMemory(np.zeros(choices, FRONTIER), np.zeros(GIVEN_UP, np.int32), np.zeros(1, PLAN))
     plans.frontiers["goal"] = NO_CHOICE
     return plans
 
 
-def no_plans() -> Plans:
+def no_planner_memory() -> PlannerMemory:
     """Return the plans of an environment whose actions are single steps."""
-    return Plans(np.zeros(0, FRONTIER), np.zeros(0, np.int32), np.zeros(0, PLAN))
+    return PlannerMemory(np.zeros(0, FRONTIER), np.zeros(0, np.int32), np.zeros(0, PLAN))
 
 
-def no_rules() -> PlanRules:
+def no_planner_rules() -> PlannerRules:
     """Return parameters for environments without planning."""
-    return PlanRules(
+    return PlannerRules(
         BY_WAYPOINT,
         FrontierRules(0.0, 0.0, 1, 1, 0.0, 1, np.zeros((0, 2), np.int16)),
         TravelRules(0.0, 0.0, 0.0, 0, 0, 0),

@@ -9,7 +9,7 @@ W5  Distances are whole numbers, 70 for a straight step and 99 for a diagonal on
     of one beside it (W4).
 
 Only rows and columns with known cells are processed. A robot with single actions descends these distances
-(``best_turns``); one with planners' actions follows a path (``next_motion``):
+(``choose_turns``); one with planners' actions follows a path (``next_motion``):
 
 T1  The robot aims at the farthest cell of its path, within reach, to which a straight line over standing cells leads.
     If by the map its disc cannot go there, it aims at the next cells of the path instead.
@@ -27,9 +27,9 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import cell_meets_disc, contact, free_way, wrap_angle
+from houseexpo.pseudoslam.kernels.collision import cell_meets_disc, distance_to_square, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
-from houseexpo.pseudoslam.kernels.planning.plan import ACROSS, ARRIVED, BLOCKED, GOING, STRAIGHT, TravelRules
+from houseexpo.pseudoslam.kernels.planning.planner_types import ACROSS, ARRIVED, BLOCKED, GOING, STRAIGHT, TravelRules
 from houseexpo.pseudoslam.kernels.tolerances import (
     ALIGNED,
     ARRIVED_PX,
@@ -40,14 +40,14 @@ from houseexpo.pseudoslam.kernels.tolerances import (
     SHORTEST_STEP_PX,
     TOUCH_PX,
 )
-from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Counts, Grid, KnownWays
+from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, Cells, Counts, Grid, PathScratch
 
 TOP, BOTTOM, LEFT, RIGHT, COLS = range(5)
-"""In ``KnownWays.box``."""
+"""In ``PathScratch.box``."""
 
 
 @njit(cache=True, nogil=True)
-def find_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> None:
+def find_known_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> None:
     """Write the rows and columns with known cells or the robot, plus one more on each side."""
     rows, cols = known.shape
     flat = known.ravel()
@@ -73,7 +73,7 @@ def find_box(known: Grid, x: float, y: float, radius_px: float, box: Counts) -> 
 
 
 @njit(cache=True, nogil=True)
-def close_cells(known: Grid, x: float, y: float, radius_px: float, found: KnownWays) -> None:
+def mark_closed_cells(known: Grid, x: float, y: float, radius_px: float, found: PathScratch) -> None:
     """Mark the cells that are not open (W1, W2), including the box's rim, which is unknown or the grid's border."""
     rows, cols = known.shape
     flat, closed, box = known.ravel(), found.closed, found.box
@@ -92,7 +92,7 @@ def close_cells(known: Grid, x: float, y: float, radius_px: float, found: KnownW
 
 
 @njit(cache=True, nogil=True)
-def find_standing_cells(radius_px: float, found: KnownWays) -> None:
+def find_standing_cells(radius_px: float, found: PathScratch) -> None:
     """Set ``ways`` to ``NO_WAY`` in standing cells (W3), from distances to closed cells in columns and then along rows.
 
     Each inner loop runs over cells that are adjacent in memory, so that many cells are processed at a time.
@@ -133,7 +133,7 @@ def find_standing_cells(radius_px: float, found: KnownWays) -> None:
 
 
 @njit(cache=True, nogil=True)
-def find_ways(known: Grid, x: float, y: float, radius_px: float, until: int, found: KnownWays) -> None:
+def find_distances(known: Grid, x: float, y: float, radius_px: float, until: int, found: PathScratch) -> None:
     """Find the cells where the robot can stand by its map, and the distances to them.
 
     Parameters
@@ -147,14 +147,14 @@ def find_ways(known: Grid, x: float, y: float, radius_px: float, until: int, fou
         ``NO_WAY``. With -1, all are computed.
     """
     _clear(found)
-    find_box(known, x, y, radius_px, found.box)
-    close_cells(known, x, y, radius_px, found)
+    find_known_box(known, x, y, radius_px, found.box)
+    mark_closed_cells(known, x, y, radius_px, found)
     find_standing_cells(radius_px, found)
     _find_lengths(known.shape[0], x, y, radius_px, until, found)
 
 
 @njit(cache=True, nogil=True)
-def trace(found: KnownWays, goal: int, path: Cells) -> int:
+def trace_path(found: PathScratch, goal: int, path: Cells) -> int:
     """Write the flat indices of the cells on the shortest path from the robot to a cell; return their number.
 
     Of equally short paths, always the same one is used. The result is 0 if there is no path or ``path`` is too short.
@@ -187,7 +187,7 @@ def trace(found: KnownWays, goal: int, path: Cells) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _clear(found: KnownWays) -> None:
+def _clear(found: PathScratch) -> None:
     """Clear the last distances."""
     box, ways = found.box, found.ways
     for row in range(box[TOP], box[BOTTOM]):
@@ -196,7 +196,7 @@ def _clear(found: KnownWays) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _start_ways(rows: int, x: float, y: float, radius_px: float, found: KnownWays, starts: Cells) -> int:
+def _start_ways(rows: int, x: float, y: float, radius_px: float, found: PathScratch, starts: Cells) -> int:
     """Write the standing cells at which paths start (W5), and their distances; return their number.
 
     They are the robot's own cell and its eight neighbours, as far as it can stand there, diagonal ones by W4; if there
@@ -226,7 +226,7 @@ def _start_ways(rows: int, x: float, y: float, radius_px: float, found: KnownWay
 
 
 @njit(cache=True, nogil=True)
-def _find_lengths(rows: int, x: float, y: float, radius_px: float, until: int, found: KnownWays) -> None:
+def _find_lengths(rows: int, x: float, y: float, radius_px: float, until: int, found: PathScratch) -> None:
     """Compute the distances by Dijkstra's algorithm with buckets of 70, in which no path is a part of another one.
 
     A cell's neighbours are in the two buckets after its own, so that three buckets are enough, used in turn. A cell is
@@ -290,7 +290,7 @@ _MIN_GAIN = LEAST_GAIN_PX * STRAIGHT
 
 
 @njit(cache=True, nogil=True)
-def best_turns(
+def choose_turns(
     known: Grid,
     x: float,
     y: float,
@@ -299,7 +299,7 @@ def best_turns(
     step_px: float,
     radius_px: float,
     enough: float,
-    found: KnownWays,
+    found: PathScratch,
 ) -> int:
     """Return the fewest turns, positive to the left, before a step that makes nearly as much progress as the best one.
 
@@ -317,20 +317,20 @@ def best_turns(
     enough
         The share of the best step's progress that is enough.
     found
-        The result of ``find_ways`` from the goal, up to the robot.
+        The result of ``find_distances`` from the goal, up to the robot.
     """
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
     closed = _closed_cells_around(known, x, y, radius_px, top, left, reach)
-    here = way_at(found, known.shape[0], x, y, BESIDE_CELLS)
+    here = distance_at(found, known.shape[0], x, y, BESIDE_CELLS)
     if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
-        here = way_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
+        here = distance_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
     half = int(math.pi / turn + 1e-9)
     gains, is_full, some_full = np.zeros(2 * half + 1), np.zeros(2 * half + 1, np.uint8), False
     for k in range(-half, half + 1):
         right, down = math.cos(heading + k * turn), -math.sin(heading + k * turn)
-        way = free_way(closed, x - left, y - top, right, down, step_px, radius_px)
-        gain = here - way_at(found, known.shape[0], x + way * right, y + way * down, BESIDE_CELLS)
+        way = free_distance(closed, x - left, y - top, right, down, step_px, radius_px)
+        gain = here - distance_at(found, known.shape[0], x + way * right, y + way * down, BESIDE_CELLS)
         if gain > _MIN_GAIN:  # not if both are infinite
             gains[k + half] = gain
             is_full[k + half] = way == step_px
@@ -348,7 +348,7 @@ def best_turns(
 
 
 @njit(cache=True, nogil=True)
-def way_at(found: KnownWays, rows: int, x: float, y: float, reach: int) -> float:
+def distance_at(found: PathScratch, rows: int, x: float, y: float, reach: int) -> float:
     """Return the distance from a place, by the best standing cell at most ``reach`` away; infinite if there is none.
 
     The unit is ``STRAIGHT`` per cell.
@@ -380,7 +380,15 @@ def _closed_cells_around(known: Grid, x: float, y: float, radius_px: float, top:
 
 @njit(cache=True, nogil=True)
 def next_motion(
-    known: Grid, x: float, y: float, heading: float, found: KnownWays, n: int, at: int, target: int, rules: TravelRules
+    known: Grid,
+    x: float,
+    y: float,
+    heading: float,
+    found: PathScratch,
+    n: int,
+    at: int,
+    target: int,
+    rules: TravelRules,
 ) -> tuple[float, float, int, int]:
     """Return the next step's turn and distance, radians and pixels, its place on the path, and the travel's state.
 
@@ -413,7 +421,7 @@ def next_motion(
             continue
         towards = _direction(x, y, to_x, to_y, heading)
         wanted = min(distance, rules.step_px)
-        way = way_by_map(known, x, y, math.cos(towards), -math.sin(towards), wanted, rules.radius_px)
+        way = free_distance_by_map(known, x, y, math.cos(towards), -math.sin(towards), wanted, rules.radius_px)
         if way < min(wanted, SHORTEST_STEP_PX):
             continue
         off = wrap_angle(towards - heading)
@@ -424,7 +432,9 @@ def next_motion(
 
 
 @njit(cache=True, nogil=True)
-def way_by_map(known: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float) -> float:
+def free_distance_by_map(
+    known: Grid, x: float, y: float, right: float, down: float, distance: float, radius: float
+) -> float:
     """Return how far, up to ``distance``, a disc can go in a direction (a unit vector) by the map (T3), pixels."""
     rows, cols = known.shape
     end_x, end_y = x + distance * right, y + distance * down
@@ -434,12 +444,12 @@ def way_by_map(known: Grid, x: float, y: float, right: float, down: float, dista
     for row in range(top, bottom):
         for col in range(left, last):
             if known[row, col] != FREE and not cell_meets_disc(row, col, x, y, radius):
-                way = min(way, contact(x - col - 0.5, y - row - 0.5, right, down, radius - TOUCH_PX, way))
+                way = min(way, distance_to_square(x - col - 0.5, y - row - 0.5, right, down, radius - TOUCH_PX, way))
     return way if way == distance else max(way - REST_PX, 0.0)
 
 
 @njit(cache=True, nogil=True)
-def is_settled(known: Grid, cell: int, reach: int) -> bool:
+def is_explored_near(known: Grid, cell: int, reach: int) -> bool:
     """Return whether a cell is known, and no unknown cell beside a free one is left within reach of it."""
     rows, cols = known.shape
     row, col = cell // cols, cell % cols
@@ -458,7 +468,7 @@ def is_settled(known: Grid, cell: int, reach: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def nearest_place(found: KnownWays, x: float, y: float) -> int:
+def nearest_reachable_cell(found: PathScratch, x: float, y: float) -> int:
     """Return the standing cell with a path whose centre is closest to a point, of several the first; -1 for none."""
     box, ways = found.box, found.ways
     best, least = -1, math.inf
@@ -487,18 +497,18 @@ def _progress(path: Cells, n: int, at: int, x: float, y: float, cols: int, reach
 
 
 @njit(cache=True, nogil=True)
-def _aim(path: Cells, n: int, at: int, x: float, y: float, found: KnownWays, cols: int, reach: int) -> int:
+def _aim(path: Cells, n: int, at: int, x: float, y: float, found: PathScratch, cols: int, reach: int) -> int:
     """Return the farthest cell of the path up to which straight lines over standing cells lead."""
     furthest = min(at + 1, n - 1)
     for k in range(furthest + 1, min(at + reach, n - 1) + 1):
-        if not line_stands(found, x, y, path[k] % cols + 0.5, path[k] // cols + 0.5, cols):
+        if not line_is_traversable(found, x, y, path[k] % cols + 0.5, path[k] // cols + 0.5, cols):
             break
         furthest = k
     return furthest
 
 
 @njit(cache=True, nogil=True)
-def line_stands(found: KnownWays, x: float, y: float, to_x: float, to_y: float, cols: int) -> bool:
+def line_is_traversable(found: PathScratch, x: float, y: float, to_x: float, to_y: float, cols: int) -> bool:
     """Return whether a line lies in standing cells, sampled twice per cell, except for its start."""
     right, down = to_x - x, to_y - y
     length = math.hypot(right, down)
