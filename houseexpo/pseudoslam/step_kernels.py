@@ -175,11 +175,11 @@ def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool
 
 def find_kernel(name: str) -> Any:
     """Return a kernel for steps, for planners' actions or for drives, by its name."""
-    if name.startswith("drives"):
+    if name.startswith("drive_pool"):
         from houseexpo.pseudoslam.kernels import driving  # import only what is needed
 
         return getattr(driving, name)
-    if name.startswith("travels"):
+    if name.startswith("travel_pool"):
         from houseexpo.pseudoslam.kernels import planner_action
 
         return getattr(planner_action, name)
@@ -189,7 +189,7 @@ def find_kernel(name: str) -> Any:
 def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> Any:
     """Return the kernel for such steps, so that features that are not used need not be compiled."""
     driven = params.drive.kind != NO_DRIVE
-    kind = "travels" if travels else "drives" if driven else "steps"
+    kind = "travel_pool" if travels else "drive_pool" if driven else "step_pool"
     if moves:
         return find_kernel(f"{kind}_with_people")
     if params.errors.any or ranges or driven:
