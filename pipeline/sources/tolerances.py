@@ -102,6 +102,7 @@ HEADS_M: Final = (1.8, 2.75)  # heights at which openings end in a file in metre
 HIGHEST_LINTEL_M: Final = 3.0  # a beam that starts lower closes an opening
 WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that are drawn by their two faces
 THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between lines of a drawing, is wall
+MASSIVE_WALL_M: Final = 1.5  # a drawn wall that is wider, with something in it, is the outline of a house
 DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
 THINNEST_WALL_M: Final = 0.02  # the two faces of a wall are at least this far apart
 IFC_WALL_M: Final = 0.5  # an unspecified IFC part that is upright and thinner is a wall

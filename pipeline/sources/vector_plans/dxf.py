@@ -3,9 +3,13 @@
 R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls are no house (templates state
     millimetres for drawings in inches), it is the first of mm, m, cm, inches and feet in which the walls are as long as
     a house and as thick as walls, or else as long as a house; the plan says that it is a guess.
-R2  Layers are told by words in their names (wall, door, room, text and their like in German, French and Spanish),
-    inserts by their own layer, or by the block's. What is on other layers is passed over.
+R2  Layers are told by words in their names (wall, door, room, text and their like in other languages), inserts by their
+    own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
+R4  Where no layer says wall or room, the lines of the layers that say nothing are walls, but those in blocks and on
+    layers with the words of ``_OTHERS``; the plan says that its layers are a guess. An arc among them that is as wide as
+    a door is a door, and a line from its hinge to its end the leaf.
+R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from shapely import Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.rejection import Reason, Rejection
@@ -35,13 +40,23 @@ from pipeline.sources.tolerances import (
     WALL_THICKNESS_M,
 )
 from pipeline.sources.vector_plans.drawn import Drawing, Point
-from pipeline.sources.vector_plans.features import Features, kind_of, ring, storey_of
+from pipeline.sources.vector_plans.features import Features, kind_of, nest_rings, ring, storey_of
 
 MOST_ENTITIES = 1_000_000
 DEEPEST_BLOCK = 20
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
 _MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
+_TEXTS: Final = frozenset({"TEXT", "MTEXT"})
+_CURVES: Final = frozenset({"ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
+_PIECES: Final = 8
+"""Of a quarter of a circle."""
+_MOST_GUESSED: Final = 5_000
+_OTHERS = re.compile(
+    r"dim|defpoint|text|note|anno|title|frame|border|viewport|grid|axis|achse|cote|hatch|furn|equip|elec|plumb|sanit|"
+    r"light|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|graph|node|edge|point|coord",
+    re.IGNORECASE,
+)
 
 
 def claims(path: Path, head: bytes) -> bool:
@@ -73,7 +88,11 @@ def draw(path: Path) -> Drawing:
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
         document, _ = recover.read(io.BytesIO(path.read_bytes()))
-        found = list(_entities(document.modelspace(), document, left_out, (), count()))
+        every = list(_entities(document.modelspace(), document, left_out, (), count()))
+        found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
+        is_guessed = not any(kind in {"wall", "room"} for kind, _ in found)
+        if is_guessed:
+            found += _unnamed(every)  # R4
         scale, is_stated = _scale(found, _UNITS.get(int(document.header.get("$INSUNITS", 0))), path)
     except (
         DXFError,
@@ -89,6 +108,7 @@ def draw(path: Path) -> Drawing:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
     drawn = Features()
+    del every
     for kind, entity in found:
         try:
             _add(drawn, kind, entity, scale)
@@ -97,15 +117,16 @@ def draw(path: Path) -> Drawing:
     storey = storey_of(drawn)
     if not storey.walls and not storey.rooms:
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
-        detail = f"{path.name}: expected layers that are called wall or room, found {layers}"
+        detail = f"{path.name}: expected layers that are called wall or room, found {layers or 'none'}"
         raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
-    return Drawing("dxf", (storey,), left_out, () if is_stated else ("units",))
+    guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
+    return Drawing("dxf", (storey,), left_out, guesses)
 
 
 def _entities(
     space: Any, document: Any, left_out: LeftOut, within: tuple[str, ...], numbers: Iterator[int]
-) -> Iterator[tuple[str, Any]]:
-    """R2, R3."""
+) -> Iterator[tuple[str, Any, bool]]:
+    """R2, R3: yield the kind of an entity, the entity, and whether it stands in a block."""
     for entity in space:
         if next(numbers) >= MOST_ENTITIES:
             detail = (
@@ -114,8 +135,7 @@ def _entities(
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
             kind = kind_of(str(entity.dxf.get("layer", "0"))) or (kind_of(within[-1]) if within else "")
-            if kind or entity.dxftype() in {"TEXT", "MTEXT"}:
-                yield kind, entity
+            yield kind, entity, bool(within)
             continue
         block = str(entity.dxf.name)
         if block in within or len(within) >= DEEPEST_BLOCK:
@@ -126,8 +146,35 @@ def _entities(
             continue
         layer = str(entity.dxf.get("layer", "0"))
         name = block if kind_of(block) or not kind_of(layer) else layer
-        for kind, part in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
-            yield kind or kind_of(name), part
+        for kind, part, _ in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
+            yield kind or kind_of(name), part, True
+
+
+def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
+    """R4: return the lines that may be walls, and the arcs that may be doors; none where there are too many."""
+    lines: list[tuple[str, Any]] = []
+    for kind, entity, is_inside in every:
+        layer = str(entity.dxf.get("layer", "0"))
+        if kind or is_inside or _OTHERS.search(layer):
+            continue
+        if entity.dxftype() == "ARC":
+            lines.append(("door", entity))
+        elif entity.dxftype() in {"LINE", "LWPOLYLINE", "POLYLINE"}:
+            lines.append(("wall", entity))
+    arcs = [entity for kind, entity in lines if kind == "door"]
+    hinges = {_rounded(arc.dxf.center): {_rounded(arc.start_point), _rounded(arc.end_point)} for arc in arcs}
+    walls = [pair for pair in lines if not (pair[1].dxftype() == "LINE" and _is_leaf(pair[1], hinges))]
+    return walls if len(walls) <= _MOST_GUESSED else []
+
+
+def _is_leaf(line: Any, hinges: dict[tuple[float, float], set[tuple[float, float]]]) -> bool:
+    start, end = _rounded(line.dxf.start), _rounded(line.dxf.end)
+    return end in hinges.get(start, ()) or start in hinges.get(end, ())
+
+
+def _rounded(at: Any) -> tuple[float, float]:
+    """Return a place to six digits, for comparison."""
+    return float(f"{at.x:.6g}"), float(f"{at.y:.6g}")
 
 
 def _scale(found: list[tuple[str, Any]], stated: float | None, path: Path) -> tuple[float, bool]:
@@ -169,6 +216,10 @@ def _thickness(lines: list[tuple[Point, Point]]) -> float:
 
 def _points(entity: Any) -> list[tuple[float, float]]:
     kind = entity.dxftype()
+    if kind in _CURVES or (kind in {"LWPOLYLINE", "POLYLINE"} and bool(entity.has_arc)):  # R5
+        from ezdxf.path import make_path
+
+        return [(point.x, point.y) for point in make_path(entity).flattening(1e9, segments=_PIECES)]
     if kind == "LINE":
         return [(entity.dxf.start.x, entity.dxf.start.y), (entity.dxf.end.x, entity.dxf.end.y)]
     if kind == "LWPOLYLINE":
@@ -182,27 +233,40 @@ def _points(entity: Any) -> list[tuple[float, float]]:
 
 def _add(drawn: Features, kind: str, entity: Any, scale: float) -> None:
     shape = entity.dxftype()
-    if shape in {"TEXT", "MTEXT"}:
-        text = entity.plain_text() if shape == "MTEXT" else entity.dxf.text
-        at = entity.dxf.insert
-        for line, word in enumerate(str(text).splitlines()):
-            if word.strip():
-                drawn.texts.append(
-                    (re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale))
-                )
-        return
-    if shape == "ARC" and kind == "door":
-        centre = (entity.dxf.center.x * scale, entity.dxf.center.y * scale)
-        turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360
-        ends = [(each.x * scale, each.y * scale) for each in (entity.start_point, entity.end_point)]
-        if 45 <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
-            drawn.arcs.append((centre, ends[0], ends[1]))
-        return
+    if shape in _TEXTS:
+        drawn.texts += _lines_of_text(entity, scale)
+    elif shape == "ARC" and kind == "door":
+        drawn.arcs += _swing(entity, scale)
+    elif shape in {"HATCH", "MPOLYGON"}:
+        drawn.wall_bodies += _filled(entity, scale) if kind == "wall" else []
+    elif shape not in _CURVES or kind == "wall":
+        _add_line(drawn, kind, entity, scale)
+
+
+def _lines_of_text(entity: Any, scale: float) -> Iterator[tuple[str, Point]]:
+    text = entity.plain_text() if entity.dxftype() == "MTEXT" else entity.dxf.text
+    at = entity.dxf.insert
+    for line, word in enumerate(str(text).splitlines()):
+        if word.strip():
+            yield re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale)
+
+
+def _swing(arc: Any, scale: float) -> Iterator[tuple[Point, Point, Point]]:
+    """Yield the hinge and the ends of an arc if it is a quarter of a circle as wide as a door."""
+    centre = (arc.dxf.center.x * scale, arc.dxf.center.y * scale)
+    turn = (arc.dxf.end_angle - arc.dxf.start_angle) % 360
+    ends = [(each.x * scale, each.y * scale) for each in (arc.start_point, arc.end_point)]
+    if 45 <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
+        yield centre, ends[0], ends[1]
+
+
+def _add_line(drawn: Features, kind: str, entity: Any, scale: float) -> None:
+    shape = entity.dxftype()
     points: list[Point] = [(x * scale, y * scale) for x, y in _points(entity)]
     if not np.isfinite(np.asarray(points, np.float64)).all():
         raise ValueError("a coordinate is not finite")
     closed = len(points) > 2 and (
-        shape in {"SOLID", "TRACE", "3DFACE"} or bool(entity.is_closed) or points[0] == points[-1]
+        shape in {"SOLID", "TRACE", "3DFACE"} or bool(getattr(entity, "is_closed", False)) or points[0] == points[-1]
     )
     area = ring(points) if closed else None
     if kind == "wall" and area is not None:
@@ -211,9 +275,23 @@ def _add(drawn: Features, kind: str, entity: Any, scale: float) -> None:
         drawn.wall_lines += pairwise(points)
     elif kind == "room" and area is not None:
         drawn.rooms.append((area, (), ""))
+    elif kind == "room":
+        drawn.room_lines += pairwise(points)
     elif kind in {"door", "opening"} and area is not None:
         drawn.door_areas.append((area, kind == "door"))
     elif kind in {"door", "opening"} and len(points) == 2 and kind == "opening":
         drawn.door_lines.append((points[0], points[1], False))
     elif kind == "object" and area is not None:
         drawn.objects.append(("object", area, 1.0))
+
+
+def _filled(entity: Any, scale: float) -> list[Polygon]:
+    """R5: return the areas of a hatch; rings inside an odd number of others are holes."""
+    from ezdxf.path import from_hatch
+
+    rings = []
+    for path in from_hatch(entity):
+        area = ring([(point.x * scale, point.y * scale) for point in path.flattening(1e9, segments=_PIECES)])
+        if area is not None:
+            rings.append(area)
+    return nest_rings(rings)

@@ -5,7 +5,9 @@ R1  Areas that are called wall are walls; an area inside another is a hole of it
 R2  Areas called room are rooms. A text inside one names it; one that is the name of a room names what is around it.
 R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
     to the end that lies nearer to a wall.
-R4  Without walls, rooms stand for themselves: walls are between and around them.
+R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
+R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
+    and no massive wall: its sides are lines.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -20,10 +23,18 @@ import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import drop_thin_parts, polygons_of
 from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import DOOR_M, NAME_BOX_M, SAME_M, SHEET_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import (
+    DOOR_M,
+    MASSIVE_WALL_M,
+    NAME_BOX_M,
+    SAME_M,
+    SHEET_M,
+    THICKEST_WALL_M,
+    WALL_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawn import (
     Point,
     Storey,
@@ -38,18 +49,27 @@ from pipeline.values import SourceObject, SourceRoom
 _WORDS: Final = {
     "name": r"name|text|label|beschriftung|texte|annot",
     "opening": r"opening|openings|doorway|durchgang|passage|cut|entrance_open",
-    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|deur",
-    "window": r"window|windows|fenster|fenêtre|fenetre|ventana|glaz|glazing|raam",
-    "wall": r"wall|walls|wand|wände|waende|mauer|mur|murs|muro|muros|parede|column|columns|pillar|stütze|col",
+    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|porta|deur|deuren|"
+    r".*门.*|двер\w*",
+    "window": r"window|windows|fenster|fenêtre|fenetre|ventana|ventanas|finestra|finestre|glaz|glazing|raam|"
+    r".*窗.*|окн\w*",
+    "wall": r"wall|walls|wand|wände|waende|wanden|mauer|mur|murs|muro|muros|muri|parede|paredes|parete|pareti|muur|"
+    r"muren|column|columns|pillar|pillars|stütze|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
+    r".*墙.*|стен\w*",
     "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
-    "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures",
+    "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures|.*家具.*|мебел\w*",
 }
+_NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
+"""Words of walls that are under a floor, or nowhere."""
 
 
 @dataclass
 class Features:
     """What is drawn, in metres, y up."""
 
+    wall_bodies: list[Polygon] = field(default_factory=list)
+    """Filled areas, which are walls as they stand."""
+    room_lines: list[tuple[Point, Point]] = field(default_factory=list)
     wall_areas: list[Polygon] = field(default_factory=list)
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
     rooms: list[tuple[Polygon, tuple[str, ...], str]] = field(default_factory=list)
@@ -65,14 +85,17 @@ class Features:
 def kind_of(name: str) -> str:
     """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
     plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()
-    parts = re.split(r"[^a-zß-ÿ]+", plain)
+    parts = re.split(r"[\W\d_]+", plain)
+    if not _NO_WALLS.isdisjoint(parts):
+        return ""
     return next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
 
 
 def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
     """Return the storey of a drawing; it may be empty."""
-    shapes = [*nest_rings(drawn.wall_areas), *strips(drawn.wall_lines, SHEET_M)]
-    walls = solid_between(shapes) if drawn.wall_lines else shapes
+    areas, sides = _outlines(nest_rings(drawn.wall_areas), drawn)
+    shapes = [*areas, *drawn.wall_bodies, *strips([*drawn.wall_lines, *sides], SHEET_M)]
+    walls = solid_between(shapes) if drawn.wall_lines or sides else shapes
     holes = [
         deepen_to_wall(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None
     ]
@@ -102,10 +125,37 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.difference(solid, holes))
 
 
+def _outlines(walls: Sequence[Polygon], drawn: Features) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
+    """R5: return the walls that are bodies, and the sides of the others."""
+    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in drawn.rooms]
+    inside += [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
+    inside += [shapely.Point(arc[0]) for arc in drawn.arcs] + [area.centroid for area, _ in drawn.door_areas]
+    tree = shapely.STRtree(inside)
+    bodies: list[Polygon] = []
+    sides: list[tuple[Point, Point]] = []
+    for wall in walls:
+        wide = drop_thin_parts(wall, MASSIVE_WALL_M)
+        if wide.area > 0.5 * wall.area and len(tree.query(wide, "contains")):
+            for line in (wall.exterior, *wall.interiors):
+                sides += pairwise([(float(x), float(y)) for x, y in shapely.get_coordinates(line)])
+        else:
+            bodies.append(wall)
+    return bodies, sides
+
+
+def _enclosed_rooms(drawn: Features) -> list[tuple[Polygon, tuple[str, ...], str]]:
+    """R4."""
+    if not drawn.room_lines:
+        return []
+    lines = shapely.union_all([LineString(line) for line in drawn.room_lines if line[0] != line[1]], grid_size=SAME_M)
+    found = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
+    return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
+
+
 def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
     """R2."""
     rooms, used = [], set()
-    for area, words, label in drawn.rooms:
+    for area, words, label in [*drawn.rooms, *_enclosed_rooms(drawn)]:
         inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
         used.update(inside)
         said = [*words, *(drawn.texts[i][0] for i in inside)]

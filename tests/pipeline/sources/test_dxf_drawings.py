@@ -1,0 +1,140 @@
+"""Read DXF drawings as architects draw them: curves, fillings, outlines, and layers that say nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import shapely
+
+from pipeline.rejection import Rejection
+from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.features import kind_of
+from pipeline.values import Level
+from tests.builders.houses import kinds, plan_of
+
+ezdxf = pytest.importorskip("ezdxf")
+
+OUTER, INNER = (0.0, 0.0, 8.0, 4.0), (0.2, 0.2, 7.8, 3.8)
+
+
+def ring(x1: float, y1: float, x2: float, y2: float) -> list[tuple[float, float]]:
+    return [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+
+
+def drawn(folder: Path, draw: Callable[[Any], None]) -> Level:
+    drawing = ezdxf.new("R2010", units=6)
+    draw(drawing.modelspace())
+    drawing.saveas(folder / "plan.dxf")
+    (level,) = [x for item in find(str(folder / "plan.dxf")) for x in reader(item.reader).read(item)]
+    return level
+
+
+def test_bulges_and_arcs_are_walls_too(tmp_path):
+    def draw(space: Any) -> None:
+        for radius in (2.0, 2.2):
+            half = [(-radius, 0.0, 1.0), (radius, 0.0, 0.0)]  # half a circle below
+            space.add_lwpolyline(half, format="xyb", dxfattribs={"layer": "WALL"})
+            space.add_arc((0, 0), radius, 0, 180, dxfattribs={"layer": "WALL"})
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert plan.area == pytest.approx(shapely.Point(0, 0).buffer(2.0).area, rel=0.02)
+
+
+def test_what_is_filled_on_a_layer_of_walls_is_wall(tmp_path):
+    def draw(space: Any) -> None:
+        hatch = space.add_hatch(dxfattribs={"layer": "WALL"})
+        hatch.paths.add_polyline_path(ring(*OUTER), is_closed=True, flags=1)
+        hatch.paths.add_polyline_path(ring(*INNER), is_closed=True, flags=0)
+        for corners in (OUTER, INNER):  # the same walls once more, as lines
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALL"})
+
+    assert plan_of(drawn(tmp_path, draw)).area == pytest.approx(7.6 * 3.6, rel=0.01)
+
+
+def test_a_closed_line_around_rooms_is_an_outline_and_no_massive_wall(tmp_path):
+    def draw(space: Any) -> None:
+        space.add_lwpolyline(ring(*OUTER), close=True, dxfattribs={"layer": "WALLS"})
+        space.add_line((5, 0), (5, 4), dxfattribs={"layer": "WALLS"})
+        space.add_text("Kitchen", height=0.2, dxfattribs={"layer": "TEXT"}).set_placement((2, 2))
+        space.add_lwpolyline(ring(6, 1, 6.5, 1.5), close=True, dxfattribs={"layer": "WALLS"})  # a pillar
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert sorted(room.label for room in plan.rooms) == ["Kitchen", "Unlabelled"]
+    assert plan.area == pytest.approx(32.0, rel=0.05)
+
+
+def two_rooms(space: Any, layer: str = "0") -> None:
+    """Draw two rooms with a door of 0.9 m between them: the faces of walls, the swing and the leaf."""
+    space.add_lwpolyline(ring(*OUTER), close=True, dxfattribs={"layer": layer})
+    for x1, x2 in ((0.2, 4.0), (4.1, 7.8)):
+        way = [(x2, 1.0), (x2, 0.2), (x1, 0.2), (x1, 3.8), (x2, 3.8), (x2, 1.9)]
+        if x1 > 4:
+            way = [(x1, 1.0), (x1, 0.2), (x2, 0.2), (x2, 3.8), (x1, 3.8), (x1, 1.9)]
+        space.add_lwpolyline(way, dxfattribs={"layer": layer})
+    for y in (1.0, 1.9):
+        space.add_line((4.0, y), (4.1, y), dxfattribs={"layer": layer})
+    space.add_arc((4.1, 1.0), 0.9, 0, 90, dxfattribs={"layer": layer})
+    space.add_line((4.1, 1.0), (5.0, 1.0), dxfattribs={"layer": layer})
+
+
+def test_lines_of_layers_that_say_nothing_are_walls_and_arcs_doors(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space)
+        space.add_line((1, 1), (3, 3), dxfattribs={"layer": "A-FURN"})
+        space.add_line((-5, -5), (20, -5), dxfattribs={"layer": "DIM"})
+
+    level = drawn(tmp_path, draw)
+    assert level.guesses == ("layers",)
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([3.7 * 3.6, 3.8 * 3.6], rel=0.02)
+    assert kinds(plan) == ["door"]
+
+
+def test_layers_are_no_guess_where_one_says_wall(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space, "WALL")
+        space.add_line((1, 0), (1, 4))
+
+    level = drawn(tmp_path, draw)
+    assert level.guesses == ()
+    assert len(plan_of(level).rooms) == 2
+
+
+def test_a_drawing_without_lines_names_its_layers(tmp_path):
+    with pytest.raises(Rejection, match="expected layers that are called wall or room, found 0, Defpoints"):
+        drawn(tmp_path, lambda space: space.add_line((0, 0), (4, 0), dxfattribs={"layer": "A-FURN"}))
+
+
+def test_lines_called_room_enclose_rooms(tmp_path):
+    def draw(space: Any) -> None:
+        corners = ring(*OUTER)
+        for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+            space.add_line(start, end, dxfattribs={"layer": "room"})
+        space.add_line((5, 0), (5, 4), dxfattribs={"layer": "room"})
+        space.add_text("Kitchen", height=0.2, dxfattribs={"layer": "room_text"}).set_placement((2, 2))
+
+    level = drawn(tmp_path, draw)
+    assert sorted((room.labels, room.polygon.area) for room in level.rooms) == [((), 12.0), (("Kitchen",), 20.0)]
+
+
+@pytest.mark.parametrize(
+    ("layer", "kind"),
+    [
+        ("A-WALL-PRTN", "wall"),
+        ("A-320G - Permanent Solid Partitions 12", "wall"),
+        ("墙体", "wall"),
+        ("门窗", "door"),
+        ("Стены", "wall"),
+        ("Дверь", "door"),
+        ("Окна", "window"),
+        ("pareti", "wall"),
+        ("S-STEM-WALL", ""),
+        ("I-321G - Virtual Partition", ""),
+        ("A-ROOF", ""),
+    ],
+)
+def test_words_of_layers(layer, kind):
+    assert kind_of(layer) == kind
