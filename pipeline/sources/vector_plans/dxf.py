@@ -3,8 +3,8 @@
 R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls are no house (templates state
     millimetres for drawings in inches), it is the first of mm, m, cm, inches and feet in which the walls are as long as
     a house and as thick as walls, or else as long as a house; the plan says that it is a guess.
-R2  Layers are told by words in their names (wall, door, room, text and their like in other languages), inserts by their
-    own layer, or by the block's. What is on other layers is passed over.
+R2  Layers are told by words in their names (wall, door, room, text and their like in other languages), inserts by
+    their own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
 R4  Where no layer says wall or room, the lines of the layers that say nothing are walls, but those in blocks and on
     layers with the words of ``_OTHERS``; the plan says that its layers are a guess. An arc among them that is as wide as
