@@ -7,8 +7,8 @@ R2  Layers are told by words in their names (wall, door, room, text and their li
     their own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
 R4  Where no layer says wall or room, the lines of the layers that say nothing are walls, but those in blocks and on
-    layers with the words of ``_OTHERS``; the plan says that its layers are a guess. An arc among them that is as wide as
-    a door is a door, and a line from its hinge to its end the leaf.
+    layers with the words of ``_OTHERS``; the plan says that its layers are a guess. An arc among them as wide as a door
+    is a door, and a line from its hinge to its end the leaf.
 R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall.
 """
 
