@@ -59,6 +59,7 @@ from pipeline.tolerances import (
     STAND_M,
     THICK_WALL_M,
     TWICE,
+    WALL_M,
 )
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -383,6 +384,24 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
     stop = max(dot_product(other.a, end.out), dot_product(other.b, end.out)) + 0.01
     corners = [(start, low), (stop, low), (stop, high), (start, high)]
     return Polygon([step * end.out + side * aside for step, side in corners])
+
+
+def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
+    """Fillings of the cracks between walls that nearly meet, in a corner for the most part: no hand goes through.
+
+    A crack is what a disc with the radius of ``HAND_M`` cannot enter, and no longer than a wall is thick: a slit
+    between two walls is another thing. It is open on two sides; the corner of a room is on one.
+    """
+    whole = shapely.buffer(shapely.buffer(walls, HAND_M, quad_segs=4), -HAND_M, quad_segs=4)
+    along = shapely.buffer(walls, MM_M, quad_segs=1)
+    found = []
+    for piece in polygons_of(drop_thin_parts(subtract(whole, walls), LAP_M)):
+        x1, y1, x2, y2 = piece.bounds
+        if max(x2 - x1, y2 - y1) <= WALL_M:
+            bare = shapely.difference(piece.exterior, along)
+            if len(shapely.get_parts(shapely.line_merge(bare))) > 1:
+                found.append(piece)
+    return grow_to_overlap(found)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

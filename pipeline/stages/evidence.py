@@ -71,6 +71,7 @@ from pipeline.tolerances import (
     RAIL_M,
     SHEET_M,
     SLIVER_M,
+    SOME,
     STAND_M,
     STANDS,
     STUB_M,
@@ -132,7 +133,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low_headroom=find_low_headroom(level.walls),
-        partial_height=drop_thin_parts(subtract(full, above[-1]), SLIVER_M),
+        partial_height=_ending_below_others(full, above),
         shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
@@ -143,6 +144,12 @@ def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: fl
     if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > HAND_M:  # a section stands in the middle of its layer
         return EMPTY
     return drop_thin_parts(subtract(above[-1], unite(above[:-1])), SLIVER_M)
+
+
+def _ending_below_others(full: BaseGeometry, above: list[BaseGeometry]) -> BaseGeometry:
+    """Return the walls that end below the highest section of many walls; in one above all tops few may stand."""
+    many = (section for section in reversed(above) if intersect(full, section).area > SOME * full.area)
+    return drop_thin_parts(subtract(full, next(many, full)), SLIVER_M)
 
 
 def _furniture(level: Level) -> BaseGeometry:

@@ -5,6 +5,7 @@ R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the o
     (the bend of an L-shaped hall).
 R18 Where the source names its openings, what hangs or stands right before a doorway (a beam along the wall, a frame
     deeper than the wall) does not close it: the doorway does.
+R19 Cracks of a hand's breadth between walls that nearly meet are closed.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
     that walls bound for the most part: a low front with an entrance in it.
@@ -66,6 +67,7 @@ from pipeline.geometry.closing_candidates import (
     bands_at_open_fronts,
     close_plane,
     closings_between_wall_ends,
+    crack_fillings,
     gap_fillings,
     grow_to_overlap,
     minimal_separators,
@@ -249,9 +251,9 @@ def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[
     closed = unite([p.polygon for p in pieces] + found)
     gates = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    candidates = (
-        pieces + [ClosingCandidate(gap, "gap") for gap in real] + [ClosingCandidate(gap, "gate") for gap in gates]
-    )
+    cracks = [] if level.sills else crack_fillings(unite([*filled, *found]))  # R19
+    candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
+    candidates += [ClosingCandidate(gap, "gate") for gap in gates]
     return candidates + _gates_of_railings(level, planes, candidates, config)
 
 

@@ -382,6 +382,22 @@ def test_what_has_a_sill_higher_than_any_threshold_is_a_window(sill_m: float, ki
     assert [c.kind for c in found.candidates] == kinds
 
 
+@pytest.mark.parametrize(("crack_m", "rooms"), [(0.01, 2), (0.04, 2)])
+def test_walls_that_nearly_meet_in_a_corner_close_it(crack_m: float, rooms: int) -> None:
+    """A closed room of 8 x 4 m, and one of 6 x 4 m in whose corner neither wall points at the other."""
+    apart = -6.0 - crack_m
+    walls = [*shell((0, 0, 8, 4)), *wall((apart, 4, -0.2, 4.2)), *wall((-6, -0.2, -0.2, 0))]
+    walls += wall((apart - 0.2, crack_m, apart, 4.2))
+    assert len(layout(walls).rooms) == rooms
+
+
+def test_the_largest_room_of_a_house_cut_open_at_head_height_is_no_garden() -> None:
+    walls = [(-0.2, -0.2, 8.4, 0.0), (-0.2, 4.0, 8.4, 4.2), (-0.2, 0.0, 0.0, 4.0), (8.2, 0.0, 8.4, 4.0)]
+    parts = [part for rectangle in walls for part in wall(rectangle, top=1.82)]
+    found = layout([*parts, *wall((6.0, 0.0, 6.2, 4.0), Hole(1.0, 1.9, high=1.82), top=1.82)], ceiling_m=1.82)
+    assert areas(found) == [24.0, 8.0]
+
+
 def test_a_porch_between_posts_is_no_room() -> None:
     """Three lintels of 1.8 m over 0.38 of the edge, none of them too wide for a door with two leaves."""
     house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
