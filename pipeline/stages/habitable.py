@@ -38,7 +38,6 @@ from pipeline.geometry.areas import (
     polygons_of,
     unite,
 )
-from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
@@ -144,10 +143,10 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     others = [room for k, room in enumerate(rooms) if k not in railed]
     if not (railed and others):
         return set()
-    roofed = sum(intersect(room, part_under_cover(room, level.walls)).area for room in others)
+    roofed = sum(intersect(room, part_under_cover(room, level)).area for room in others)
     if roofed < MOST * sum(room.area for room in others):
         return set()
-    return {k for k in railed if _shares([rooms[k]], part_under_cover(rooms[k], level.walls))[0] < MOST}
+    return {k for k in railed if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
 def _gardens(
@@ -159,12 +158,14 @@ def _gardens(
         return set()
     band = shapely.buffer(unite([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > MOST}
-    return {k for k in fenced if _shares([rooms[k]], part_under_cover(rooms[k], level.walls))[0] < MOST}
+    return {k for k in fenced if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
-def part_under_cover(room: Polygon, mesh: Mesh) -> BaseGeometry:
-    """Return the part of the plan around a space that lies under faces above head height."""
-    corners = mesh.vertices[mesh.faces]
+def part_under_cover(room: Polygon, level: Level) -> BaseGeometry:
+    """Return the part of the plan around a space that lies under faces above head height, or under a slab."""
+    if level.cover is not None:
+        return level.cover
+    corners = level.walls.vertices[level.walls.faces]
     corners = corners[corners[:, :, 2].min(axis=1) > HEAD_M][:, :, :2]
     x1, y1, x2, y2 = room.bounds
     near = (corners.min(axis=1) < (x2, y2)).all(axis=1) & (corners.max(axis=1) > (x1, y1)).all(axis=1)

@@ -284,7 +284,7 @@ def _gates_of_railings(
         for room in enclosed_pieces(unite([fenced, *grow_to_overlap(found)]))[1]
         if room.area >= config.area_m2
         and not room.representative_point().intersects(known)
-        and intersect(room, part_under_cover(room, level.walls)).area > MOST * room.area
+        and intersect(room, part_under_cover(room, level)).area > MOST * room.area
         and shapely.intersection(room.exterior, beside).length > MOST * room.length
     ]
     if not new:

@@ -65,6 +65,7 @@ class Level:
     if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
     but a wide gap in a wall is a passage too.
     ``no_rooms`` holds points; a person has said that the region around each of them is no room.
+    ``cover`` is the area under slabs above head height, or None where the source keeps no slabs apart from its walls.
     ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
     ``sills`` is True if doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
     ``ceiling_m`` is the height above the floor up to which walls are examined.
@@ -79,6 +80,7 @@ class Level:
     frame: Frame
     floor: Polygon | MultiPolygon | None = None
     below: Polygon | MultiPolygon | None = None
+    cover: Polygon | MultiPolygon | None = None
     leaves: tuple[SourceObject, ...] = ()
     furniture: tuple[SourceObject, ...] = ()
     sills: bool = False

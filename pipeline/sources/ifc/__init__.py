@@ -12,6 +12,7 @@ L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings
 L6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
 L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
     leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
+L8  What lies under a slab above head height lies under cover.
 """
 
 from __future__ import annotations
@@ -76,6 +77,7 @@ class IfcLevel:
     walls: Mesh
     floor: Polygon | MultiPolygon | None
     below: Polygon | MultiPolygon | None
+    cover: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
     openings: tuple[SourceOpening, ...]
     leaves: tuple[Part, ...]
@@ -139,6 +141,7 @@ def _level(
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
+        cover=_cover(building, floor),
         rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)], standing_walls),
         openings=openings_of(building.holes, standing_walls, floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
@@ -190,6 +193,12 @@ def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon
     near = [part for part in building.slabs if part.top > floor - SLABS_M[0] and part.bottom < floor + SLABS_M[1]]
     shown, hidden = (shapely.union_all([shadow(part.mesh) for part in parts]) for parts in (tops, near))
     return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
+
+
+def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
+    """L8."""
+    over = [shadow(part.mesh) for part in building.slabs if part.bottom >= floor + CLEAR_M]
+    return _area(shapely.union_all(over, grid_size=ROUGH_M))
 
 
 def _area(shape: BaseGeometry) -> Polygon | MultiPolygon | None:
@@ -261,6 +270,7 @@ def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provena
         frame=Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", found.floor_z, number),
         floor=found.floor and translate(found.floor, -x, -y),
         below=found.below and translate(found.below, -x, -y),
+        cover=found.cover and translate(found.cover, -x, -y),
         leaves=tuple(move(leaf) for leaf in found.leaves),
         furniture=tuple(move(thing) for thing in found.furniture),
         rooms=tuple(

@@ -256,6 +256,17 @@ def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
     assert upper.below.equals(shapely.box(5, 0, 8, 4))
 
 
+def test_what_lies_under_the_roof_slab_is_under_cover(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    house.walls_around(storey, (0, 0, 0.0, 8, 6, 2.5))
+    house.element("IfcSlab", storey, (0, -3, -0.3, 8, 6, 0.0), "floor")
+    house.element("IfcSlab", storey, (0, 0, 2.5, 8, 6, 2.8), "roof")
+    (ground,) = read(house.write(tmp_path / "house.ifc"))
+    assert ground.cover is not None
+    assert ground.cover.equals(shapely.box(0, 0, 8, 6))
+
+
 # Which storeys of tiny IFC buildings are levels, at which height: each rule with a house that it leaves alone.
 
 

@@ -237,6 +237,14 @@ def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> No
     assert {c.kind for c in found.candidates} == {"lintel", "rail"}
 
 
+@pytest.mark.parametrize(("roof_m", "rooms"), [(0.0, 1), (1.8, 2)])
+def test_a_railed_terrace_beyond_the_slab_over_the_house_is_no_room(roof_m: float, rooms: int) -> None:
+    rails = [(-0.2, -1.8, 4.2, -1.75), (-0.2, -1.75, -0.15, -0.2), (4.15, -1.75, 4.2, -0.2)]
+    terrace = [box(r, 0, 1.0) for r in rails]
+    house = [*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *terrace]
+    assert len(layout(house, cover=shapely.box(-0.2, -0.2 - roof_m, 4.2, 3.2)).rooms) == rooms
+
+
 U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5.2, 4.2))]
 
 
