@@ -5,7 +5,9 @@
     python -m research.quality_fit --members 40 --records records.jsonl --corpus checkouts
 
 ``--records`` keeps what was judged, and judges nothing where the file is there already. ``--corpus`` adds the houses of
-the corpus's first half: what a person called right is right, everything else is not.
+the corpus: what a person called right is right, everything else is not; a file counts with the least sure of its plans.
+The first half is fitted on, and scored by models that saw nothing of a file's repository; the second half is only
+counted.
 """
 
 from __future__ import annotations
@@ -31,7 +33,10 @@ from tests.builders.judged import (
     area_under_curve,
     fit,
     judged,
+    left_out_scores,
+    likeliest_model,
     met_of,
+    per_file,
     precision_at,
     split,
 )
@@ -62,7 +67,7 @@ def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
 
 def source_of(model: Model) -> str:
     """Write the model as it stands in ``pipeline/quality.py``."""
-    lines = [f'    Ground("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
+    lines = [f'    QualityGround("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
@@ -80,17 +85,34 @@ def judge_or_read(kinds: list[str], members: int, seed: int, records: Path | Non
     return plans
 
 
-def of_corpus(folder: Path) -> list[Judged]:
-    """Build the judged files of the corpus's first half that lie in a folder, and return their plans."""
-    files = [file for file in manifest.load() if file.half == 1 and (file.verdict or not file.interior)]
+def of_corpus(folder: Path, half: int) -> list[Judged]:
+    """Build the judged files of a half of the corpus that lie in a folder, and return their plans."""
+    files = [file for file in manifest.load() if file.half == half and (file.verdict or not file.interior)]
     found = []
     files = [file for file in files if file.is_in(folder)]
     for built in runs.run(files, folder, folder / ".built", workers=WORKERS, progress=lambda *_: None):
         right = built.verdict is manifest.Verdict.RIGHT
-        for plan in built.plans:
+        for plan in built.plans if built.verdict else ():
             quality = plan["quality"]
-            found.append(Judged(built.file.name, "corpus", right, quality["score"], quality["grounds"]))
+            house, kind = built.file.repository, f"corpus {half}"
+            found.append(Judged(house, kind, right, quality["score"], quality["grounds"], built.file.name))
     return found
+
+
+def corpus_rows(plans: list[Judged], counted: list[Judged], model: Model) -> dict[str, tuple[Floats, Bools]]:
+    """Return scores and judgements of the corpus's files: the first half left out in turn, the second counted."""
+    first = [plan for plan in plans if plan.file]
+    rows = {}
+    for name, half in (("half 1", first), ("half 2", counted)):
+        if half:
+            rows[f"{name}, as they carry it"] = per_file(half, np.array([plan.score for plan in half]))
+    if first:
+        shift = model.bias - likeliest_model(plans).bias
+        logits = -np.log(1 / left_out_scores(plans) - 1) + shift
+        rows["half 1, left out"] = per_file(first, 1 / (1 + np.exp(-logits)))
+    if counted:
+        rows["half 2, counted"] = per_file(counted, model.scores(counted))
+    return rows
 
 
 def main() -> None:
@@ -103,8 +125,10 @@ def main() -> None:
     parser.add_argument("--corpus", type=Path)
     given = parser.parse_args()
     plans = judge_or_read(given.kinds.split(","), given.members, given.seed, given.records)
+    counted: list[Judged] = []
     if given.corpus:
-        plans += of_corpus(given.corpus.absolute())
+        plans += of_corpus(given.corpus.absolute(), 1)
+        counted = of_corpus(given.corpus.absolute(), 2)
     fitted, held_out = split(plans)
     tried = fit(fitted)
     model = fit(plans)
@@ -115,7 +139,7 @@ def main() -> None:
         "fitted on all": (model.scores(plans), np.array([p.met for p in plans])),
     }
     console = Console(width=120)
-    console.print(quality_table({**rows, **by_kind(plans)}))
+    console.print(quality_table({**rows, **by_kind(plans), **corpus_rows(plans, counted, model)}))
     console.print(source_of(model), highlight=False, markup=False)
 
 

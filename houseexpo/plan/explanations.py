@@ -24,6 +24,9 @@ GROUNDS: Final[Mapping[str, str]] = {
     "left_out": "parts left out or filled",
     "unlike_spaces": "unlike the rooms that the source names",
     "sealed": "no door leads into it",
+    "tall": "the source reaches far above this storey",
+    "rail_share": "railings and low walls beside the rooms",
+    "small": "hardly larger than a closet",
 }
 """The meaning of each ground of a plan's quality, by its name in the file."""
 

@@ -18,6 +18,11 @@ R10 ``unlike_spaces``: how far the rooms are from those that the source draws, o
 R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
 R12 Floor and walls beside no room say nothing where a person has said what is no room.
+R13 ``tall``: how far the source reaches above a storey (``STOREY_M``): a roof, a tower, a hall or two storeys in one,
+    of which the plan may be a wrong section. A scan is never tall: it has points anywhere.
+R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terraces, galleries and counters are often
+    taken for rooms, or for what divides them.
+R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
 """
 
 from __future__ import annotations
@@ -33,13 +38,17 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
-from pipeline.tolerances import CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
+from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
 USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
+STOREY_M: Final = (4.0, 6.0)
+"""What reaches higher than the first is tall; by the second more, wholly so. The same form below, of areas of rooms."""
+SMALL_M2: Final = (12.0, 9.0)
+MANY_RAILS: Final = 0.3
 
 
 def measure_quality_grounds(
@@ -67,6 +76,9 @@ def measure_quality_grounds(
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
+        "tall": 0.0 if evidence.scanned else _tall(level),
+        "rail_share": _rails(evidence.rails, rooms, layout.ground),
+        "small": _share(max(SMALL_M2[0] - rooms.area, 0.0), SMALL_M2[1]),
     }
 
 
@@ -126,6 +138,20 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
         return 0.0
     used = unite(candidate.polygon for candidate in layout.candidates)
     return _share(sum(intersect(p, used).area < SOME * p.area for p in wide), len(wide))
+
+
+def _tall(level: Level) -> float:
+    """R13."""
+    heights = level.walls.vertices[:, 2]
+    return _share(max(float(heights.max()) - STOREY_M[0], 0.0), STOREY_M[1]) if len(heights) else 0.0
+
+
+def _rails(rails: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> float:
+    """R14."""
+    if rails.is_empty:
+        return 0.0
+    beside = intersect(rails, buffer_mitred(rooms, BESIDE_M))
+    return _share(beside.area, MANY_RAILS * walls.area)
 
 
 def _odd_doors(passages: tuple[Passage, ...]) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -100,17 +101,24 @@ PRECISION = 0.95
 """Of the plans with a score of at least ``SURE``, so many are to be right."""
 RIDGE = 0.3
 """How strongly weights are kept small, in plans."""
+REAL = 3.0
+"""All files of the corpus together count so many times as much as all made houses: they are what users have."""
+FOLDS, ROUNDS = 8, 2
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A plan of a house: the grounds that it gives, its score, and whether it meets the table."""
+    """A plan of a house: the grounds that it gives, its score, and whether it meets the table.
+
+    ``file`` is the file of the corpus that it is of, whose ``house`` is its repository; "" for made houses and cases.
+    """
 
     house: str
     kind: str
     met: bool
     score: float
     grounds: Mapping[str, float] = field(default_factory=dict)
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -129,22 +137,78 @@ class Model:
 def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
     """Fit by greatest likelihood, weights kept from growing by a ridge and from being more than 0.
 
-    The bias is lowered at the end until enough of the plans that score ``SURE`` or more are right.
+    The bias is lowered at the end until enough of what scores ``SURE`` or more is right: of the corpus's files, each
+    scored by a model that saw nothing of its repository; of the plans themselves where there are no such files.
     """
-    table, met = _table(plans), _met(plans)
-
-    def loss(x: Floats) -> float:
-        exponent = x[0] + table @ x[1:]
-        return float(
-            np.logaddexp(0, np.where(met, -exponent, exponent)).mean() + RIDGE * (x[1:] ** 2).sum() / 2 / len(met)
-        )
-
-    bounds = [(None, None)] + [(None, 0.0)] * len(NAMES)
-    found = minimize(loss, np.zeros(len(NAMES) + 1), method="L-BFGS-B", bounds=bounds)
-    model = Model(float(found.x[0]), dict(zip(NAMES, np.minimum(found.x[1:], 0.0).tolist(), strict=True)))
-    least = threshold(model.scores(plans), met, precision)
+    model = likeliest_model(plans)
+    real = [plan for plan in plans if plan.file]
+    if real:
+        scores, met = per_file(real, left_out_scores(plans))
+    else:
+        scores, met = model.scores(plans), _met(plans)
+    least = threshold(scores, met, precision)
     lowered = min(0.0, _logit(SURE) - _logit(least))
     return Model(model.bias + lowered, model.weights)
+
+
+def left_out_scores(plans: Sequence[Judged]) -> Floats:
+    """Return the scores of the plans of the corpus, each of a model that was fitted without its repository's fold."""
+    real = [plan for plan in plans if plan.file]
+    folds = np.array([zlib.crc32(plan.house.lower().encode()) % FOLDS for plan in real])
+    scores = np.zeros(len(real))
+    for k in np.unique(folds):
+        out = {plan.file for plan, fold in zip(real, folds, strict=True) if fold == k}
+        model = likeliest_model([plan for plan in plans if plan.file not in out])
+        scores[folds == k] = model.scores([plan for plan in real if plan.file in out])
+    return scores
+
+
+def per_file(plans: Sequence[Judged], scores: Floats) -> tuple[Floats, Bools]:
+    """Return the score of each file's least sure plan, and whether the file is right, in the order of the files."""
+    files: dict[str, list[int]] = {}
+    for k, plan in enumerate(plans):
+        files.setdefault(plan.file, []).append(k)
+    return np.array([scores[ks].min() for ks in files.values()]), np.array([plans[ks[0]].met for ks in files.values()])
+
+
+def likeliest_model(plans: Sequence[Judged]) -> Model:
+    """Fit the model; a file that is not right speaks only of its least sure plan, since the others may be right."""
+    weight = _weights(plans)
+    model = _most_likely(plans, weight)
+    for _ in range(ROUNDS if any(plan.file for plan in plans) else 0):
+        scores = model.scores(plans)
+        least: dict[str, int] = {}
+        for k, plan in enumerate(plans):
+            if plan.file and not plan.met and scores[k] < scores[least.setdefault(plan.file, k)]:
+                least[plan.file] = k
+        alone = weight.copy()
+        for k, plan in enumerate(plans):
+            if plan.file in least:
+                alone[k] = float(least[plan.file] == k)
+        model = _most_likely(plans, alone)
+    return model
+
+
+def _weights(plans: Sequence[Judged]) -> Floats:
+    """Return the weight of each plan: a file of the corpus counts once, made houses ``1 / REAL`` of all files."""
+    count = Counter(plan.file for plan in plans)
+    files = len(count) - ("" in count)
+    made = files / (REAL * count[""]) if files and count[""] else 1.0
+    return np.array([1.0 / count[plan.file] if plan.file else made for plan in plans])
+
+
+def _most_likely(plans: Sequence[Judged], weight: Floats) -> Model:
+    table, met = _table(plans), _met(plans)
+
+    def loss(x: Floats) -> tuple[float, Floats]:
+        exponent = x[0] + table @ x[1:]
+        value = (weight * np.logaddexp(0, np.where(met, -exponent, exponent))).sum() + RIDGE * (x[1:] ** 2).sum() / 2
+        slope = weight * (1 / (1 + np.exp(-exponent)) - met)
+        return float(value), np.concatenate([[slope.sum()], table.T @ slope + RIDGE * x[1:]])
+
+    bounds = [(None, None)] + [(None, 0.0)] * len(NAMES)
+    found = minimize(loss, np.zeros(len(NAMES) + 1), jac=True, method="L-BFGS-B", bounds=bounds)
+    return Model(float(found.x[0]), dict(zip(NAMES, np.minimum(found.x[1:], 0.0).tolist(), strict=True)))
 
 
 def threshold(scores: Floats, met: Bools, precision: float) -> float:

@@ -17,7 +17,18 @@ from pipeline.overrides import Override
 from pipeline.quality import GROUNDS, check_quality, main_grounds_in_words, score_quality
 from pipeline.rejection import Reason, Rejection
 from tests.builders.batch import doubting, lines, one_room, run_build
-from tests.builders.judged import NAMES, Judged, area_under_curve, fit, precision_at, split, threshold
+from tests.builders.judged import (
+    NAMES,
+    Judged,
+    area_under_curve,
+    fit,
+    left_out_scores,
+    likeliest_model,
+    per_file,
+    precision_at,
+    split,
+    threshold,
+)
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 
@@ -128,11 +139,40 @@ def test_a_fit_finds_the_ground_that_matters_and_no_weight_is_above_nothing() ->
 
 
 def test_a_fit_holds_on_plans_that_it_has_not_seen() -> None:
-    model, others = fit(made(800, 1)), made(800, 2)
+    model, others = fit(made(3000, 1)), made(800, 2)
     met = np.array([plan.met for plan in others])
     assert precision_at(model.scores(others), met) >= 0.92
     assert area_under_curve(model.scores(others), met) >= 0.85
     assert (model.scores(others) >= 0.8).mean() > 0.15
+
+
+def real(n: int, seed: int, *, storeys: int = 1) -> list[Judged]:
+    """Plans of files, of which so many storeys are right that one is wrong where the file is."""
+    plans = []
+    for k, plan in enumerate(made(n, seed)):
+        cuts = [plan.grounds["cut_share"], *[0.0] * (storeys - 1)]
+        plans += [Judged(f"owner/{k}", "corpus 1", plan.met, 0.5, {"cut_share": cut}, f"file {k}") for cut in cuts]
+    return plans
+
+
+@pytest.mark.slow
+def test_a_file_counts_once_with_the_least_sure_of_its_plans() -> None:
+    alone, with_good_storeys = (fit(real(100, 4, storeys=storeys)) for storeys in (1, 4))
+    assert with_good_storeys.weights["cut_share"] < 0.8 * alone.weights["cut_share"] < 0
+    plans = real(100, 4, storeys=4)
+    scores, met = per_file(plans, with_good_storeys.scores(plans))
+    assert len(scores) == len(met) == 100
+    assert area_under_curve(scores, met) >= 0.85
+
+
+@pytest.mark.slow
+def test_the_bias_is_such_that_files_left_out_of_the_fit_are_right_where_they_are_sure() -> None:
+    plans = made(150, 5) + real(120, 6)
+    model = fit(plans)
+    shift = model.bias - likeliest_model(plans).bias
+    logits = -np.log(1 / left_out_scores(plans) - 1) + shift
+    scores, met = per_file(plans[150:], 1 / (1 + np.exp(-logits)))
+    assert precision_at(scores, met, 0.8 - 1e-9) >= 0.95
 
 
 def test_plans_of_one_house_stay_on_one_side() -> None:

@@ -152,3 +152,26 @@ def test_the_walls_of_several_buildings_are_measured_once() -> None:
     )
     assert anew["roomless_wall_share"] == alone.area / evidence.walls.area
     assert known == anew
+
+
+def test_a_source_that_reaches_above_a_storey_is_tall_unless_it_is_a_scan() -> None:
+    def up_to(height_m: float) -> Level:
+        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 0, height_m]], float)
+        return replace(LEVEL, walls=Mesh(corners, np.array([[0, 1, 2]])))
+
+    assert grounds(up_to(3.9)) == {}
+    assert grounds(up_to(7.0)) == {"tall": 0.5}
+    assert grounds(up_to(30.0)) == {"tall": 1.0}
+    assert grounds(up_to(30.0), replace(EVIDENCE, scanned=True)) == {}
+
+
+def test_railings_beside_the_rooms_count_against_the_walls() -> None:
+    railed = replace(EVIDENCE, rails=box(0, -0.1, 8.2, 0.0))
+    assert grounds(evidence=railed) == {"rail_share": round(0.82 / (0.3 * WALLS.area), 3)}
+    assert grounds(evidence=replace(EVIDENCE, rails=box(0, 20, 8, 20.1))) == {}
+
+
+def test_a_plan_of_a_closet_is_small() -> None:
+    closet = Spaces(WALLS, (box(0, 0, 3, 2.5),), (passage("entrance", 0, OUTSIDE),))
+    found = grounds(replace(LEVEL, rooms=(SourceRoom((), (), closet.rooms[0]),), floor=closet.rooms[0]), spaces=closet)
+    assert found["small"] == 0.5
