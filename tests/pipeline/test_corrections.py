@@ -201,7 +201,8 @@ def test_the_example_improves_the_house(tmp_path: Path) -> None:
     assert sorted((room.area for room in after.rooms), reverse=True) == pytest.approx(ROOMS_M2, abs=0.05)
     assert sorted(door.kind for door in after.doors) == ["door", "entrance", "entrance"]
     assert after.quality is not None
-    assert not after.quality.is_doubtful
+    assert after.quality.score > before.quality.score + 0.2
+    assert [name for name, value in after.quality.grounds.items() if value] == ["guesses"]
 
 
 def test_the_example_says_what_is_true_of_the_house(tmp_path: Path) -> None:
