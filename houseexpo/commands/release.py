@@ -30,11 +30,11 @@ def release(
     """
     from houseexpo.commands.printing import make_console, new_table
     from houseexpo.cpu_cores import count_cores
-    from houseexpo.release import About
+    from houseexpo.release import PublisherTexts
     from houseexpo.release import release as run_release
-    from houseexpo.release.metadata import CREATORS
+    from houseexpo.release.publisher_texts import CREATORS
 
-    about = About(title, tuple(creator or CREATORS), release_version, date, url, doi)
+    about = PublisherTexts(title, tuple(creator or CREATORS), release_version, date, url, doi)
     done = run_release(dataset, out, about, workers=workers or count_cores())
     table = new_table()
     table.add_column("table")

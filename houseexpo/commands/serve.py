@@ -13,7 +13,7 @@ import typer
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
-    from houseexpo.service.service import Service, Settings
+    from houseexpo.service.service import Service, ServiceSettings
 
 _TOKEN_BYTES: Final = 18
 _QUEUE: Final = 256
@@ -53,7 +53,7 @@ def serve(
 
         raise MissingDependencyError(f"serve needs {error.name}: {install_command('serve')}") from None
     from houseexpo.service.collection import open_collections
-    from houseexpo.service.service import Service, Settings, is_any, is_loopback
+    from houseexpo.service.service import Service, ServiceSettings, is_any_address, is_loopback
 
     if review and read_only:
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
@@ -62,8 +62,8 @@ def serve(
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
     listening = _listening_socket(host, port)
     with listening:
-        names = (socket.gethostname(),) if is_any(host) else ()
-        settings = Settings(host, listening.getsockname()[1], names, read_only, review, token)
+        names = (socket.gethostname(),) if is_any_address(host) else ()
+        settings = ServiceSettings(host, listening.getsockname()[1], names, read_only, review, token)
         service = Service(open_collections(dataset or [_published_data_set()]), settings)
         for shown in service.collections.values():
             for name in ("n_doors", "navigability") if measure else ():
@@ -75,7 +75,7 @@ def serve(
         _run(service, listening)
 
 
-def browser_address(settings: Settings) -> str:
+def browser_address(settings: ServiceSettings) -> str:
     """Return the address to open in a browser, with the token if there is one."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = settings.names[0] if settings.names else host
@@ -85,9 +85,9 @@ def browser_address(settings: Settings) -> str:
 def _check_decisions(dataset: Path) -> Path:
     """Return the file for decisions on a data set; raise ConfigError if it is not writable."""
     from houseexpo.dataset.store.folders import overrides_path
-    from houseexpo.service.review.decisions import Decisions
+    from houseexpo.service.review.decisions import DecisionStore
 
-    decisions = Decisions(overrides_path(dataset))
+    decisions = DecisionStore(overrides_path(dataset))
     decisions.check()
     return decisions.file
 

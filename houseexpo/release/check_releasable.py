@@ -27,7 +27,7 @@ from houseexpo.dataset.store.stored_plans import read_stored_plans
 from houseexpo.errors import DatasetError
 from houseexpo.files import read_json, real_path, sha256_of
 from houseexpo.progress import show_progress
-from houseexpo.release.metadata import LINE, is_line
+from houseexpo.release.publisher_texts import LINE, fits_one_line
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ MADE: Final = "procedural:"
 _WITHDRAWN: Final = "suncg"
 
 
-class Manifest(msgspec.Struct, frozen=True):
+class BuildManifest(msgspec.Struct, frozen=True):
     """The parts of ``manifest.json`` that a release repeats or depends on."""
 
     sources: list[str]
@@ -114,17 +114,17 @@ class Manifest(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True)
-class Releasable:
+class ReleasableDataset:
     """A data set that may be released, and its licence; ``stats`` is its ``stats.json``."""
 
     plans: Dataset
-    manifest: Manifest
+    manifest: BuildManifest
     licence: Licence
     stats: Mapping[str, Any]
 
 
 @contextmanager
-def check_releasable(path: Path) -> Iterator[Releasable]:
+def check_releasable(path: Path) -> Iterator[ReleasableDataset]:
     """Open a data set that may be released, and lock it against builds while the context is active.
 
     Raises
@@ -143,7 +143,7 @@ def check_releasable(path: Path) -> Iterator[Releasable]:
         _check_whole(path, manifest, plans)
         _check_withdrawn(path, manifest, plans)
         stats = read_json(path / "stats.json", dict[str, Any])
-        yield Releasable(plans, manifest, licence, stats)
+        yield ReleasableDataset(plans, manifest, licence, stats)
 
 
 def _no_build(path: Path) -> DatasetError:
@@ -182,14 +182,14 @@ def _lock_for_reading(path: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _manifest(file: Path) -> Manifest:
+def _manifest(file: Path) -> BuildManifest:
     try:
-        return read_json(file, Manifest)
+        return read_json(file, BuildManifest)
     except (msgspec.DecodeError, OSError) as error:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}; build again") from None
 
 
-def _licence(path: Path, manifest: Manifest) -> Licence:
+def _licence(path: Path, manifest: BuildManifest) -> Licence:
     """Return the licence of the plans (R3)."""
     if manifest.licence:
         return licence_of(manifest.licence, f"{path / 'manifest.json'}: licence")
@@ -203,16 +203,16 @@ def _licence(path: Path, manifest: Manifest) -> Licence:
     )
 
 
-def _check_credit(path: Path, manifest: Manifest) -> None:
+def _check_credit(path: Path, manifest: BuildManifest) -> None:
     """Raise DatasetError if the credit is not one line (R4)."""
-    if not is_line(manifest.credit):
+    if not fits_one_line(manifest.credit):
         raise DatasetError(
             f"{path}: manifest.json: credit: expected {LINE}, found {manifest.credit!r}; write it so under [build] and "
             "build again"
         )
 
 
-def _check_whole(path: Path, manifest: Manifest, plans: Dataset) -> None:
+def _check_whole(path: Path, manifest: BuildManifest, plans: Dataset) -> None:
     """Raise DatasetError if a file is missing or changed (R1, R2)."""
     if not len(plans):
         raise DatasetError(f"{path}: expected plans, found none; see rejected.jsonl for the reasons")
@@ -241,7 +241,7 @@ def _lies_below(path: Path, name: str) -> bool:
     return real_path(path) in real_path(path / name).parents
 
 
-def _check_withdrawn(path: Path, manifest: Manifest, plans: Dataset) -> None:
+def _check_withdrawn(path: Path, manifest: BuildManifest, plans: Dataset) -> None:
     """Raise DatasetError for SUNCG (R5), by the sources, since its reader also reads generated houses."""
     if manifest.is_made:
         return

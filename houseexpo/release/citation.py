@@ -6,10 +6,10 @@ from html import escape
 from typing import Any
 
 from houseexpo.files import encode_json
-from houseexpo.release.descriptions import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, Facts
+from houseexpo.release.descriptions import KEYWORDS, PAPER, PAPER_AUTHORS, PAPER_URL, ReleaseFacts
 
 
-def citation_files(facts: Facts) -> dict[str, bytes]:
+def citation_files(facts: ReleaseFacts) -> dict[str, bytes]:
     """Return the files by name; ``datacite.json`` is made only if a date is given, since DataCite needs a year."""
     found = {
         "CITATION.cff": _citation(facts),
@@ -19,7 +19,7 @@ def citation_files(facts: Facts) -> dict[str, bytes]:
     return found | ({"datacite.json": encode_json(_datacite(facts))} if facts.about.year else {})
 
 
-def _citation(facts: Facts) -> bytes:
+def _citation(facts: ReleaseFacts) -> bytes:
     import yaml
 
     about = facts.about
@@ -44,7 +44,7 @@ def _citation(facts: Facts) -> bytes:
     return text.encode()
 
 
-def _zenodo(facts: Facts) -> dict[str, Any]:
+def _zenodo(facts: ReleaseFacts) -> dict[str, Any]:
     about = facts.about
     given = {"publication_date": about.published, "doi": about.doi, "notes": escape(facts.credit)}
     return {
@@ -61,7 +61,7 @@ def _zenodo(facts: Facts) -> dict[str, Any]:
     }
 
 
-def _datacite(facts: Facts) -> dict[str, Any]:
+def _datacite(facts: ReleaseFacts) -> dict[str, Any]:
     """Return the properties of DataCite's schema 4.5."""
     about, licence = facts.about, facts.material.licence
     return {
@@ -93,7 +93,7 @@ def _datacite(facts: Facts) -> dict[str, Any]:
     }
 
 
-def _licence(facts: Facts) -> str:
+def _licence(facts: ReleaseFacts) -> str:
     licence, names = facts.material.licence, ", ".join(facts.about.creators)
     credit = f"\nThe houses that the plans were made from: {facts.credit}\n" if facts.credit else ""
     return (

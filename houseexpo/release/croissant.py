@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.files import sha256_of
-from houseexpo.release.descriptions import KEYWORDS, Facts, bibtex
+from houseexpo.release.descriptions import KEYWORDS, ReleaseFacts, bibtex_entry
 from houseexpo.release.tables import IMAGE, Column, Table
 
 _VERSION: Final = "http://mlcommons.org/croissant/1.0"
@@ -56,7 +56,7 @@ _CONTEXT: Final[dict[str, Any]] = {
 _TYPES: Final = {pa.string(): "sc:Text", pa.binary(): "sc:Text", pa.int32(): "sc:Integer", pa.float64(): "sc:Float"}
 
 
-def croissant(facts: Facts, tables: Iterable[Table], folder: Path) -> dict[str, Any]:
+def describe_in_croissant(facts: ReleaseFacts, tables: Iterable[Table], folder: Path) -> dict[str, Any]:
     """Return the description of a release's files and of the columns of its tables; this hashes the files."""
     about, tables = facts.about, tuple(tables)
     files = [f"{table.name}/{part}.parquet" for table in tables for part in facts.parts.lists]
@@ -72,7 +72,7 @@ def croissant(facts: Facts, tables: Iterable[Table], folder: Path) -> dict[str, 
         "creator": [{"@type": "sc:Organization", "name": name} for name in about.creators],
         "version": about.version,
         "keywords": list(KEYWORDS),
-        "citeAs": bibtex(facts),
+        "citeAs": bibtex_entry(facts),
         **{name: text for name, text in given.items() if text},
         **_responsible(facts),
         "distribution": [
@@ -84,7 +84,7 @@ def croissant(facts: Facts, tables: Iterable[Table], folder: Path) -> dict[str, 
     }
 
 
-def _responsible(facts: Facts) -> dict[str, Any]:
+def _responsible(facts: ReleaseFacts) -> dict[str, Any]:
     made = facts.material.manifest.is_made
     kind = ["Software Collection"] if made else ["Secondary Data Analysis"]
     return {

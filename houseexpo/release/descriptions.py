@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from houseexpo.release.check_releasable import Releasable
-from houseexpo.release.metadata import About
+from houseexpo.release.check_releasable import ReleasableDataset
+from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import Splits
 from houseexpo.words import count_noun
 
@@ -29,12 +29,12 @@ PAPER_AUTHORS: Final = (
 
 
 @dataclass(frozen=True)
-class Facts:
+class ReleaseFacts:
     """The facts for the descriptions of a release; ``rows`` are counts by table and part, in order."""
 
     name: str
-    about: About
-    material: Releasable
+    about: PublisherTexts
+    material: ReleasableDataset
     parts: Splits
     rows: Mapping[str, Mapping[str, int]]
 
@@ -135,7 +135,7 @@ class Facts:
         return "No names, no addresses; file names of the sources stand in the provenance of plans."
 
 
-def bibtex(facts: Facts) -> str:
+def bibtex_entry(facts: ReleaseFacts) -> str:
     """Return the BibTeX entry of the release."""
     about = facts.about
     fields = {

@@ -67,7 +67,7 @@ def replace_when_done(target: Path) -> Iterator[Path]:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def write_sums(folder: Path) -> None:
+def write_checksums(folder: Path) -> None:
     """Write ``SHA256SUMS`` (R3)."""
     lines = [f"{sha256_of(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
     write_atomically(folder / SUMS, "".join(lines).encode())

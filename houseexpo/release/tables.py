@@ -29,7 +29,7 @@ _STRINGS: Final = pa.list_(pa.string())
 _SHARE_RADIUS: Final = "0.20"
 
 
-class Placed(NamedTuple):
+class ReleasePlan(NamedTuple):
     """A plan, its part, the group that it must stay with, and its picture as a PNG."""
 
     plan: FloorPlan
@@ -55,10 +55,10 @@ class Table:
     about: str
     columns: tuple[Column, ...]
     geometries: Mapping[str, tuple[str, ...]]
-    rows: Callable[[Placed], Iterator[Row]]
+    rows: Callable[[ReleasePlan], Iterator[Row]]
 
 
-def _plan_rows(placed: Placed) -> Iterator[Row]:
+def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
     plan = placed.plan
     known = index_row(plan)
     reach = known.pop("navigability") or {}
@@ -70,11 +70,11 @@ def _plan_rows(placed: Placed) -> Iterator[Row]:
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "n_objects": len(plan.objects),
         "image": {"bytes": placed.png, "path": f"{plan.id}.png"},
-        "geometry": wkb(plan.free_space),
+        "geometry": encode_wkb(plan.free_space),
     }
 
 
-def _room_rows(placed: Placed) -> Iterator[Row]:
+def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
     for room in placed.plan.rooms:
         yield {
             "plan_id": placed.plan.id,
@@ -83,11 +83,11 @@ def _room_rows(placed: Placed) -> Iterator[Row]:
             "label": room.label,
             "source_labels": list(room.source_labels),
             "area": round(room.area, 2),
-            "geometry": wkb(room.polygon),
+            "geometry": encode_wkb(room.polygon),
         }
 
 
-def _door_rows(placed: Placed) -> Iterator[Row]:
+def _door_rows(placed: ReleasePlan) -> Iterator[Row]:
     import shapely
 
     for door in placed.plan.doors:
@@ -99,12 +99,12 @@ def _door_rows(placed: Placed) -> Iterator[Row]:
             "width": door.width,
             "room_a": door.rooms[0],
             "room_b": door.rooms[1],
-            "geometry": wkb(door.polygon),
-            "segment": wkb(shapely.LineString(door.segment)),
+            "geometry": encode_wkb(door.polygon),
+            "segment": encode_wkb(shapely.LineString(door.segment)),
         }
 
 
-def _object_rows(placed: Placed) -> Iterator[Row]:
+def _object_rows(placed: ReleasePlan) -> Iterator[Row]:
     for thing in placed.plan.objects:
         yield {
             "plan_id": placed.plan.id,
@@ -113,11 +113,11 @@ def _object_rows(placed: Placed) -> Iterator[Row]:
             "label": thing.label,
             "room": thing.room,
             "height": thing.height,
-            "geometry": wkb(thing.polygon),
+            "geometry": encode_wkb(thing.polygon),
         }
 
 
-def wkb(shape: BaseGeometry) -> bytes:
+def encode_wkb(shape: BaseGeometry) -> bytes:
     """Return a geometry as little-endian WKB, with the outer rings of polygons counter-clockwise."""
     import shapely
 
@@ -213,7 +213,7 @@ OBJECTS: Final = Table(
 TABLES: Final = (PLANS, ROOMS, DOORS, OBJECTS)
 
 
-def schema_of(table: Table) -> Any:
+def arrow_schema(table: Table) -> Any:
     """Return the Arrow schema with the file metadata that GeoParquet 1.1 and Hugging Face read."""
     import json
 
@@ -245,7 +245,7 @@ class TableWriter:
     """A context manager that writes one file of a table, one row group at a time."""
 
     def __init__(self, file: Path, table: Table) -> None:
-        self._schema = schema_of(table)
+        self._schema = arrow_schema(table)
         words = [column.name for column in table.columns if column.type == pa.string()]
         self._writer: Any = pq.ParquetWriter(
             file,

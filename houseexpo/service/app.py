@@ -12,14 +12,24 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.service import api, compare, drive, home, likeness, plan_page, refused, review, statistics
-from houseexpo.service.answers import error_answer
+from houseexpo.service import (
+    api,
+    compare_page,
+    dataset_pages,
+    drive,
+    plan_page,
+    rejections_page,
+    review,
+    similarity_map,
+    statistics,
+)
 from houseexpo.service.api.openapi import add_query_check
+from houseexpo.service.computations import limit_threads
 from houseexpo.service.guard import Guard
+from houseexpo.service.responses import error_response
 from houseexpo.service.service import PARTS, Service
-from houseexpo.service.work import few_threads
 
-AREAS: Final = (refused, statistics, compare, likeness, api, review, drive, plan_page, home)
+AREAS: Final = (rejections_page, statistics, compare_page, similarity_map, api, review, drive, plan_page, dataset_pages)
 """Modules with ``routes(service)``. A fixed path must come before a pattern that also matches it."""
 
 
@@ -37,7 +47,7 @@ def make_app(service: Service) -> Starlette:
     """Return the application of a service, ready for a server or a test client."""
 
     async def answer_error(request: Request, error: Exception) -> Response:
-        return error_answer(service, request, error)
+        return error_response(service, request, error)
 
     async def answer_nobody(_: Request, __: Exception) -> Response:
         return Response(status_code=400)  # the client left in the middle of its body
@@ -57,7 +67,7 @@ def make_app(service: Service) -> Starlette:
             HouseExpoError: answer_error,
             Exception: answer_error,
         },
-        lifespan=few_threads,
+        lifespan=limit_threads,
         max_body_size=service.settings.limits.body_bytes,
     )
     app.middleware_stack = Guard(app.build_middleware_stack(), service.settings)

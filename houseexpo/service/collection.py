@@ -18,11 +18,11 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.folders import folder_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.recent import Recent
-from houseexpo.service.records import Records, read_records
-from houseexpo.service.search import Query, View, Views, measure_table
-from houseexpo.service.tags import Tags
-from houseexpo.service.thumbnails import thumbnail
+from houseexpo.service.build_lists import BuildLists, read_build_lists
+from houseexpo.service.lru_cache import LruCache
+from houseexpo.service.search import FoundPlans, PlanSearch, Query, measure_table
+from houseexpo.service.tags import TagStore
+from houseexpo.service.thumbnails import draw_thumbnail
 
 RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
 """Names in the service's own addresses (``/static``, ``/api/data``), which no data set may have."""
@@ -38,7 +38,7 @@ _DIVIDED_VERTS: Final = 2000
 _OPENINGS: Final = itertools.count()
 
 
-class Opened:
+class OpenedDataset:
     """A data set at the time it was opened, with values that are computed once; each opening has another ``number``."""
 
     def __init__(self, data: Dataset, stamp: object = None) -> None:
@@ -57,14 +57,14 @@ class Opened:
         return self.data[self.check_id(plan_id)]
 
     @cached_property
-    def views(self) -> Views:
+    def views(self) -> PlanSearch:
         """The views that answer queries."""
-        return Views(measure_table(self.data))
+        return PlanSearch(measure_table(self.data))
 
     @cached_property
-    def records(self) -> Records:
+    def records(self) -> BuildLists:
         """The inputs that gave no plan, and the plans that were dropped as duplicates."""
-        return read_records(self.data.path)
+        return read_build_lists(self.data.path)
 
     @cached_property
     def index(self) -> tuple[bytes, str]:
@@ -86,14 +86,14 @@ class Collection:
 
     def __init__(self, name: str, path: Path) -> None:
         self.name, self.path = name, path
-        self.tags = Tags(path)
-        self._now = Opened(open_dataset(path), _stamp(path))
+        self.tags = TagStore(path)
+        self._now = OpenedDataset(open_dataset(path), _stamp(path))
         self._looked_s = time.monotonic()
         self._opening = threading.Lock()
-        self._pictures: Recent[bytes] = Recent(_PICTURES_BYTES, len)
+        self._pictures: LruCache[bytes] = LruCache(_PICTURES_BYTES, len)
 
     @property
-    def now(self) -> Opened:
+    def now(self) -> OpenedDataset:
         """The data set as it is now; a request that needs several values takes them from the same ``now``."""
         return self._now
 
@@ -102,8 +102,8 @@ class Collection:
         """The plans."""
         return self._now.data
 
-    def find(self, query: Query) -> tuple[Opened, View]:
-        """Return the data set as it is now, and the plans that a query finds; for errors see ``Views.find``."""
+    def find(self, query: Query) -> tuple[OpenedDataset, FoundPlans]:
+        """Return the data set as it is now, and the plans that a query finds; for errors see ``PlanSearch.find``."""
         now = self._now
         try:
             now.views.set_tags(self.tags.now().tags)
@@ -123,7 +123,7 @@ class Collection:
     def draw_thumbnail(self, plan_id: str) -> bytes:
         """Return a plan's small picture; draw it if it is not in memory."""
         now = self._now
-        return self._pictures.get_or_make((now.number, plan_id), lambda: thumbnail(_with_rooms(now.plan(plan_id))))
+        return self._pictures.get_or_make((now.number, plan_id), lambda: draw_thumbnail(_with_rooms(now.plan(plan_id))))
 
     def look(self) -> None:
         """Reopen the data set in its own thread if it has been rebuilt; look at most every two seconds."""
@@ -137,7 +137,7 @@ class Collection:
     def _open_again(self, stamp: object) -> None:
         with self._opening:
             try:
-                fresh = Opened(open_dataset(self.path), stamp)
+                fresh = OpenedDataset(open_dataset(self.path), stamp)
                 _ = fresh.views
             except HouseExpoError as error:  # it is being built, or damaged: the old state remains
                 _LOG.warning("%s: it has changed and cannot be opened yet: %s", self.path, error)

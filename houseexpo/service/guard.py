@@ -2,7 +2,7 @@
 
 It is pure ASGI, so that it guards sockets as well as requests.
 
-R1  The Host header must name this server (``Settings.knows``). Another name that leads here is an attack.
+R1  The Host header must name this server (``ServiceSettings.knows``). Another name that leads here is an attack.
 R2  If a token is set, every request must show it: as a cookie, as ``Authorization: Bearer``, or once as ``?token=``,
     which sets the cookie. It is compared in constant time. The cookie's name contains the port, because browsers share
     cookies between the servers of a host.
@@ -39,7 +39,7 @@ from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from houseexpo.service.service import Limits, Settings
+from houseexpo.service.service import ServerLimits, ServiceSettings
 
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
@@ -73,9 +73,9 @@ class Refusal(NamedTuple):
 class Guard:
     """Passes a request or a socket on, or refuses it. It is the outermost layer, so that errors pass through it too."""
 
-    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+    def __init__(self, app: ASGIApp, settings: ServiceSettings) -> None:
         self._app, self._settings = app, settings
-        self._rate = Rate(settings.limits)
+        self._rate = RateLimiter(settings.limits)
         self._sockets: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -137,10 +137,10 @@ class Guard:
                 del self._sockets[client]  # a zero of each address would stay
 
 
-class Rate:
+class RateLimiter:
     """A token bucket for each client: it fills with time, and each request takes one."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: ServerLimits) -> None:
         self._limits = limits
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()  # (requests left, when)
 
@@ -163,12 +163,12 @@ def _without_port(host: str) -> str:
         return ""
 
 
-def cookie_name(settings: Settings) -> str:
+def cookie_name(settings: ServiceSettings) -> str:
     """Return the name of the cookie with a server's token."""
     return f"houseexpo-token-{settings.port}"
 
 
-def _shows_token(scope: Scope, headers: Headers, settings: Settings) -> bool:
+def _shows_token(scope: Scope, headers: Headers, settings: ServiceSettings) -> bool:
     given = [cookie_parser(headers.get("cookie", "")).get(cookie_name(settings), "")]
     kind, _, value = headers.get("authorization", "").partition(" ")
     given += [value.strip()] if kind.lower() == "bearer" else []
@@ -176,7 +176,7 @@ def _shows_token(scope: Scope, headers: Headers, settings: Settings) -> bool:
     return any(secrets.compare_digest(each.encode(), settings.token.encode()) for each in given)
 
 
-def _with_token(scope: Scope, settings: Settings) -> dict[str, str] | None:
+def _with_token(scope: Scope, settings: ServiceSettings) -> dict[str, str] | None:
     """Return headers that redirect an address with the token to the same address without it, and set the cookie."""
     query = _query(scope)
     given = [value for name, value in query if name == "token"]

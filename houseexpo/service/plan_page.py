@@ -22,7 +22,7 @@ from houseexpo.plan import Door, Quality
 from houseexpo.plan.explanations import DOORS, GROUNDS, NOTES
 from houseexpo.plan.parts import SURE
 from houseexpo.plan.room_labels import label_colour
-from houseexpo.service.collection import Opened
+from houseexpo.service.collection import OpenedDataset
 from houseexpo.service.search import MEASURES, RADII, Rows, parse_query
 from houseexpo.service.service import Service
 from houseexpo.words import count_noun
@@ -53,7 +53,7 @@ def routes(service: Service) -> list[BaseRoute]:
             place=place,
             found=number,
             measures=list(_measures(now, name)),
-            evidence=evidence_of(found),
+            evidence=plan_evidence(found),
             has_stages=now.data.stages(name) is not None,
             provenance=list(_provenance(found)),
             splits=[each for each, ids in now.data.splits.items() if name in ids],
@@ -73,7 +73,7 @@ def _legend(plan: FloorPlan) -> list[tuple[str, str]]:
     return [*labels, *((kind, DOOR_COLOURS[kind]) for kind in kinds)]
 
 
-def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | None, int, str | None, int]:
+def _neighbours(now: OpenedDataset, name: str, rows: Rows, query: str) -> tuple[str | None, int, str | None, int]:
     """Return the plan before, the position (from 1; 0 if the view lacks the plan), the plan after, and the number."""
     at = (rows == now.numbers[name]).nonzero()[0]
     if not len(at):
@@ -87,7 +87,7 @@ def _neighbours(now: Opened, name: str, rows: Rows, query: str) -> tuple[str | N
     return to(place - 1), place + 1, to(place + 1), len(rows)
 
 
-def _measures(now: Opened, name: str) -> Iterator[tuple[str, str]]:
+def _measures(now: OpenedDataset, name: str) -> Iterator[tuple[str, str]]:
     table, row = now.views.table, now.numbers[name]
     for measure in MEASURES:
         if measure.is_of_robot:
@@ -132,7 +132,7 @@ def _python(opening: str, name: str) -> str:
     )
 
 
-class Reason(NamedTuple):
+class DoorReason(NamedTuple):
     """A door: its number, its kind, the rooms on its sides, how sure it is ("" if not rated), and the reason for it."""
 
     number: int
@@ -142,13 +142,13 @@ class Reason(NamedTuple):
     why: str
 
 
-class Evidence(NamedTuple):
+class PlanEvidence(NamedTuple):
     """The evidence in a plan's file, in words; ``grounds`` are those against the plan, the strongest first."""
 
     quality: str
     grounds: list[tuple[str, float]]
     notes: list[str]
-    doors: list[Reason]
+    doors: list[DoorReason]
 
     @property
     def has_ratings(self) -> bool:
@@ -160,12 +160,12 @@ class Evidence(NamedTuple):
         return any(self)
 
 
-def evidence_of(plan: FloorPlan) -> Evidence:
+def plan_evidence(plan: FloorPlan) -> PlanEvidence:
     """Return the evidence in a plan's file; a provenance in an unknown form is ignored."""
     origin = plan.provenance or {}
     grounds = {} if plan.quality is None else plan.quality.grounds
     against = sorted(((GROUNDS.get(name, _with_spaces(name)), value) for name, value in grounds.items() if value > 0))
-    return Evidence(
+    return PlanEvidence(
         "" if plan.quality is None else _quality_text(plan.quality),
         sorted(against, key=lambda pair: -pair[1]),
         list(_notes(origin.get("notes"))),
@@ -194,14 +194,14 @@ def _cuts(cuts: Any) -> dict[Any, str]:
     return {cut.get("door"): str(cut["why"]) for cut in found if cut.get("why")}
 
 
-def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> Reason:
+def _reason(plan: FloorPlan, door: Door, cuts: Mapping[Any, str]) -> DoorReason:
     place = cuts.get(door.id, "") if door.kind == "cut" else ""
     why = DOORS[door.kind] + (f"; cut here: {place}" if place else "")
     sure = "" if door.confidence is None else f"{door.confidence:.0%}"
-    return Reason(door.id, door.kind, sides_of(plan, door), sure, why)
+    return DoorReason(door.id, door.kind, room_names_beside(plan, door), sure, why)
 
 
-def sides_of(plan: FloorPlan, door: Door) -> str:
+def room_names_beside(plan: FloorPlan, door: Door) -> str:
     """Return the names of the rooms on both sides of a door."""
     labels = {room.id: room.label for room in plan.rooms}
     return " and ".join("outside" if room is None else _with_spaces(labels.get(room, "room")) for room in door.rooms)

@@ -32,7 +32,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 from houseexpo.plan.room_labels import LABELS
-from houseexpo.service.recent import Recent
+from houseexpo.service.lru_cache import LruCache
 from houseexpo.tolerances import ROBOT_M
 from houseexpo.words import suggest_name
 
@@ -157,7 +157,7 @@ def parse_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
     )
 
 
-def whole_number(given: Mapping[str, str], name: str, default: int, most: int, least: int = 0) -> int:
+def parse_whole_number(given: Mapping[str, str], name: str, default: int, most: int, least: int = 0) -> int:
     """Return a parameter that is a whole number from ``least`` to ``most``; raise ConfigError if it is not."""
     word = given.get(name, "") or str(default)
     if not re.fullmatch("[0-9]{1,9}", word) or not least <= int(word) <= most:
@@ -221,7 +221,7 @@ def _end(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class Table:
+class MeasureTable:
     """The measures of a data set's plans, in its order; a measure that a plan lacks is NaN, which is in no range.
 
     Attributes
@@ -271,7 +271,7 @@ def plan_title(rooms: float | None, area_m2: float | None) -> str:
     return ", ".join(words)
 
 
-def measure_table(data: Dataset) -> Table:
+def measure_table(data: Dataset) -> MeasureTable:
     """Return the table of a data set, from its index and from measures that take little time.
 
     Doors and reach of published plans are included if they were computed before, which takes minutes
@@ -291,7 +291,7 @@ def measure_table(data: Dataset) -> Table:
     sources = data.column("source")
     spelt = (" ".join(each).replace("_", " ") for each in labels)
     words = zip(data.ids, spelt, (source or "" for source in sources), (found[2] for found in shape), strict=True)
-    return Table(
+    return MeasureTable(
         ids=data.ids,
         words=[" ".join(each).casefold() for each in words],
         labels=np.array([[label in has for has in map(frozenset, labels)] for label in LABELS], dtype=bool),
@@ -338,7 +338,7 @@ def _encode_names(names: Sequence[str | None]) -> tuple[tuple[str, ...], npt.NDA
 
 
 @dataclass(frozen=True)
-class Bins:
+class HistogramBins:
     """The bars of a histogram: ``first`` is the left end of the first bar; the last bar includes all greater values.
 
     ``of`` (n,) is the bar of each plan; it equals ``number`` if the plan's measure is unknown.
@@ -358,7 +358,7 @@ class Bins:
         return counts
 
 
-class View:
+class FoundPlans:
     """The plans that a query finds: ``rows`` in order, ``mask`` (n,) of all plans, and ``facets``."""
 
     def __init__(self, rows: Rows, mask: Bits, count: Any) -> None:
@@ -371,12 +371,12 @@ class View:
         return found
 
 
-class Views:
+class PlanSearch:
     """Answers queries on one table; recent answers are kept, because a page asks for the same view many times."""
 
-    def __init__(self, table: Table) -> None:
+    def __init__(self, table: MeasureTable) -> None:
         self.table = table
-        self._kept: Recent[View] = Recent(KEPT_VIEWS)
+        self._kept: LruCache[FoundPlans] = LruCache(KEPT_VIEWS)
         self._tagged: dict[str, Bits] = {}
         self._tags: object = None
         self._turn = 0
@@ -399,7 +399,7 @@ class Views:
         """Return the tags of one plan."""
         return [name for name, has in self._tagged.items() if has[row]]
 
-    def find(self, query: Query) -> View:
+    def find(self, query: Query) -> FoundPlans:
         """Return the plans that a query finds.
 
         Raises
@@ -409,7 +409,7 @@ class Views:
         """
         return self._kept.get_or_make((self._turn, str(query)), lambda: self._find(query))
 
-    def _find(self, query: Query) -> View:
+    def _find(self, query: Query) -> FoundPlans:
         failed = dict(self._failures(query))
         fails = np.zeros(len(self.table), dtype=np.uint8)
         for each in failed.values():
@@ -417,7 +417,7 @@ class Views:
         mask = fails == 0
         order = self._order(query.sort, query.radius)
         tagged = dict(self._tagged)
-        return View(order[mask[order]], mask, lambda: self._facets(query.radius, failed, fails, mask, tagged))
+        return FoundPlans(order[mask[order]], mask, lambda: self._facets(query.radius, failed, fails, mask, tagged))
 
     def _facets(
         self, radius: str, failed: Mapping[str, Bits], fails: npt.NDArray[np.uint8], mask: Bits, tagged: dict[str, Bits]
@@ -496,9 +496,9 @@ class Views:
         return {"first": bins.first, "step": bins.step, "counts": bins.counts(among)}
 
     @cached_property
-    def _bins(self) -> dict[str, Bins]:  # R2
+    def _bins(self) -> dict[str, HistogramBins]:  # R2
         return {
-            f"{measure.name} {radius}".strip(): bins_of(
+            f"{measure.name} {radius}".strip(): choose_bins(
                 self.table.numbers(measure.name, radius), whole=measure.is_count
             )
             for measure in MEASURES
@@ -526,11 +526,11 @@ class Views:
         return np.asarray(by_id[np.argsort(-values if descending else values, kind="stable")])
 
 
-def bins_of(values: Numbers, *, whole: bool) -> Bins:
+def choose_bins(values: Numbers, *, whole: bool) -> HistogramBins:
     """Choose bars for numbers: at most 32, of equal and round width; the last one includes the few greatest numbers."""
     known = values[~np.isnan(values)]
     if not len(known):
-        return Bins(0.0, 1.0, 0, np.zeros(len(values), dtype=np.int16))
+        return HistogramBins(0.0, 1.0, 0, np.zeros(len(values), dtype=np.int16))
     low, high = float(known.min()), float(np.quantile(known, _TAIL, method="higher"))
     step = _round_step((high - low) / (BINS - 1), whole=whole)
     first = math.floor(low / step + _EXACT) * step
@@ -538,7 +538,7 @@ def bins_of(values: Numbers, *, whole: bool) -> Bins:
     place = np.floor((np.nan_to_num(values, nan=first) - first) / step + _EXACT)
     of = np.clip(place, 0, number - 1).astype(np.int16)
     of[np.isnan(values)] = number
-    return Bins(round(first, 9), step, number, of)
+    return HistogramBins(round(first, 9), step, number, of)
 
 
 def _round_step(least: float, *, whole: bool) -> float:

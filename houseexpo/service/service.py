@@ -21,7 +21,7 @@ _ANY: Final = frozenset({"0.0.0.0", "::"})  # noqa: S104  # compared with, not b
 
 
 @dataclass(frozen=True)
-class Limits:
+class ServerLimits:
     """Limits of a server; a client is an address."""
 
     body_bytes: int = 1 << 20
@@ -34,7 +34,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Settings:
+class ServiceSettings:
     """Settings of the service.
 
     Attributes
@@ -57,7 +57,7 @@ class Settings:
     read_only: bool = False
     review: bool = False
     token: str = ""
-    limits: Limits = Limits()
+    limits: ServerLimits = ServerLimits()
 
     def knows(self, host: str) -> bool:
         """Return whether a Host header (without its port) names this server.
@@ -68,10 +68,10 @@ class Settings:
         name = host.strip("[]").lower().rstrip(".")
         if name in {*_LOCAL, self.host.lower(), *map(str.lower, self.names)}:
             return True
-        return is_any(self.host) and _is_address(name)
+        return is_any_address(self.host) and _is_address(name)
 
 
-def is_any(host: str) -> bool:
+def is_any_address(host: str) -> bool:
     """Return whether a server on this host listens on all addresses of the machine."""
     return host in _ANY
 
@@ -112,7 +112,7 @@ class Service:
     """A service; ``collections`` are its data sets by the names in their addresses."""
 
     collections: Mapping[str, Collection]
-    settings: Settings = field(default_factory=Settings)
+    settings: ServiceSettings = field(default_factory=ServiceSettings)
     templates: Environment = field(default_factory=_templates, repr=False)
 
     def collection(self, request: Request) -> Collection:

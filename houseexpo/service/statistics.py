@@ -18,11 +18,11 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.analysis.measures import Measure
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS
-from houseexpo.service.answers import json_response
-from houseexpo.service.collection import Opened
-from houseexpo.service.search import MEASURES, Bins, Numbers, Query, bins_of, parse_query
+from houseexpo.service.collection import OpenedDataset
+from houseexpo.service.computations import compute_in_turn
+from houseexpo.service.responses import json_response
+from houseexpo.service.search import MEASURES, HistogramBins, Numbers, Query, choose_bins, parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import compute
 
 REPORTS: Final = "houseexpo.reports"
 """The group of entry points that take a ``Dataset`` and return an HTML page."""
@@ -48,7 +48,7 @@ def routes(service: Service) -> list[BaseRoute]:
         now, _ = service.collection(request).find(query)
         against = _against(service, request)
         other = service.collections[against].now if against else None
-        return json_response(request, statistics(now, query, other))
+        return json_response(request, query_statistics(now, query, other))
 
     async def report(request: Request) -> Response:
         now, view = service.collection(request).find(parse_query(request.query_params))
@@ -60,7 +60,7 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
             raise ConfigError(f"{text}, or run houseexpo stats")
         ids = [now.views.table.ids[row] for row in rows.tolist()]
-        html = await compute(request, lambda: made[0].load()(now.data.only(ids)))
+        html = await compute_in_turn(request, lambda: made[0].load()(now.data.only(ids)))
         return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
 
     return [
@@ -70,7 +70,7 @@ def routes(service: Service) -> list[BaseRoute]:
     ]
 
 
-def statistics(now: Opened, query: Query, other: Opened | None = None) -> dict[str, Any]:
+def query_statistics(now: OpenedDataset, query: Query, other: OpenedDataset | None = None) -> dict[str, Any]:
     """Return the statistics of the plans that a query finds; ``other`` is a whole data set for comparison."""
     mask = now.views.find(query).mask
     there = None if other is None else np.ones(len(other.views.table), dtype=bool)
@@ -88,8 +88,8 @@ def statistics(now: Opened, query: Query, other: Opened | None = None) -> dict[s
 
 
 def _measure_values(measure: Measure, values: Numbers, mask: Any, beside: Numbers | None) -> dict[str, Any]:
-    bins = bins_of(values if beside is None else np.concatenate([values, beside]), whole=measure.is_count)
-    here = Bins(bins.first, bins.step, bins.number, bins.of[: len(values)])
+    bins = choose_bins(values if beside is None else np.concatenate([values, beside]), whole=measure.is_count)
+    here = HistogramBins(bins.first, bins.step, bins.number, bins.of[: len(values)])
     found = {
         "title": measure.title,
         "unit": measure.unit,
@@ -100,7 +100,7 @@ def _measure_values(measure: Measure, values: Numbers, mask: Any, beside: Number
         **_summary(values[mask]),
     }
     if beside is not None:
-        there = Bins(bins.first, bins.step, bins.number, bins.of[len(values) :])
+        there = HistogramBins(bins.first, bins.step, bins.number, bins.of[len(values) :])
         found["other"] = {"counts": there.counts(np.ones(len(beside), dtype=bool)), **_summary(beside)}
         spread = float(np.nanstd(beside)) if (~np.isnan(beside)).any() else 0.0
         means = found.get("mean"), found["other"].get("mean")
@@ -118,7 +118,7 @@ def _summary(values: Numbers) -> dict[str, Any]:
     return {"known": len(known), "mean": round(float(known.mean()), 4), **dict(zip(names, ends, strict=True))}
 
 
-def _label_shares(now: Opened, mask: Any) -> dict[str, float]:
+def _label_shares(now: OpenedDataset, mask: Any) -> dict[str, float]:
     """Return each label's share of all pairs of a plan and a label that occurs in it."""
     counts = (now.views.table.labels & mask).sum(axis=1)
     shares: list[float] = (counts / max(int(counts.sum()), 1)).round(5).tolist()

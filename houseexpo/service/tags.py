@@ -32,14 +32,14 @@ _BYTES: Final = 64 << 20
 
 
 @dataclass(frozen=True)
-class Tagged:
+class TagsAndViews:
     """The contents of the file: the ids of each tag, and the query of each saved view."""
 
     tags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     views: Mapping[str, str] = field(default_factory=dict)
 
 
-class Tags:
+class TagStore:
     """The tags and saved views of a data set; ``file`` is None if it is on another machine."""
 
     def __init__(self, dataset: str | Path) -> None:
@@ -47,9 +47,9 @@ class Tags:
         beside = overrides_path(Path(dataset)) if local else None
         self.file = None if beside is None else beside.with_name(beside.name.replace("overrides.toml", "tags.toml"))
         self._thread = threading.Lock()
-        self._read: tuple[object, Tagged] = (None, Tagged())
+        self._read: tuple[object, TagsAndViews] = (None, TagsAndViews())
 
-    def now(self) -> Tagged:
+    def now(self) -> TagsAndViews:
         """Return the contents of the file, which is read again if it has changed.
 
         Raises
@@ -59,10 +59,10 @@ class Tags:
         """
         stamp = self._stamp()
         if stamp != self._read[0]:
-            self._read = (stamp, _read(self.file) if self.file is not None and stamp is not None else Tagged())
+            self._read = (stamp, _read(self.file) if self.file is not None and stamp is not None else TagsAndViews())
         return self._read[1]
 
-    def tag(self, name: str, ids: Iterable[str], *, remove: bool = False) -> Tagged:
+    def tag(self, name: str, ids: Iterable[str], *, remove: bool = False) -> TagsAndViews:
         """Give a tag to plans, or remove it; a tag without plans is deleted.
 
         Raises
@@ -70,30 +70,30 @@ class Tags:
         ConfigError
             The name is not valid, there are too many tags, or the file cannot be written.
         """
-        name = checked_name(name)
+        name = check_name(name)
 
-        def change(found: Tagged) -> Tagged:
+        def change(found: TagsAndViews) -> TagsAndViews:
             has = dict.fromkeys(found.tags.get(name, ()))
             for plan in ids:
                 has.pop(plan, None) if remove else has.setdefault(plan)
             tags = {**found.tags, name: tuple(has)}
-            return Tagged({each: plans for each, plans in tags.items() if plans}, found.views)
+            return TagsAndViews({each: plans for each, plans in tags.items() if plans}, found.views)
 
         return self._update(change)
 
-    def save_view(self, name: str, query: str | None) -> Tagged:
+    def save_view(self, name: str, query: str | None) -> TagsAndViews:
         """Save a query under a name, or delete that view if the query is None; for errors see ``tag``."""
-        name = checked_name(name)
+        name = check_name(name)
 
-        def change(found: Tagged) -> Tagged:
+        def change(found: TagsAndViews) -> TagsAndViews:
             views = {**found.views, name: query or ""}
             if query is None:
                 del views[name]
-            return Tagged(found.tags, views)
+            return TagsAndViews(found.tags, views)
 
         return self._update(change)
 
-    def _update(self, change: Callable[[Tagged], Tagged]) -> Tagged:
+    def _update(self, change: Callable[[TagsAndViews], TagsAndViews]) -> TagsAndViews:
         if self.file is None:
             raise ConfigError("tags: this data set is on another machine; tag its plans on the server there")
         with self._thread, self._lock(self.file):
@@ -131,7 +131,7 @@ class Tags:
         return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def checked_name(name: str) -> str:
+def check_name(name: str) -> str:
     """Return the name of a tag or a view as one line; raise ConfigError if it is not valid."""
     plain = " ".join(name.split())
     if not 0 < len(plain) <= LONGEST or "," in plain or not plain.isprintable():
@@ -139,7 +139,7 @@ def checked_name(name: str) -> str:
     return plain
 
 
-def _read(file: Path) -> Tagged:
+def _read(file: Path) -> TagsAndViews:
     try:
         with file.open("rb") as stream:
             data = stream.read(_BYTES)
@@ -150,10 +150,10 @@ def _read(file: Path) -> Tagged:
     good = isinstance(tags, dict) and isinstance(views, dict) and all(isinstance(each, str) for each in views.values())
     if not good or not all(isinstance(ids, list) and all(isinstance(i, str) for i in ids) for ids in tags.values()):
         raise ConfigError(f"{file.name}: expected [tags] with lists of ids and [views] with texts; mend it")
-    return Tagged({checked_name(name): tuple(ids) for name, ids in tags.items()}, views)
+    return TagsAndViews({check_name(name): tuple(ids) for name, ids in tags.items()}, views)
 
 
-def _text(found: Tagged) -> str:
+def _text(found: TagsAndViews) -> str:
     lines = ["# Tags and saved views of houseexpo serve. You may edit this file.", "", "[tags]"]
     for name, ids in found.tags.items():
         lines += [f"{_string(name)} = [", *(f"  {_string(each)}," for each in ids), "]"]

@@ -32,7 +32,7 @@ _MANY: Final = 400
 """Rings with more vertices are simplified."""
 
 
-def thumbnail(plan: FloorPlan) -> bytes:
+def draw_thumbnail(plan: FloorPlan) -> bytes:
     """Return a plan as a small square SVG, x right and y up, with a transparent background."""
     x1, y1, x2, y2 = plan.bbox
     scale = (_TENTHS - 2 * _MARGIN) / max(x2 - x1, y2 - y1, 1e-6)

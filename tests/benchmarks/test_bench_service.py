@@ -38,7 +38,7 @@ from websockets.asyncio.client import connect
 
 from houseexpo import open_dataset, save_plan
 from houseexpo.floorplan import decode
-from houseexpo.service.collection import Opened
+from houseexpo.service.collection import OpenedDataset
 from houseexpo.service.drive.frames import ENDED, HEAD, KIND
 from houseexpo.service.search import parse_query
 from tests.builders.shared import DATA, needs_shared
@@ -69,7 +69,7 @@ def server() -> Iterator[tuple[str, psutil.Process]]:
 
 def test_a_filter_on_all_published_plans() -> None:
     """Median and worst of combined filters, each asked once: nothing is remembered."""
-    views = Opened(open_dataset(PLANS)).views
+    views = OpenedDataset(open_dataset(PLANS)).views
     views.find(parse_query({"sort": "-area"}))
     times = []
     for low in range(40):

@@ -22,7 +22,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.collection import open_collections
-from houseexpo.service.service import Service, Settings
+from houseexpo.service.service import Service, ServiceSettings
 
 BASE = "http://localhost:8000"
 
@@ -114,7 +114,7 @@ def some_plans() -> list[FloorPlan]:
 
 def service_of(*paths: Path, **settings: Any) -> Service:
     """Return a service of data sets."""
-    return Service(open_collections(paths), Settings(**settings))
+    return Service(open_collections(paths), ServiceSettings(**settings))
 
 
 @contextmanager

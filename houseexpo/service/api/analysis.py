@@ -32,10 +32,10 @@ from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
 from houseexpo.plan.room_labels import label_colour
-from houseexpo.service.answers import json_response
-from houseexpo.service.collection import Opened
+from houseexpo.service.collection import OpenedDataset
+from houseexpo.service.computations import compute_in_turn
+from houseexpo.service.responses import json_response
 from houseexpo.service.service import Service
-from houseexpo.service.work import compute
 
 _FARTHEST_M: Final = 1e6
 
@@ -46,7 +46,7 @@ def routes(service: Service) -> list[BaseRoute]:
     async def respond(request: Request, measure: Callable[[FloorPlan], Any]) -> Response:
         now = service.collection(request).now
         name = now.check_id(request.path_params["plan"])
-        return json_response(request, await compute(request, lambda: measure(now.plan(name))))
+        return json_response(request, await compute_in_turn(request, lambda: measure(now.plan(name))))
 
     async def shape(request: Request) -> Response:
         return await respond(request, shape_values)
@@ -70,7 +70,7 @@ def routes(service: Service) -> list[BaseRoute]:
     async def similar_plans(request: Request) -> Response:
         now = service.collection(request).now
         name = now.check_id(request.path_params["plan"])
-        return json_response(request, {"similar": await compute(request, similar, now, name)})
+        return json_response(request, {"similar": await compute_in_turn(request, most_similar_plans, now, name)})
 
     of_plan = "/api/{data}/plans/{plan}/"
     areas = {
@@ -287,7 +287,7 @@ _FINGERPRINT: Final = "fingerprint, 3"
 """The name under which fingerprints are cached; another way of computing them needs another number."""
 
 
-def similar(now: Opened, plan_id: str) -> list[dict[str, Any]]:
+def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]:
     """Return the plans most similar to one: id, title, difference (0: equal; 1: nothing in common) and symmetry.
 
     Raises
@@ -338,7 +338,7 @@ def _fingerprint_of(plan: FloorPlan) -> list[int]:
     return found
 
 
-def _read(now: Opened, plan_id: str) -> FloorPlan | None:
+def _read(now: OpenedDataset, plan_id: str) -> FloorPlan | None:
     try:
         return now.data[plan_id]
     except HouseExpoError:

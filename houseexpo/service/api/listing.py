@@ -21,9 +21,9 @@ from houseexpo.drawing.scene import DOOR_COLOURS
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.plan.room_labels import LABELS, label_colour
-from houseexpo.service.answers import file_response, hashed_response, json_response, range_response
-from houseexpo.service.collection import Collection, Opened
-from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parse_query, whole_number
+from houseexpo.service.collection import Collection, OpenedDataset
+from houseexpo.service.responses import file_response, hash_tagged_response, json_response, range_response
+from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parse_query, parse_whole_number
 from houseexpo.service.service import Service
 
 PARQUET: Final = "application/vnd.apache.parquet"
@@ -45,16 +45,16 @@ def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
     def data_sets(request: Request) -> Response:
-        return json_response(request, {"data": [description_of(shown) for shown in service.collections.values()]})
+        return json_response(request, {"data": [describe_dataset(shown) for shown in service.collections.values()]})
 
     def data_set(request: Request) -> Response:
-        return json_response(request, description_of(service.collection(request)))
+        return json_response(request, describe_dataset(service.collection(request)))
 
     def plans(request: Request) -> Response:
         query = parse_query(request.query_params, PAGING)
         columns = _columns(request.query_params.get("columns", ""))
-        offset = whole_number(request.query_params, "offset", 0, _FARTHEST)
-        limit = whole_number(request.query_params, "limit", _LIMIT, MAX_LIMIT, least=1)
+        offset = parse_whole_number(request.query_params, "offset", 0, _FARTHEST)
+        limit = parse_whole_number(request.query_params, "limit", _LIMIT, MAX_LIMIT, least=1)
         now, found = service.collection(request).find(query)
         rows = found.rows[offset : offset + limit]
         following = offset + limit if offset + limit < len(found.rows) else None
@@ -102,7 +102,7 @@ def routes(service: Service) -> list[BaseRoute]:
     ]
 
 
-def description_of(shown: Collection) -> dict[str, Any]:
+def describe_dataset(shown: Collection) -> dict[str, Any]:
     """Return the description of a data set as plain values."""
     data = shown.dataset
     return {
@@ -122,7 +122,7 @@ def description_of(shown: Collection) -> dict[str, Any]:
 
 
 def _ids_response(request: Request, ids: Iterable[str]) -> Response:
-    return hashed_response(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
+    return hash_tagged_response(request, "".join(f"{each}\n" for each in ids).encode(), "text/plain; charset=utf-8")
 
 
 def _columns(word: str) -> list[str]:
@@ -134,7 +134,9 @@ def _columns(word: str) -> list[str]:
     return names
 
 
-def _lines(now: Opened, rows: npt.NDArray[np.int64], query: Query, columns: Sequence[str]) -> list[dict[str, Any]]:
+def _lines(
+    now: OpenedDataset, rows: npt.NDArray[np.int64], query: Query, columns: Sequence[str]
+) -> list[dict[str, Any]]:
     """Return the plans of a page with the usual columns, the measure by which they are sorted, and further columns."""
     table = now.views.table
     names = dict.fromkeys([*_SHOWN, *columns, query.sort.removeprefix("-")])

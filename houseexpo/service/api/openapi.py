@@ -17,16 +17,16 @@ from starlette.types import Receive, Scope, Send
 from houseexpo import __version__
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
-from houseexpo.service.answers import json_response
 from houseexpo.service.api.analysis import WIDEST_M
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
+from houseexpo.service.responses import json_response
 from houseexpo.service.search import JOINED, MEASURES, PAGE, RADII, SORTS, TOKEN
 from houseexpo.service.service import Service
 from houseexpo.words import suggest_name
 
 
-class Call(NamedTuple):
+class ApiCall(NamedTuple):
     """One address: what it gives, of which type, the parameters of its query, and the body that it takes."""
 
     path: str
@@ -46,40 +46,42 @@ _PAGED: Final = (*_FILTER, "sort", "offset", "limit", "columns")
 _PARQUET: Final = "application/vnd.apache.parquet"
 
 CALLS: Final = (
-    Call("/api/data", "The data sets."),
-    Call("/api/{data}", "What a data set is: plans, splits, measures, labels, formats."),
-    Call("/api/{data}/plans", f"Plans that meet a filter, by the page; limit is 1 to {MAX_LIMIT}.", query=_PAGED),
-    Call("/api/{data}/facets", "How many plans meet a filter, with counts beside each condition.", query=_FILTER),
-    Call("/api/{data}/ids.txt", "The ids of the plans found, one a line.", "text/plain", (*_FILTER, "sort")),
-    Call("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
-    Call("/api/{data}/splits/{name}", "A list of ids that comes with the data set.", "text/plain"),
-    Call("/api/{data}/index.parquet", "One row a plan, with the SHA-1 of its JSON; ranges.", _PARQUET),
-    Call("/api/{data}/tables", "The names of the data set's Parquet files."),
-    Call("/api/{data}/tables/{name}", "A Parquet file of the data set; ranges.", _PARQUET),
-    Call("/api/{data}/refused", "Inputs that gave no plan.", query=("stage", "reason", "offset")),
-    Call("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
-    Call("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
-    Call("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
-    Call("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
-    Call("/api/{data}/map", "Where each plan lies on a map of likeness; which of them meet the filter.", query=_FILTER),
-    Call("/api/{data}/tags", "The tags that people gave to plans, and the views that they saved."),
-    Call("/api/{data}/tags", "Give a tag to plans, or take it away.", body=Tagging),
-    Call("/api/{data}/views", "Save a view under a name, or forget it.", body=SavedView),
-    Call("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
-    Call("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
-    Call("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),
-    Call(
+    ApiCall("/api/data", "The data sets."),
+    ApiCall("/api/{data}", "What a data set is: plans, splits, measures, labels, formats."),
+    ApiCall("/api/{data}/plans", f"Plans that meet a filter, by the page; limit is 1 to {MAX_LIMIT}.", query=_PAGED),
+    ApiCall("/api/{data}/facets", "How many plans meet a filter, with counts beside each condition.", query=_FILTER),
+    ApiCall("/api/{data}/ids.txt", "The ids of the plans found, one a line.", "text/plain", (*_FILTER, "sort")),
+    ApiCall("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
+    ApiCall("/api/{data}/splits/{name}", "A list of ids that comes with the data set.", "text/plain"),
+    ApiCall("/api/{data}/index.parquet", "One row a plan, with the SHA-1 of its JSON; ranges.", _PARQUET),
+    ApiCall("/api/{data}/tables", "The names of the data set's Parquet files."),
+    ApiCall("/api/{data}/tables/{name}", "A Parquet file of the data set; ranges.", _PARQUET),
+    ApiCall("/api/{data}/refused", "Inputs that gave no plan.", query=("stage", "reason", "offset")),
+    ApiCall("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
+    ApiCall("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
+    ApiCall("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
+    ApiCall("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
+    ApiCall(
+        "/api/{data}/map", "Where each plan lies on a map of likeness; which of them meet the filter.", query=_FILTER
+    ),
+    ApiCall("/api/{data}/tags", "The tags that people gave to plans, and the views that they saved."),
+    ApiCall("/api/{data}/tags", "Give a tag to plans, or take it away.", body=Tagging),
+    ApiCall("/api/{data}/views", "Save a view under a name, or forget it.", body=SavedView),
+    ApiCall("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
+    ApiCall("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
+    ApiCall("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),
+    ApiCall(
         "/api/{data}/plans/{plan}/stages.png",
         "The stages that a plan went through, if kept.",
         "image/png",
     ),
-    Call("/api/{data}/plans/{plan}/export/{form}", "A plan in another format.", "application/octet-stream"),
-    Call("/api/{data}/plans/{plan}/shape", "Rings of all that a plan records, metres."),
-    Call("/api/{data}/plans/{plan}/rooms", "Rooms and doors; found where the plan records none."),
-    Call("/api/{data}/plans/{plan}/reach", "Where a round robot can stand, and what it covers.", query=("radius",)),
-    Call("/api/{data}/plans/{plan}/way", "The shortest way of a round robot.", query=("from", "to", "radius")),
-    Call("/api/{data}/plans/{plan}/clearance", "The distance to the nearest wall, as a picture."),
-    Call("/api/{data}/plans/{plan}/similar", "The plans most like one."),
+    ApiCall("/api/{data}/plans/{plan}/export/{form}", "A plan in another format.", "application/octet-stream"),
+    ApiCall("/api/{data}/plans/{plan}/shape", "Rings of all that a plan records, metres."),
+    ApiCall("/api/{data}/plans/{plan}/rooms", "Rooms and doors; found where the plan records none."),
+    ApiCall("/api/{data}/plans/{plan}/reach", "Where a round robot can stand, and what it covers.", query=("radius",)),
+    ApiCall("/api/{data}/plans/{plan}/way", "The shortest way of a round robot.", query=("from", "to", "radius")),
+    ApiCall("/api/{data}/plans/{plan}/clearance", "The distance to the nearest wall, as a picture."),
+    ApiCall("/api/{data}/plans/{plan}/similar", "The plans most like one."),
 )
 
 _ENUMS: Final[dict[str, list[str]]] = {
@@ -148,7 +150,7 @@ def openapi_document() -> dict[str, Any]:
     return {"openapi": "3.1.0", "info": info, "paths": paths}
 
 
-def _operation(call: Call) -> dict[str, Any]:
+def _operation(call: ApiCall) -> dict[str, Any]:
     errors = {"description": "What is wrong, in a sentence.", "content": {"application/json": {"schema": _ERROR}}}
     found: dict[str, Any] = {"200": {"description": call.what, "content": {call.kind: {}}}}
     return {
@@ -173,7 +175,7 @@ def _in_path(path: str) -> list[dict[str, Any]]:
     return [{"name": name, "in": "path", "required": True, "schema": _schema(name)} for name in names]
 
 
-def _in_query(call: Call, name: str) -> dict[str, Any]:
+def _in_query(call: ApiCall, name: str) -> dict[str, Any]:
     metres = name == "radius" and call.path.endswith(("/reach", "/way"))
     schema = {"type": "number", "minimum": 0.01, "maximum": WIDEST_M} if metres else _schema(name)
     words = "A number or a range: 3, 3..6, ..6, 3.." if name in _RANGES and not metres else ""

@@ -17,10 +17,10 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS
 from houseexpo.files import zip_bytes
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.answers import hashed_response
+from houseexpo.service.computations import compute_in_turn
+from houseexpo.service.responses import hash_tagged_response
 from houseexpo.service.search import parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import compute
 
 _TYPES: Final = {
     "json": "application/json",
@@ -44,37 +44,37 @@ def routes(service: Service) -> list[BaseRoute]:
     def raw(request: Request) -> Response:
         now = service.collection(request).now
         data = now.data.raw(now.check_id(request.path_params["plan"]))
-        return hashed_response(request, data, "application/json")
+        return hash_tagged_response(request, data, "application/json")
 
     async def thumbnail(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
         data = shown.thumbnail(name)
         if data is None:
             data = await run_in_threadpool(shown.draw_thumbnail, name)
-        return hashed_response(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
+        return hash_tagged_response(request, data, "image/svg+xml", {"cache-control": "max-age=60"})
 
     async def picture(request: Request) -> Response:
         now = service.collection(request).now
         name = now.check_id(request.path_params["plan"])
-        data = (await compute(request, lambda: svg(now.plan(name)))).encode()
-        return hashed_response(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
+        data = (await compute_in_turn(request, lambda: svg(now.plan(name)))).encode()
+        return hash_tagged_response(request, data, "image/svg+xml", {"content-security-policy": _ALONE})
 
     def stages(request: Request) -> Response:
         now = service.collection(request).now
         data = now.data.stages(now.check_id(request.path_params["plan"]))
         if data is None:
             raise HTTPException(404, "the build kept no picture of its stages; use houseexpo build --keep-stages")
-        return hashed_response(request, data, "image/png")
+        return hash_tagged_response(request, data, "image/png")
 
     async def export(request: Request) -> Response:
         now, form = service.collection(request).now, request.path_params["form"]
         plan = now.check_id(request.path_params["plan"])
         if form not in FORMATS:
             raise HTTPException(404, f"no format {form[:40]!r}; the formats: {', '.join(FORMATS)}")
-        name, data = await compute(request, lambda: export_plan(now.plan(plan), form))
+        name, data = await compute_in_turn(request, lambda: export_plan(now.plan(plan), form))
         kind = _TYPES.get(name.rpartition(".")[2], "application/octet-stream")
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}"}
-        return hashed_response(request, data, kind, {**attached, "content-security-policy": _ALONE})
+        return hash_tagged_response(request, data, kind, {**attached, "content-security-policy": _ALONE})
 
     async def exports(request: Request) -> Response:
         form, ids = request.path_params["form"], request.query_params.get("ids", "")
@@ -87,9 +87,9 @@ def routes(service: Service) -> list[BaseRoute]:
             text = f"export: expected 1 to {MOST_EXPORTED} plans, found {len(names):,}; narrow the filter"
             raise ConfigError(f"{text}, or save the list of ids and run: houseexpo export --ids LIST")
         name = request.path_params["data"]
-        data = await compute(request, lambda: zip_bytes(_files((now.plan(each) for each in names), form)))
+        data = await compute_in_turn(request, lambda: zip_bytes(_files((now.plan(each) for each in names), form)))
         attached = {"content-disposition": f"attachment; filename*=utf-8''{quote(name, safe='')}-{form}.zip"}
-        return hashed_response(request, data, _TYPES["zip"], attached)
+        return hash_tagged_response(request, data, _TYPES["zip"], attached)
 
     return [
         Route("/api/{data}/export/{form}", exports),

@@ -12,11 +12,11 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.errors import ConfigError
-from houseexpo.service.answers import Json, json_response, read
 from houseexpo.service.collection import Collection
+from houseexpo.service.responses import JsonResponse, decode_body, json_response
 from houseexpo.service.search import PAGE, parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.tags import Tagged
+from houseexpo.service.tags import TagsAndViews
 
 
 class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
@@ -38,7 +38,7 @@ class SavedView(Struct, frozen=True, forbid_unknown_fields=True):
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def description(shown: Collection, found: Tagged) -> dict[str, Any]:
+    def description(shown: Collection, found: TagsAndViews) -> dict[str, Any]:
         file = shown.tags.file
         return {
             "tags": {name: len(ids) for name, ids in found.tags.items()},
@@ -52,9 +52,9 @@ def routes(service: Service) -> list[BaseRoute]:
         return json_response(request, description(shown, shown.tags.now()))
 
     async def tag_plans(request: Request) -> Response:
-        shown, asked = service.collection(request), read(await request.body(), Tagging)
+        shown, asked = service.collection(request), decode_body(await request.body(), Tagging)
 
-        def change() -> Tagged:
+        def change() -> TagsAndViews:
             if (asked.ids is None) == (asked.query is None):
                 raise ConfigError("request: expected either ids or a query, found both or neither")
             if asked.ids is not None:
@@ -64,13 +64,13 @@ def routes(service: Service) -> list[BaseRoute]:
                 ids = [now.views.table.ids[row] for row in found.rows.tolist()]
             return shown.tags.tag(asked.tag, ids, remove=asked.remove)
 
-        return Json(description(shown, await run_in_threadpool(change)))
+        return JsonResponse(description(shown, await run_in_threadpool(change)))
 
     async def save_view(request: Request) -> Response:
-        shown, asked = service.collection(request), read(await request.body(), SavedView)
+        shown, asked = service.collection(request), decode_body(await request.body(), SavedView)
         query = None if asked.query is None else "&".join(_address(asked.query))
         found = await run_in_threadpool(shown.tags.save_view, asked.name, query)
-        return Json(description(shown, found))
+        return JsonResponse(description(shown, found))
 
     return [
         Route("/api/{data}/tags", list_tags),

@@ -35,7 +35,7 @@ _CODES: Final = np.zeros(256, np.uint16)
 _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
 
 
-class Report(NamedTuple):
+class RobotReport(NamedTuple):
     """The state of the robot; ``pose_px`` is that of its odometry, ``bumps`` are counted by ``robots.Bumps``."""
 
     number: int
@@ -48,7 +48,7 @@ class Report(NamedTuple):
     path_m: float
 
 
-class Delta(NamedTuple):
+class MapDelta(NamedTuple):
     """The rectangle of the map that contains all changes, as runs."""
 
     row: int
@@ -64,21 +64,21 @@ class SentMap:
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._sent = np.zeros(shape, np.uint8)
 
-    def update(self, known: Grid) -> Delta:
+    def update(self, known: Grid) -> MapDelta:
         """Return the changes since the last call, a rectangle without cells if there are none."""
         changed = known != self._sent
         rows = np.flatnonzero(changed.any(axis=1))
         if not len(rows):
-            return Delta(0, 0, 0, 0, np.empty(0, np.uint16))
+            return MapDelta(0, 0, 0, 0, np.empty(0, np.uint16))
         top, bottom = int(rows[0]), int(rows[-1]) + 1
         cols = np.flatnonzero(changed[top:bottom].any(axis=0))
         left, right = int(cols[0]), int(cols[-1]) + 1
         part = known[top:bottom, left:right]
         self._sent[top:bottom, left:right] = part
-        return Delta(top, left, bottom - top, right - left, runs_of(part))
+        return MapDelta(top, left, bottom - top, right - left, encode_runs(part))
 
 
-def runs_of(cells: Grid) -> npt.NDArray[np.uint16]:
+def encode_runs(cells: Grid) -> npt.NDArray[np.uint16]:
     """Return cells of a map (rows, cols) as runs, row by row."""
     codes = _CODES[cells.ravel()]
     starts = np.concatenate([[0], np.flatnonzero(codes[1:] != codes[:-1]) + 1])
@@ -92,7 +92,7 @@ def runs_of(cells: Grid) -> npt.NDArray[np.uint16]:
     return runs
 
 
-def frame_of(report: Report, delta: Delta, sight: Sight) -> bytes:
+def encode_frame(report: RobotReport, delta: MapDelta, sight: Sight) -> bytes:
     """Return a frame."""
     head = HEAD.pack(
         KIND, report.flags, min(report.bumps, 65535), report.number, report.steps, *report.pose_px, report.explored_m2,

@@ -35,7 +35,9 @@ _NOISE: Final = {
 Share = Annotated[float, Meta(ge=-1, le=1)]
 
 
-class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, tag="start", tag_field="do"):
+class StartDrive(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, tag="start", tag_field="do"
+):
     """Place a robot; ``driver`` is "you" or the name of an explorer."""
 
     plan: Annotated[str, Meta(min_length=1, max_length=300)]
@@ -67,43 +69,43 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
         return replace(common, robot=robot, step_s=1 / FRAMES_PER_S)
 
 
-class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
+class ReplayDrive(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
     """Place a robot and replay a recording (``recordings.Recording.as_text``)."""
 
     recording: Annotated[str, Meta(max_length=LONGEST_TEXT)]
 
 
-class Move(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
+class MoveRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
     """Move until the next message, at shares of the full speed, forward and to the left."""
 
     linear: Share
     angular: Share
 
 
-class Pace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
+class SetPace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
     """Set the steps per second of an explorer or a replay; 0 is a pause."""
 
     steps_per_s: Annotated[float, Meta(ge=0, le=MOST_STEPS_PER_S)]
 
 
-class Seen(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="seen", tag_field="do"):
+class FrameDrawn(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="seen", tag_field="do"):
     """The browser has drawn this frame."""
 
     number: Annotated[int, Meta(ge=0, lt=2**32)]
 
 
-class Save(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="save", tag_field="do"):
+class SendPathAndMap(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="save", tag_field="do"):
     """Send the path and the map."""
 
 
-class Finish(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="finish", tag_field="do"):
+class FinishDrive(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="finish", tag_field="do"):
     """End the drive and send its results."""
 
 
-Message: TypeAlias = Start | Replay | Move | Pace | Seen | Save | Finish
+Message: TypeAlias = StartDrive | ReplayDrive | MoveRobot | SetPace | FrameDrawn | SendPathAndMap | FinishDrive
 
 
-def read(text: str) -> Message:
+def decode_message(text: str) -> Message:
     """Decode a message; raise ConfigError if it is not one."""
     if len(text) > LONGEST_TEXT:
         raise ConfigError(f"message: expected at most {LONGEST_TEXT} characters, found {len(text)}")

@@ -40,7 +40,7 @@ def routes(service: Service) -> list[BaseRoute]:
     threads: list[anyio.CapacityLimiter] = []
 
     def page(request: Request) -> Response:
-        from houseexpo.service.drive.robots import explorers  # it brings numba
+        from houseexpo.service.drive.robots import explorer_names  # it brings numba
 
         shown = service.collection(request)
         if not len(shown.dataset):
@@ -53,7 +53,7 @@ def routes(service: Service) -> list[BaseRoute]:
         now = shown.now
         plan, words = now.plan(name), now.views.table.title(now.numbers[name])
         other = secrets.choice(ids)
-        known = [(explorer, EXPLORERS.get(explorer, "")) for explorer in explorers()]
+        known = [(explorer, EXPLORERS.get(explorer, "")) for explorer in explorer_names()]
         told: dict[str, Any] = {
             "plan": plan,
             "words": words,
@@ -63,7 +63,7 @@ def routes(service: Service) -> list[BaseRoute]:
         return service.page(request, "drive/drive.html", here="drive", shown=shown, **told)
 
     async def socket(websocket: WebSocket) -> None:
-        from houseexpo.service.drive.sessions import FULL, Session
+        from houseexpo.service.drive.sessions import FULL, DriveSession
 
         found = service.collections.get(websocket.path_params["data"])
         if found is None:
@@ -79,7 +79,7 @@ def routes(service: Service) -> list[BaseRoute]:
         try:
             if not threads:
                 threads.append(anyio.CapacityLimiter(count_cores()))
-            await Session(websocket, found.plan, threads[0]).run()
+            await DriveSession(websocket, found.plan, threads[0]).run()
         finally:
             robots.pop()
 

@@ -23,7 +23,7 @@ from msgspec import Meta
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.simulator import ACTIONS
-from houseexpo.service.drive.messages import MAX_STEPS, YOU, Start
+from houseexpo.service.drive.messages import MAX_STEPS, YOU, StartDrive
 
 LONGEST: Final = 60_000
 """Characters of a recording: the size of a message of a socket."""
@@ -39,14 +39,14 @@ Action = tuple[int, int]
 """For a person, the speed forward and to the left, in 127ths of the full speed; for an explorer, the action and 0."""
 
 
-class End(NamedTuple):
+class DriveEnd(NamedTuple):
     """The end of a drive: the position in plan metres, and the share of the house that was seen."""
 
     x_m: float
     y_m: float
     coverage: float
 
-    def is_near(self, other: End) -> bool:
+    def is_near(self, other: DriveEnd) -> bool:
         """Return whether another drive ended at the same place."""
         return all(abs(one - two) <= _SAME_M for one, two in zip(self, other, strict=True))
 
@@ -61,7 +61,7 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
     start
         The options of the robot.
     shape
-        A hash of the plan's geometry (``shape_of``): after a rebuild, the same id may name another shape.
+        A hash of the plan's geometry (``hash_geometry``): after a rebuild, the same id may name another shape.
     runs
         The actions and their numbers of repetitions, as ``_RUN``.
     end
@@ -69,10 +69,10 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
     """
 
     version: Literal[1]
-    start: Start
+    start: StartDrive
     shape: Annotated[bytes, Meta(max_length=32)]
     runs: Annotated[bytes, Meta(max_length=4 * MAX_STEPS)]
-    end: End
+    end: DriveEnd
 
     @property
     def steps(self) -> int:
@@ -95,8 +95,8 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
 class Recorder:
     """Collects the actions of a drive."""
 
-    def __init__(self, start: Start, plan: FloorPlan) -> None:
-        self._start, self._shape = start, shape_of(plan)
+    def __init__(self, start: StartDrive, plan: FloorPlan) -> None:
+        self._start, self._shape = start, hash_geometry(plan)
         self._runs: list[list[int]] = []
 
     def add(self, action: Action) -> None:
@@ -106,13 +106,13 @@ class Recorder:
         else:
             self._runs.append([*action, 1])
 
-    def recording(self, end: End) -> Recording:
+    def recording(self, end: DriveEnd) -> Recording:
         """Return the drive so far."""
         runs = np.array([tuple(run) for run in self._runs], _RUN)
         return Recording(1, self._start, self._shape, runs.tobytes(), end)
 
 
-def shape_of(plan: FloorPlan) -> bytes:
+def hash_geometry(plan: FloorPlan) -> bytes:
     """Return a hash of the geometry that matters to a robot: the outline and the holes."""
     found = hashlib.sha256()
     for ring in (plan.verts, *plan.holes):
@@ -120,7 +120,7 @@ def shape_of(plan: FloorPlan) -> bytes:
     return found.digest()[:8]
 
 
-def read_recording(text: str) -> Recording:
+def decode_recording(text: str) -> Recording:
     """Decode a recording from ``as_text``; raise ConfigError if it is not one."""
     try:
         packed = base64.b64decode(text + "=" * (-len(text) % 4), altchars=b"-_", validate=True)

@@ -18,9 +18,9 @@ from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
 from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.sight import sight
-from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, Report, SentMap, frame_of
-from houseexpo.service.drive.messages import YOU, Start
-from houseexpo.service.drive.recordings import FULL, Action, End, Recorder, Recording, shape_of
+from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
+from houseexpo.service.drive.messages import YOU, StartDrive
+from houseexpo.service.drive.recordings import FULL, Action, DriveEnd, Recorder, Recording, hash_geometry
 
 BEAMS: Final = 181
 """Beams of the laser that the browser draws."""
@@ -30,7 +30,7 @@ _MOVED_M: Final = 1e-6
 """A shorter way is a turn on the spot, metres."""
 
 
-class Bumps:
+class BumpCounter:
     """Counts contacts: a robot that keeps pushing against a wall has bumped once, until it moves freely again."""
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class Bumps:
             self._touches = False
 
 
-class Robot:
+class DrivenRobot:
     """A robot in a plan; one thread at a time.
 
     Parameters
@@ -60,7 +60,7 @@ class Robot:
         There is no such driver, or the house cannot take what was asked for: it is too narrow, or has no room for it.
     """
 
-    def __init__(self, plan: FloorPlan, start: Start, replayed: Recording | None = None) -> None:
+    def __init__(self, plan: FloorPlan, start: StartDrive, replayed: Recording | None = None) -> None:
         self._start, self._replayed = start, replayed
         self._by_hand = start.driver == YOU
         policy = None if self._by_hand else _explorer(start.driver)
@@ -73,11 +73,11 @@ class Robot:
         self._mind = None
         if policy is not None and replayed is None:
             self._mind = policy.factory(robot_of(self._env, policy.interface), start.seed)
-        self._is_same_house = replayed is None or replayed.shape == shape_of(plan)
+        self._is_same_house = replayed is None or replayed.shape == hash_geometry(plan)
         self._recorder = Recorder(start, plan)
         self._done = False
         self._sent = SentMap(self._env.state.known.shape)
-        self._number, self._steps, self._bumps = 0, 0, Bumps()
+        self._number, self._steps, self._bumps = 0, 0, BumpCounter()
 
     def hello(self) -> dict[str, Any]:
         """Return the values that the browser needs before the first frame."""
@@ -166,11 +166,11 @@ class Robot:
         flags = COLLIDED * bool(info["collided"]) | ENDED * self.ended | SUCCESS * bool(info["is_success"])
         x, y, heading = state.believed_px.tolist()
         self._number += 1
-        report = Report(
+        report = RobotReport(
             self._number, flags, self._bumps.count, self._steps, (x, y, heading), info["explored_m2"],
             info["coverage"], self._path_m,
         )  # fmt: skip
-        return frame_of(report, self._sent.update(state.known), sight(self._env.simulator, state, BEAMS))
+        return encode_frame(report, self._sent.update(state.known), sight(self._env.simulator, state, BEAMS))
 
     def finish(self) -> dict[str, Any]:
         """End the drive; return its results, and its recording as text ("" if it is too long for a link).
@@ -183,7 +183,7 @@ class Robot:
         ended_before, self._done = self.ended, True
         why = "seen" if info["is_success"] else "steps" if self._drive.ended else "done" if ended_before else "you"
         x, y, _ = self._env.simulator.pose(self._env.state)
-        end = End(x, y, info["coverage"])
+        end = DriveEnd(x, y, info["coverage"])
         replay = None
         if self._replayed is not None:
             whole = self._steps >= self._replayed.steps
@@ -206,15 +206,15 @@ class Robot:
 
 
 @cache
-def explorers() -> tuple[str, ...]:
+def explorer_names() -> tuple[str, ...]:
     """Return the names of the benchmark's explorers."""
     return tuple(name for name in NAMES if "exploration" in (load_policy(name).interface.tasks or ("exploration",)))
 
 
 def _explorer(name: str) -> NamedPolicy:
     """Return an explorer by its name; files and modules, which other commands accept, are refused here."""
-    if name not in explorers():
-        raise ConfigError(f"driver: expected {YOU} or one of {', '.join(explorers())}; found {name!r}")
+    if name not in explorer_names():
+        raise ConfigError(f"driver: expected {YOU} or one of {', '.join(explorer_names())}; found {name!r}")
     return load_policy(name)
 
 

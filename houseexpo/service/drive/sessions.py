@@ -28,9 +28,19 @@ from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.kernels.compiling import compiling_progress
 from houseexpo.service.drive.frames import SAVED
-from houseexpo.service.drive.messages import FRAMES_PER_S, Finish, Move, Pace, Replay, Save, Seen, Start, read
-from houseexpo.service.drive.recordings import read_recording
-from houseexpo.service.drive.robots import Robot
+from houseexpo.service.drive.messages import (
+    FRAMES_PER_S,
+    FinishDrive,
+    FrameDrawn,
+    MoveRobot,
+    ReplayDrive,
+    SendPathAndMap,
+    SetPace,
+    StartDrive,
+    decode_message,
+)
+from houseexpo.service.drive.recordings import decode_recording
+from houseexpo.service.drive.robots import DrivenRobot
 
 WINDOW: Final = 6
 """Frames that may be in transit: a fifth of a second."""
@@ -62,13 +72,13 @@ class _EndError(Exception):
         self.text, self.code = text, code
 
 
-class Session:
+class DriveSession:
     """One socket; ``plan_of`` returns a plan by its id, ``threads`` limits the robots that move at once."""
 
     def __init__(self, socket: WebSocket, plan_of: Callable[[str], FloorPlan], threads: anyio.CapacityLimiter) -> None:
         self._socket, self._plan_of, self._threads = socket, plan_of, threads
         self._turn, self._sending = anyio.Lock(), anyio.Lock()
-        self._move = Move(0.0, 0.0)
+        self._move = MoveRobot(0.0, 0.0)
         self._steps_per_s = STEPS_PER_S
         self._number, self._seen = 0, 0
         self._heard_s = self._seen_s = time.monotonic()
@@ -91,7 +101,7 @@ class Session:
         first = None
         with anyio.move_on_after(GONE_S):
             first = await self._receive()
-        if not isinstance(first, Start | Replay):
+        if not isinstance(first, StartDrive | ReplayDrive):
             raise _EndError("message: expected a start or a replay first", REFUSED)
         try:
             async with anyio.create_task_group() as group:
@@ -104,11 +114,11 @@ class Session:
         except BaseExceptionGroup as several:
             raise several.exceptions[0] from None
 
-    def _place(self, first: Start | Replay) -> Robot:
-        if isinstance(first, Start):
-            return Robot(self._plan_of(first.plan), first)
-        recording = read_recording(first.recording)
-        return Robot(self._plan_of(recording.start.plan), recording.start, recording)
+    def _place(self, first: StartDrive | ReplayDrive) -> DrivenRobot:
+        if isinstance(first, StartDrive):
+            return DrivenRobot(self._plan_of(first.plan), first)
+        recording = decode_recording(first.recording)
+        return DrivenRobot(self._plan_of(recording.start.plan), recording.start, recording)
 
     async def _explain(self) -> None:
         """Report long work to the browser (R5)."""
@@ -121,27 +131,27 @@ class Session:
                 told = {"compiling": compiling.is_busy, "functions": compiling.functions - functions_before}
                 await self._tell({"preparing": {**told, "seconds": round(seconds, 1)}})
 
-    async def _listen(self, robot: Robot) -> None:
+    async def _listen(self, robot: DrivenRobot) -> None:
         while True:
             message = await self._receive()
             match message:
-                case Move():
+                case MoveRobot():
                     self._move, self._heard_s = message, time.monotonic()
-                case Pace():
+                case SetPace():
                     self._steps_per_s, self._heard_s = message.steps_per_s, time.monotonic()
-                case Seen():
+                case FrameDrawn():
                     if message.number > self._number:
                         raise _EndError("message: this frame was not sent yet", REFUSED)
                     self._seen, self._seen_s = max(self._seen, message.number), time.monotonic()
-                case Save():
+                case SendPathAndMap():
                     data = await self._in_turn(robot.archive)
                     await self._send(bytes([SAVED]) + data)
-                case Finish():
+                case FinishDrive():
                     await self._finish(robot)
-                case Start() | Replay():
+                case StartDrive() | ReplayDrive():
                     raise _EndError("message: there is a robot already; open another socket for the next one", REFUSED)
 
-    async def _show(self, robot: Robot) -> None:
+    async def _show(self, robot: DrivenRobot) -> None:
         """Move the robot and send frames (R1)."""
         due, first, owed = time.monotonic(), True, 0.0
         behind = BEHIND_BY_ITSELF if robot.goes_by_itself else BEHIND
@@ -170,7 +180,7 @@ class Session:
             due = max(due + 1 / FRAMES_PER_S, time.monotonic() - behind / FRAMES_PER_S)
             await anyio.sleep(max(due - time.monotonic(), 0))
 
-    def _step(self, robot: Robot, steps: int, *, first: bool) -> Callable[[], bytes | None]:
+    def _step(self, robot: DrivenRobot, steps: int, *, first: bool) -> Callable[[], bytes | None]:
         move = self._move
 
         def work() -> bytes | None:
@@ -182,7 +192,7 @@ class Session:
 
         return work
 
-    async def _finish(self, robot: Robot) -> None:
+    async def _finish(self, robot: DrivenRobot) -> None:
         """Send the results, once."""
         if not self._is_finished:
             self._is_finished = True
@@ -213,7 +223,7 @@ class Session:
         text = event.get("text")
         if text is None:
             raise ConfigError("message: expected text, found bytes")
-        return read(text)
+        return decode_message(text)
 
     async def _tell(self, told: dict[str, Any]) -> None:
         await self._send(msgspec.json.encode(told).decode())

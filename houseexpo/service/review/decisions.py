@@ -29,25 +29,31 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
-from houseexpo.service.review.changes import DecidedOtherwiseError, changes_of, check_points, sentence_of, undone_value
-from houseexpo.service.review.log import Action, Line, Log
+from houseexpo.service.review.changes import (
+    DecidedOtherwiseError,
+    check_points,
+    decision_changes,
+    describe_log_line,
+    undo_value,
+)
+from houseexpo.service.review.log import Action, DecisionLog, LogLine
 from houseexpo.service.review.toml_edit import edit_table
 
 
 @dataclass(frozen=True)
-class Judged:
+class PlanDecisions:
     """The decisions on a plan: the latest one, and the actions that are not undone."""
 
-    last: Line
+    last: LogLine
     actions: tuple[Action, ...]
 
 
-class Decisions:
+class DecisionStore:
     """The decisions on a data set; ``file`` is its ``overrides.toml``, which need not exist yet."""
 
     def __init__(self, file: Path) -> None:
         self.file = file.parent.resolve() / file.name
-        self.log = Log(self.file.with_suffix(".log.jsonl"))
+        self.log = DecisionLog(self.file.with_suffix(".log.jsonl"))
         self._lock = self.file.with_name(f".{self.file.stem}.lock")
         self._thread = RLock()
 
@@ -61,17 +67,17 @@ class Decisions:
                 "you may write to, or serve it without --review"
             )
 
-    def by_plan(self) -> dict[str, Judged]:
+    def by_plan(self) -> dict[str, PlanDecisions]:
         """Return the decisions by plan."""
         with self._thread:
             self._catch_up()
-            found: dict[str, Judged] = {}
+            found: dict[str, PlanDecisions] = {}
             for line in self.log.active:
                 before = found[line.plan].actions if line.plan in found else ()
-                found[line.plan] = Judged(line, (*before, line.action))
+                found[line.plan] = PlanDecisions(line, (*before, line.action))
             return found
 
-    def latest(self) -> dict[str, Line]:
+    def latest(self) -> dict[str, LogLine]:
         """Return the last line about each plan, including undos."""
         with self._thread:
             self._catch_up()
@@ -86,7 +92,7 @@ class Decisions:
         check_points(table, place)
         return table
 
-    def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> Line:
+    def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> LogLine:
         """Store a decision; it is on the disk when this returns.
 
         Parameters
@@ -108,12 +114,12 @@ class Decisions:
             latest = self.latest().get(plan)
             if latest is not None and latest.number > seen:  # R4
                 raise DecidedOtherwiseError(
-                    f"{plan}: {sentence_of(latest)} in the meantime; look again before you decide"
+                    f"{plan}: {describe_log_line(latest)} in the meantime; look again before you decide"
                 )
             table = self.table(plan)
-            return self._note(plan, action, reviewer, changes_of(table, action, value))
+            return self._note(plan, action, reviewer, decision_changes(table, action, value))
 
-    def undo(self, reviewer: str) -> Line:
+    def undo(self, reviewer: str) -> LogLine:
         """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
         with self._hold_lock():
             own = [line for line in self.log.active if line.reviewer == reviewer]
@@ -121,10 +127,10 @@ class Decisions:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
             line = own[-1]
             table = self.table(line.plan)
-            back = {key: undone_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
+            back = {key: undo_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
-    def note_build(self, reviewer: str, upto: int) -> Line:
+    def note_build(self, reviewer: str, upto: int) -> LogLine:
         """Record that the data set was built with the decisions up to a line; later ones wait for the next build."""
         with self._hold_lock():
             return self._note("", "build", reviewer, {}, upto=upto)
@@ -195,13 +201,13 @@ class Decisions:
         *,
         undoes: int = 0,
         upto: int | None = None,
-    ) -> Line:
+    ) -> LogLine:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
         after = self._edit_text(before, plan, changes) if changes else before
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = Line(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
+        line = LogLine(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
         partial = self._write_partial(after) if changes else None  # R2
         try:
             self.log.add(line)

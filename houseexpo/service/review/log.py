@@ -21,7 +21,7 @@ from houseexpo.files import sync_folder, write_atomically
 Action = Literal["keep", "drop", "door", "no_room", "note", "undo", "build"]
 
 
-class Line(msgspec.Struct, frozen=True, omit_defaults=True):
+class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     """A decision.
 
     Parameters
@@ -54,11 +54,11 @@ class Line(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 @dataclass
-class Log:
+class DecisionLog:
     """The file, and its lines that were read so far; to add a line, hold the lock of ``Decisions``."""
 
     path: Path
-    lines: list[Line] = field(default_factory=list)
+    lines: list[LogLine] = field(default_factory=list)
     undone: set[int] = field(default_factory=set)
     _read_to: int = 0
     _inode: int = 0
@@ -86,7 +86,7 @@ class Log:
             if line.undoes:
                 self.undone.add(line.undoes)
 
-    def add(self, line: Line) -> None:
+    def add(self, line: LogLine) -> None:
         """Write a line to the disk (R1, R2).
 
         Raises
@@ -115,14 +115,14 @@ class Log:
             sync_folder(self.path.parent)
 
     @property
-    def active(self) -> Iterator[Line]:
+    def active(self) -> Iterator[LogLine]:
         """The decisions that are not undone, in order."""
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
 
 
-def _decode_lines(data: bytes) -> Iterator[Line]:
+def _decode_lines(data: bytes) -> Iterator[LogLine]:
     for text in data.splitlines():
         try:
-            yield msgspec.json.decode(text, type=Line)
+            yield msgspec.json.decode(text, type=LogLine)
         except msgspec.DecodeError:
             continue

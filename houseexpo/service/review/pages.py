@@ -29,13 +29,13 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import GridFrame, plan_points_from_source, source_points_from_plan
 from houseexpo.plan.explanations import GROUNDS
 from houseexpo.plan.parts import SURE
-from houseexpo.service.answers import Json, read
 from houseexpo.service.collection import Collection
-from houseexpo.service.plan_page import sides_of
-from houseexpo.service.review.building import Building
-from houseexpo.service.review.changes import DecidedOtherwiseError, items_of
-from houseexpo.service.review.decisions import Decisions, Judged
-from houseexpo.service.review.log import Line
+from houseexpo.service.plan_page import room_names_beside
+from houseexpo.service.responses import JsonResponse, decode_body
+from houseexpo.service.review.changes import DecidedOtherwiseError, list_items
+from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
+from houseexpo.service.review.log import LogLine
+from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.search import plan_title
 from houseexpo.service.service import Service, is_loopback
 from houseexpo.tolerances import MIN_DOOR_M
@@ -45,7 +45,7 @@ LOOKED_AT_S: Final = 90.0
 """For this time, a plan that one reviewer was sent to is not offered to others."""
 
 
-class Queue:
+class ReviewQueue:
     """The plans of a data set, the least certain first; plans without a quality come last, by id."""
 
     def __init__(self, dataset: Dataset) -> None:
@@ -56,7 +56,7 @@ class Queue:
         self.doubtful = sum(quality < SURE for quality in qualities)
         self._looked_at: dict[str, tuple[str, float]] = {}
 
-    def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
+    def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, PlanDecisions]) -> str | None:
         """Return the "next" or "previous" plan, the next "open" (undecided) one, or the plan "here".
 
         If ``start`` is not in the data set, the queue starts at the first plan. The result is None if no plan is left.
@@ -72,7 +72,7 @@ class Queue:
         step = {"here": 0, "next": 1, "previous": -1}[how]
         return self.order[min(max(place + step, 0), size - 1)]
 
-    def _next_undecided(self, place: int, reviewer: str, judged: Mapping[str, Judged]) -> str | None:
+    def _next_undecided(self, place: int, reviewer: str, judged: Mapping[str, PlanDecisions]) -> str | None:
         now, others = time.monotonic(), None
         for step in range(1, len(self.order) + 1):
             name = self.order[(place + step) % len(self.order)]
@@ -85,7 +85,7 @@ class Queue:
             others = others or name
         return others
 
-    def progress(self, judged: Mapping[str, Judged]) -> dict[str, int]:
+    def progress(self, judged: Mapping[str, PlanDecisions]) -> dict[str, int]:
         """Return the number of plans and of judged ones, in all and among the doubtful ones."""
         doubtful = self.order[: self.doubtful]
         return {
@@ -113,7 +113,7 @@ Id = Annotated[str, Meta(min_length=1, max_length=300)]
 Point = tuple[float, float]
 
 
-class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw."""
 
     plan: Id
@@ -124,26 +124,26 @@ class Decision(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     text: Annotated[str, Meta(max_length=500)] = ""
 
 
-class Begin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to rebuild; ``confirm`` is the digest of the commands that were shown (``Building.status``)."""
+class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A request to rebuild; ``confirm`` is the digest of the commands that were shown (``Rebuild.status``)."""
 
     reviewer: Name
     confirm: Annotated[str, Meta(max_length=64)]
 
 
-class Undo(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class UndoRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A request to undo the reviewer's latest decision."""
 
     reviewer: Name
 
 
-def plain(text: str) -> str:
+def one_line(text: str) -> str:
     """Return a text as one line without control characters."""
     return _CONTROLS.sub(" ", text).strip()
 
 
-def value_of(asked: Decision, plan: FloorPlan) -> Any:
-    """Return the value of a decision, as ``Decisions.decide`` takes it.
+def decision_value(asked: DecisionRequest, plan: FloorPlan) -> Any:
+    """Return the value of a decision, as ``DecisionStore.decide`` takes it.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def value_of(asked: Decision, plan: FloorPlan) -> Any:
         or the plan has no frame.
     """
     if asked.action in {"keep", "drop", "note"}:
-        return plain(asked.text)
+        return one_line(asked.text)
     wanted = 2 if asked.action == "door" else 1
     if len(asked.points) != wanted:
         raise ConfigError(f"{asked.action}: expected {wanted} points, found {len(asked.points)}")
@@ -214,7 +214,7 @@ _LEAST_GROUND: Final = 0.005
 """Smaller grounds are not shown: they round to 0.00."""
 
 
-def plan_values(plan: FloorPlan) -> dict[str, Any]:
+def plan_facts(plan: FloorPlan) -> dict[str, Any]:
     """Return a plan's measures, its grounds (the strongest first), and the position of its picture in metres."""
     quality = plan.quality
     grounds = sorted((quality.grounds if quality else {}).items(), key=lambda pair: -pair[1])
@@ -245,32 +245,32 @@ def unsure_parts(plan: FloorPlan) -> list[str]:
         if room.is_unsure
     ]
     doors = [
-        (door.confidence, f"{door.kind} {door.id}, between {sides_of(plan, door)}")
+        (door.confidence, f"{door.kind} {door.id}, between {room_names_beside(plan, door)}")
         for door in plan.doors
         if door.is_unsure
     ]
     return [f"{text}: {confidence:.0%} sure" for confidence, text in sorted(rooms + doors)]
 
 
-def marks(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the doors and the "no room" points of a plan's table (``Decisions.table``), in plan metres."""
+def decided_points(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the doors and the "no room" points of a plan's table (``DecisionStore.table``), in plan metres."""
     if plan.frame is None:
         return {"doors": [], "no_rooms": []}
-    doors = [plan_points_from_source(plan.frame, door).tolist() for door in items_of(table.get("door"), "door")]
+    doors = [plan_points_from_source(plan.frame, door).tolist() for door in list_items(table.get("door"), "door")]
     points = [
-        plan_points_from_source(plan.frame, point).tolist() for point in items_of(table.get("no_room"), "no_room")
+        plan_points_from_source(plan.frame, point).tolist() for point in list_items(table.get("no_room"), "no_room")
     ]
     return {"doors": doors, "no_rooms": points}
 
 
-def history(latest: Line | None, judged: Judged | None) -> dict[str, Any]:
+def decision_history(latest: LogLine | None, judged: PlanDecisions | None) -> dict[str, Any]:
     """Return the decisions on a plan, with reviewer and time, and the number of the latest log line about it."""
     last = judged.last if judged else None
     said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
     return {"judged": said, "seen": latest.number if latest else 0}
 
 
-def summary(ids: Iterable[str], judged: Mapping[str, Judged]) -> dict[str, Any]:
+def summarise_review(ids: Iterable[str], judged: Mapping[str, PlanDecisions]) -> dict[str, Any]:
     """Return the result of a review: the plans by kind of decision, the reviewers, and the time from first to last."""
     there = {name: judged[name] for name in ids if name in judged}
     actions: dict[str, list[str]] = {}
@@ -294,16 +294,16 @@ class Review:
 
     def __init__(self, collection: Collection) -> None:
         self._collection = collection
-        self._queue = Queue(collection.dataset)
-        self.decisions = Decisions(overrides_path(collection.path))
-        self.building = Building(collection, self.decisions)
+        self._queue = ReviewQueue(collection.dataset)
+        self.decisions = DecisionStore(overrides_path(collection.path))
+        self.building = Rebuild(collection, self.decisions)
 
     @property
-    def queue(self) -> Queue:
+    def queue(self) -> ReviewQueue:
         """The queue, which starts again when the data set has been rebuilt."""
         dataset = self._collection.dataset
         if self._queue.dataset is not dataset:
-            self._queue = Queue(dataset)
+            self._queue = ReviewQueue(dataset)
         return self._queue
 
     def state(self, name: str | None) -> dict[str, Any]:
@@ -312,14 +312,14 @@ class Review:
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status()}
         if name is None:
-            return {"plan": None, "summary": summary(queue.dataset.ids, judged), **common}
+            return {"plan": None, "summary": summarise_review(queue.dataset.ids, judged), **common}
         plan, table = queue.dataset[name], self.decisions.table(name)
         return {
-            **plan_values(plan),
-            **history(self.decisions.latest().get(name), judged.get(name)),
+            **plan_facts(plan),
+            **decision_history(self.decisions.latest().get(name), judged.get(name)),
             "place": queue.places[name] + 1,
             "table": table,
-            "marks": marks(plan, table),
+            "marks": decided_points(plan, table),
             **common,
         }
 
@@ -349,8 +349,8 @@ def routes(service: Service) -> list[BaseRoute]:
         how = asked.get("move", "here")
         if how not in _MOVES:
             raise ConfigError(f"move: expected one of {', '.join(_MOVES)}; found {how!r}")
-        name = found.queue.move(asked.get("plan"), how, plain(asked.get("reviewer", "")), found.decisions.by_plan())  # type: ignore[arg-type]  # one of _MOVES
-        return Json(found.state(name), headers={"cache-control": "no-store"})
+        name = found.queue.move(asked.get("plan"), how, one_line(asked.get("reviewer", "")), found.decisions.by_plan())  # type: ignore[arg-type]  # one of _MOVES
+        return JsonResponse(found.state(name), headers={"cache-control": "no-store"})
 
     def picture(request: Request) -> Response:
         found, name = review(request), request.path_params["plan"]
@@ -361,21 +361,21 @@ def routes(service: Service) -> list[BaseRoute]:
         return _picture_response(decode(found.building.before[name]))
 
     def decide(found: Review, body: bytes) -> dict[str, Any]:
-        asked = read(body, Decision)
+        asked = decode_body(body, DecisionRequest)
         if found.building.phase == "building" and asked.action in {"door", "no_room"}:
             raise HTTPException(409, "the data set is being rebuilt; draw when the build has ended")
         plan = found.queue.dataset[asked.plan]
-        value, reviewer = value_of(asked, plan), _reviewer(asked.reviewer)
+        value, reviewer = decision_value(asked, plan), _reviewer(asked.reviewer)
         line = found.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
         return {**found.state(asked.plan), "noted": line.number}
 
     def undo(found: Review, body: bytes) -> dict[str, Any]:
-        line = found.decisions.undo(_reviewer(read(body, Undo).reviewer))
+        line = found.decisions.undo(_reviewer(decode_body(body, UndoRequest).reviewer))
         there = line.plan if line.plan in found.queue.dataset else None
         return {**found.state(there), "undone": line.plan}
 
     def start(found: Review, body: bytes) -> dict[str, Any]:
-        asked = read(body, Begin)
+        asked = decode_body(body, RebuildRequest)
         found.building.start(_reviewer(asked.reviewer), asked.confirm)
         return found.building.status()
 
@@ -384,14 +384,14 @@ def routes(service: Service) -> list[BaseRoute]:
         return found.building.status()
 
     def status(request: Request) -> Response:
-        return Json(review(request).building.status(), headers={"cache-control": "no-store"})
+        return JsonResponse(review(request).building.status(), headers={"cache-control": "no-store"})
 
     def post(work: Any) -> Any:
         async def answer(request: Request) -> Response:
             body = await request.body()
             found = await run_in_threadpool(review, request)
             try:
-                return Json(await run_in_threadpool(work, found, body))
+                return JsonResponse(await run_in_threadpool(work, found, body))
             except DecidedOtherwiseError as error:
                 raise HTTPException(409, str(error)) from None
 
@@ -418,7 +418,7 @@ def _picture_response(plan: FloorPlan) -> Response:
 
 
 def _reviewer(name: str) -> str:
-    found = plain(name)
+    found = one_line(name)
     if not found:
         raise ConfigError("reviewer: expected a name, found none; enter yours")
     return found

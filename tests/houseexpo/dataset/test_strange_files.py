@@ -13,7 +13,7 @@ from houseexpo import open_dataset
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import read_file, read_json
-from houseexpo.service.records import read_records
+from houseexpo.service.build_lists import read_build_lists
 from pipeline.batch.verify import verify
 from tests.builders.services import built, some_plans
 
@@ -63,7 +63,7 @@ def test_a_strange_list_of_rejected_inputs_is_said_and_costs_nothing_else(folder
             plans.rejected  # noqa: B018
     else:
         assert plans.rejected == []
-    found = read_records(folder)
+    found = read_build_lists(folder)
     assert not found.refused
     assert found.broken
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.release import About, release, run
+from houseexpo.release import PublisherTexts, release, write_release
 from pipeline.algorithm import plan_level
 from tests.builders.batch import one_room, run_build
 
-ABOUT = About(
+ABOUT = PublisherTexts(
     title="Eight houses",
     creators=("A. Author", "B. Builder"),
     published="2026-05-01",
@@ -46,5 +46,5 @@ def _rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def rooms(_rooms: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A build of three houses of one room each, of a source whose licence its manifest states; plots are left out."""
-    monkeypatch.setattr(run, "measures_png", lambda _: b"")
+    monkeypatch.setattr(write_release, "draw_measures_png", lambda _: b"")
     return Path(shutil.copytree(_rooms, tmp_path / "rooms"))

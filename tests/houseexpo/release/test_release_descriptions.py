@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.release import release as command
 from houseexpo.dataset import open_dataset
-from houseexpo.release import About, release
+from houseexpo.release import PublisherTexts, release
 from houseexpo.release.tables import DOORS, PLANS, ROOMS
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
@@ -109,7 +109,7 @@ def test_words_of_others_are_neither_html_nor_markdown(rooms: Path, tmp_path: Pa
     said = json.loads((rooms / "manifest.json").read_text())
     said["credit"] = "By <b>C.</b> *free* [here](x), https://example.org/a_b"
     (rooms / "manifest.json").write_text(json.dumps(said))
-    out = release(rooms, tmp_path / "out", About(title="<i>Rooms</i>")).folder
+    out = release(rooms, tmp_path / "out", PublisherTexts(title="<i>Rooms</i>")).folder
     card = (out / "README.md").read_text()
     as_it_is = r"By \<b\>C.\</b\> \*free\* \[here\](x), https://example.org/a_b"
     assert card.count(as_it_is) == 2  # in the description, and under the licence

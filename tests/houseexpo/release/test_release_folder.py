@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.release import release, run
+from houseexpo.release import release, write_release
 from tests.builders.batch import contents
 from tests.houseexpo.release.conftest import ABOUT
 
@@ -99,7 +99,7 @@ def test_a_fault_leaves_a_former_release_as_it_was(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(run, "write_sums", full)
+    monkeypatch.setattr(write_release, "write_checksums", full)
     for target in (out, tmp_path / "new"):
         with pytest.raises(OSError, match="No space left"):
             release(rooms, target)

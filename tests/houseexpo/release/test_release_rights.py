@@ -14,7 +14,7 @@ from houseexpo.dataset.index import index_table
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.release import About, release
+from houseexpo.release import PublisherTexts, release
 from pipeline.batch.folder import Others
 from tests.builders.batch import one_room, run_build
 from tests.builders.plan_files import KINDS, hexed, house, pack
@@ -177,4 +177,4 @@ def test_a_build_without_plans_is_refused(tmp_path: Path) -> None:
 )
 def test_words_that_fit_nowhere_are_refused(word: str, value: object) -> None:
     with pytest.raises(ConfigError, match=r"release: \w+: expected"):
-        About(**{word: value})  # type: ignore[arg-type]
+        PublisherTexts(**{word: value})  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.store.folders import rejected_picture_path
-from houseexpo.service.api.openapi import CALLS, Call, openapi_document
+from houseexpo.service.api.openapi import CALLS, ApiCall, openapi_document
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
 from tests.builders.services import BASE, built, service_of, some_plans, two_rooms
@@ -66,7 +66,7 @@ def test_what_means_nothing_here_is_not_passed_over(client: TestClient, asked: s
 
 
 @pytest.mark.parametrize("call", CALLS, ids=lambda call: f"{call.method} {call.path}")
-def test_every_address_refuses_parameters_that_it_does_not_take(client: TestClient, call: Call) -> None:
+def test_every_address_refuses_parameters_that_it_does_not_take(client: TestClient, call: ApiCall) -> None:
     path = call.path.format(data="homes", plan="a1", form="svg", name="train")
     for asked in ("resolutoin=1", "resolutoin=", "radius=0.20&RADIUS=0.3", "token=x&limit[]=1"):
         if call.method == "get":

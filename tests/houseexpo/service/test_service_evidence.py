@@ -15,7 +15,7 @@ from houseexpo import open_dataset
 from houseexpo.errors import UnknownPlanError
 from houseexpo.plan import Quality
 from houseexpo.service.app import make_app
-from houseexpo.service.plan_page import evidence_of
+from houseexpo.service.plan_page import plan_evidence
 from houseexpo.service.service import Service
 from pipeline.png import as_png
 from tests.builders.services import BASE, built, running, service_of, two_rooms
@@ -39,7 +39,7 @@ def test_evidence_is_said_in_words() -> None:
     }
     cut = replace(plan.doors[0], kind="cut", confidence=0.4)
     quality = Quality(0.74, {"cut_share": 0.5, "guesses": 0.75, "left_out": 0.0, "new_ground": 0.1})
-    found = evidence_of(replace(plan, doors=(cut,), provenance=told, quality=quality))
+    found = plan_evidence(replace(plan, doors=(cut,), provenance=told, quality=quality))
     assert found.quality == "Quality 0.74: doubtful, since it is below 0.8. 3 of 4 possible faults were found."
     assert found.grounds == [
         ("levels, units, scale or axis guessed", 0.75),
@@ -55,7 +55,7 @@ def test_evidence_is_said_in_words() -> None:
 def test_a_plan_that_says_nothing_has_no_evidence(client: TestClient) -> None:
     plan = replace(two_rooms("a1"), doors=(), quality=None)
     for told in (None, {"notes": "none", "cuts": 3}, {"cuts": [1, {"door": 0}]}):
-        assert not evidence_of(replace(plan, provenance=told))
+        assert not plan_evidence(replace(plan, provenance=told))
     assert "Evidence" not in client.get(f"/published/plan/{1:032x}").text
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("starlette")
 
 from starlette.testclient import TestClient
 
-from houseexpo.service.likeness import positions_of
+from houseexpo.service.similarity_map import lay_out_by_similarity
 
 
 def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -20,7 +20,7 @@ def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def test_like_plans_lie_near_each_other() -> None:
     features, kind = clusters(240)
-    places = positions_of(features)
+    places = lay_out_by_similarity(features)
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     assert (kind[apart.argmin(axis=1)] == kind).mean() > 0.97
@@ -30,19 +30,19 @@ def test_like_plans_lie_near_each_other() -> None:
 def test_a_plan_unlike_all_others_does_not_squeeze_them_together() -> None:
     features, _ = clusters(30)
     features[0] *= 40.0
-    places = positions_of(features)
+    places = lay_out_by_similarity(features)
     middle = np.quantile(places[1:], 0.9, axis=0) - np.quantile(places[1:], 0.1, axis=0)
     assert (middle > 0.3).all()
 
 
 def test_a_data_set_gives_the_same_map_each_time() -> None:
     features, _ = clusters(100)
-    assert positions_of(features).tobytes() == positions_of(features).tobytes()
+    assert lay_out_by_similarity(features).tobytes() == lay_out_by_similarity(features).tobytes()
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3, 5])
 def test_few_or_equal_plans_have_places(count: int) -> None:
-    places = positions_of(np.ones((count, 4)))
+    places = lay_out_by_similarity(np.ones((count, 4)))
     assert places.shape == (count, 2)
     assert np.isfinite(places).all()
 

@@ -150,7 +150,7 @@ def test_a_fault_is_told_without_a_traceback(client: TestClient, monkeypatch: py
     def broken(_: Any) -> Any:
         raise RuntimeError("inside")
 
-    monkeypatch.setattr("houseexpo.service.collection.Opened.records", property(broken))
+    monkeypatch.setattr("houseexpo.service.collection.OpenedDataset.records", property(broken))
     found = client.get("/homes/refused", headers={"accept": "text/html"})
     assert found.status_code == 500
     assert "inside" not in found.text

@@ -16,15 +16,15 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from houseexpo.service.app import make_app
-from houseexpo.service.guard import HEADERS, Guard, Rate, cookie_name
-from houseexpo.service.service import Limits, Settings, is_loopback
+from houseexpo.service.guard import HEADERS, Guard, RateLimiter, cookie_name
+from houseexpo.service.service import ServerLimits, ServiceSettings, is_loopback
 from tests.builders.services import BASE, service_of
 
 WORD = "secret"
 SOCKET = "ws://localhost:8000/socket"
 
 
-def guard(settings: Settings, base: str = BASE) -> TestClient:
+def guard(settings: ServiceSettings, base: str = BASE) -> TestClient:
     """A client of an application that answers everything, behind the guard."""
 
     async def answer(request: Request) -> Response:
@@ -43,20 +43,20 @@ def guard(settings: Settings, base: str = BASE) -> TestClient:
 
 @pytest.mark.parametrize("host", ["localhost", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST.:1"])
 def test_names_of_this_machine_are_let_in(host: str) -> None:
-    assert guard(Settings()).get("/", headers={"host": host}).text == "in"
+    assert guard(ServiceSettings()).get("/", headers={"host": host}).text == "in"
 
 
 @pytest.mark.parametrize(
     "host", ["evil.example", "127.0.0.1.evil.example", "localhost.evil.example", "", "[::1", "a@b"]
 )
 def test_other_names_are_not(host: str) -> None:  # R1
-    found = guard(Settings()).get("/", headers={"host": host})
+    found = guard(ServiceSettings()).get("/", headers={"host": host})
     assert found.status_code == 421
     assert "Host header" in found.json()["error"]
 
 
 def test_a_server_of_all_addresses_is_called_by_address_or_its_name_only() -> None:
-    settings = Settings("0.0.0.0", names=("den",), token=WORD)  # noqa: S104
+    settings = ServiceSettings("0.0.0.0", names=("den",), token=WORD)  # noqa: S104
     client = guard(settings)
     shown = {"authorization": "Bearer secret"}
     for host in ("192.168.1.5:8000", "den", "Den:8000"):
@@ -65,10 +65,10 @@ def test_a_server_of_all_addresses_is_called_by_address_or_its_name_only() -> No
 
 
 def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
-    client = guard(Settings(token=WORD))
+    client = guard(ServiceSettings(token=WORD))
     assert client.get("/a").status_code == 401
     assert client.get("/a?token=secres").status_code == 401
-    assert client.get("/a", headers={"cookie": f"{cookie_name(Settings())}=wrong"}).status_code == 401
+    assert client.get("/a", headers={"cookie": f"{cookie_name(ServiceSettings())}=wrong"}).status_code == 401
     assert client.get("/a", headers={"authorization": "Bearer secret"}).text == "in"
     found = client.get("/a?x=1&token=secret")
     assert (found.status_code, found.headers["location"]) == (303, "/a?x=1")
@@ -77,7 +77,7 @@ def test_a_token_is_asked_for_and_moves_into_a_cookie() -> None:  # R2
 
 
 def test_servers_of_one_host_have_a_token_each() -> None:
-    servers = [Settings(port=port, token=f"word{port}") for port in (8000, 8001)]
+    servers = [ServiceSettings(port=port, token=f"word{port}") for port in (8000, 8001)]
     kept: dict[str, str] = {}  # by name, as a browser keeps what comes from one host
     for each in servers:
         kept.update(guard(each).get(f"/a?token={each.token}").cookies)
@@ -86,12 +86,12 @@ def test_servers_of_one_host_have_a_token_each() -> None:
 
 
 def test_the_token_leads_to_no_other_server() -> None:
-    found = guard(Settings(token=WORD)).get(f"{BASE}//evil.example/a?token=secret")
+    found = guard(ServiceSettings(token=WORD)).get(f"{BASE}//evil.example/a?token=secret")
     assert found.headers["location"].startswith("/evil.example")
 
 
 def test_a_token_of_other_letters_is_only_wrong() -> None:
-    assert guard(Settings(token=WORD)).get("/?token=%C3%A9%00").status_code == 401
+    assert guard(ServiceSettings(token=WORD)).get("/?token=%C3%A9%00").status_code == 401
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_a_token_of_other_letters_is_only_wrong() -> None:
     ],
 )
 def test_another_site_may_neither_write_nor_open_a_socket(headers: dict[str, str]) -> None:  # R3
-    client = guard(Settings())
+    client = guard(ServiceSettings())
     assert client.post("/a", headers=headers).status_code == 403
     assert client.get("/a", headers=headers).status_code == 200
     with pytest.raises(WebSocketDisconnect), client.websocket_connect(SOCKET, headers=headers):
@@ -113,7 +113,7 @@ def test_another_site_may_neither_write_nor_open_a_socket(headers: dict[str, str
 
 
 def test_the_services_own_pages_and_programs_may() -> None:
-    client = guard(Settings())
+    client = guard(ServiceSettings())
     own = {"origin": "http://localhost:8000", "sec-fetch-site": "same-origin"}
     assert client.post("/a", headers={**own, "host": "localhost:8000"}).text == "in"
     assert client.post("/a").text == "in"
@@ -122,30 +122,30 @@ def test_the_services_own_pages_and_programs_may() -> None:
 
 
 def test_read_only_means_read_only() -> None:  # R4
-    client = guard(Settings(read_only=True))
+    client = guard(ServiceSettings(read_only=True))
     assert client.post("/a").status_code == 403
     assert client.request("DELETE", "/a").status_code == 403
     assert client.get("/a").text == "in"
 
 
 def test_a_client_has_a_share_of_requests() -> None:  # R5
-    rate = Rate(Limits(requests_per_s=2, burst=3))
+    rate = RateLimiter(ServerLimits(requests_per_s=2, burst=3))
     assert [rate.allows("a", 0.0) for _ in range(4)] == [True, True, True, False]
     assert rate.allows("b", 0.0)
     assert [rate.allows("a", 0.6) for _ in range(2)] == [True, False]
-    client = guard(Settings(limits=Limits(requests_per_s=0.001, burst=2)))
+    client = guard(ServiceSettings(limits=ServerLimits(requests_per_s=0.001, burst=2)))
     assert [client.get("/").status_code for _ in range(3)] == [200, 200, 429]
 
 
 def test_clients_that_came_once_are_forgotten() -> None:
-    rate = Rate(Limits())
+    rate = RateLimiter(ServerLimits())
     for number in range(5000):
         rate.allows(str(number), 0.0)
     assert len(rate._buckets) <= 4096
 
 
 def test_sockets_are_counted_and_given_back() -> None:
-    client = guard(Settings(limits=Limits(sockets=1, sockets_per_client=1)))
+    client = guard(ServiceSettings(limits=ServerLimits(sockets=1, sockets_per_client=1)))
     counted = client.app._sockets
     with client.websocket_connect(SOCKET) as one:
         assert list(counted.values()) == [1]
@@ -161,7 +161,7 @@ def test_sockets_are_counted_and_given_back() -> None:
 
 @pytest.mark.parametrize("content", [b"x" * 1001, (b"x" * 101 for _ in range(10))], ids=["declared", "in parts"])
 def test_a_large_body_is_refused_in_words_that_scripts_read(folder: Path, content: Any) -> None:  # R6, R7
-    service = service_of(folder, review=True, limits=Limits(body_bytes=1000))
+    service = service_of(folder, review=True, limits=ServerLimits(body_bytes=1000))
     client = TestClient(make_app(service), base_url=BASE)
     found = client.post("/homes/review/decide", content=content)
     assert found.status_code == 413
@@ -170,14 +170,14 @@ def test_a_large_body_is_refused_in_words_that_scripts_read(folder: Path, conten
 
 
 def test_word_of_a_fault_has_the_same_headers(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:  # R6
-    monkeypatch.setattr("houseexpo.service.collection.Opened.records", property(lambda _: 1 // 0))
+    monkeypatch.setattr("houseexpo.service.collection.OpenedDataset.records", property(lambda _: 1 // 0))
     found = client.get("/api/homes/refused", headers={"accept": "text/html"})
     assert (found.status_code, list(found.json())) == (500, ["error"])
     assert found.headers.items() >= HEADERS.items()
 
 
 def test_every_answer_tells_the_browser_to_load_from_here_only() -> None:  # R6
-    client = guard(Settings())
+    client = guard(ServiceSettings())
     for found in (client.get("/"), client.get("/", headers={"host": "evil.example"})):
         assert found.headers.items() >= HEADERS.items()
 

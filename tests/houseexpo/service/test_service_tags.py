@@ -17,7 +17,7 @@ from houseexpo import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
-from houseexpo.service.tags import Tags, checked_name
+from houseexpo.service.tags import TagStore, check_name
 from tests.builders.services import BASE, service_of
 
 
@@ -60,20 +60,20 @@ def test_a_view_is_saved_under_a_name(client: TestClient) -> None:
 @pytest.mark.parametrize("name", ["", " ", "a,b", "x" * 61, "a\x00b", "\u202eb"])
 def test_a_name_that_cannot_be_one_is_refused(name: str) -> None:
     with pytest.raises(ConfigError, match="expected a name of 1 to 60 letters"):
-        checked_name(name)
+        check_name(name)
 
 
 @pytest.mark.parametrize("name", ['"quoted"', "back\\slash", "]", "ünï 家", "[views]", "#"])
 def test_any_other_name_is_read_as_it_was_written(folder: Path, name: str) -> None:
-    Tags(folder).tag(name, ["d 4&é", "a1"])
-    assert Tags(folder).now().tags == {name: ("d 4&é", "a1")}
+    TagStore(folder).tag(name, ["d 4&é", "a1"])
+    assert TagStore(folder).now().tags == {name: ("d 4&é", "a1")}
 
 
 def test_what_two_servers_write_is_all_there(folder: Path) -> None:
-    servers = [Tags(folder), Tags(folder)]
+    servers = [TagStore(folder), TagStore(folder)]
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda number: servers[number % 2].tag(f"t{number}", ["a1"]), range(40)))
-    assert set(Tags(folder).now().tags) == {f"t{number}" for number in range(40)}
+    assert set(TagStore(folder).now().tags) == {f"t{number}" for number in range(40)}
 
 
 def test_a_damaged_file_of_tags_costs_the_tags_alone(client: TestClient, folder: Path) -> None:

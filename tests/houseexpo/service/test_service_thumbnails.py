@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.thumbnails import thumbnail
+from houseexpo.service.thumbnails import draw_thumbnail
 from tests.builders.services import two_rooms
 
 
@@ -22,7 +22,7 @@ def outline(picture: bytes) -> np.ndarray:
 
 def test_a_plan_fills_the_square_and_y_points_up() -> None:
     plan = two_rooms("a1", 4.0)  # 7.1 x 3.0 m in 200 px, 6 px of them margin
-    found = outline(thumbnail(plan))
+    found = outline(draw_thumbnail(plan))
     scale = 1880 / 7.1
     wanted = np.array(plan.verts) * (scale, -scale)
     assert np.abs((found - found.mean(axis=0)) - (wanted - wanted.mean(axis=0))).max() <= 1.0
@@ -31,12 +31,12 @@ def test_a_plan_fills_the_square_and_y_points_up() -> None:
 
 def test_label_boxes_are_rectangles_cut_by_the_outline() -> None:
     plan = replace(two_rooms("a1"), rooms=(), doors=(), room_category={"Kitchen": ((0.1, 0.1, 7.2, 3.1),)})
-    assert b'<g clip-path="url(#a)"><path d="M60 1397H1940V603H60Z"' in thumbnail(plan)
+    assert b'<g clip-path="url(#a)"><path d="M60 1397H1940V603H60Z"' in draw_thumbnail(plan)
 
 
 def test_an_outline_of_thousands_of_points_is_drawn_with_those_that_show() -> None:
     angle = np.linspace(0, -2 * np.pi, 12_000, endpoint=False)
     ring = np.round(100.1 + 100 * np.stack([np.cos(angle), np.sin(angle)], axis=1), 2)
-    found = outline(thumbnail(FloorPlan("round", ring, 1, {})))
+    found = outline(draw_thumbnail(FloorPlan("round", ring, 1, {})))
     assert 30 < len(found) < 200
     assert abs(shapely.Polygon(found).area / (np.pi * 940**2) - 1) < 0.01

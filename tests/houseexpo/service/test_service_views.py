@@ -11,18 +11,18 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS
-from houseexpo.service.search import MEASURES, RADII, Query, Table, Views, bins_of, parse_query
+from houseexpo.service.search import MEASURES, RADII, MeasureTable, PlanSearch, Query, choose_bins, parse_query
 from houseexpo.service.service import Service
 
 
-def made_up(count: int = 300) -> Table:
+def made_up(count: int = 300) -> MeasureTable:
     """A table of random measures, a tenth of which are not known."""
     rng = np.random.default_rng(7)
     names = [m.name for m in MEASURES if m.name not in {"reach", "narrowest"}]
     names += [f"{name} {radius}" for name in ("reach", "narrowest") for radius in RADII]
     numbers = {name: np.where(rng.random(count) < 0.1, np.nan, rng.integers(0, 9, count) * 1.0) for name in names}
     ids = [f"p{number:03}" for number in rng.permutation(count)]
-    return Table(
+    return MeasureTable(
         ids=ids,
         words=[f"{name} kitchen" if number % 3 else name for number, name in enumerate(ids)],
         labels=rng.random((25, count)) < 0.3,
@@ -35,7 +35,7 @@ def made_up(count: int = 300) -> Table:
     )
 
 
-def slowly(table: Table, query: Query) -> list[str]:
+def slowly(table: MeasureTable, query: Query) -> list[str]:
     """What a query finds, plan by plan."""
 
     def good(row: int) -> bool:
@@ -79,7 +79,7 @@ QUERIES: list[dict[str, str]] = [
 @pytest.mark.parametrize("given", QUERIES)
 def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> None:
     table, query = made_up(), parse_query(given)
-    views = Views(table)
+    views = PlanSearch(table)
     view = views.find(query)
     expected = slowly(table, query)
     assert [table.ids[row] for row in view.rows] == expected
@@ -89,10 +89,10 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
 
 def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     searched: list[str] = []
-    search = Views._contains_word
-    monkeypatch.setattr(Views, "_contains_word", lambda views, word: searched.append(word) or search(views, word))
+    search = PlanSearch._contains_word
+    monkeypatch.setattr(PlanSearch, "_contains_word", lambda views, word: searched.append(word) or search(views, word))
     table = made_up()
-    views = Views(table)
+    views = PlanSearch(table)
     for rooms in "234":
         query = parse_query({"text": "kitchen p1", "rooms": rooms})
         assert [table.ids[row] for row in views.find(query).rows] == slowly(table, query)
@@ -100,7 +100,7 @@ def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_query_gets_the_answer_of_another() -> None:
-    views = Views(made_up())
+    views = PlanSearch(made_up())
     for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "ifc"})):
         assert len(views.find(parse_query(one)).rows) > len(views.find(parse_query(other)).rows)
 
@@ -109,12 +109,12 @@ def test_no_query_gets_the_answer_of_another() -> None:
 def test_a_source_or_split_that_is_not_there_is_said(name: str) -> None:
     known = {"source": "ifc, mesh", "split": "test, train"}[name]
     with pytest.raises(ConfigError, match=f"{name}: no 'tset' in this data set; it has: {known}"):
-        Views(made_up()).find(parse_query({name: f"{known.split(', ')[1]},tset"}))
+        PlanSearch(made_up()).find(parse_query({name: f"{known.split(', ')[1]},tset"}))
 
 
 def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
     table = made_up()
-    views = Views(table)
+    views = PlanSearch(table)
     view = views.find(parse_query({"rooms": "2..4", "source": "ifc", "labels": "Kitchen"}))
     without = slowly(table, parse_query({"source": "ifc", "labels": "Kitchen"}))
     rooms = table.numbers("rooms")
@@ -167,7 +167,7 @@ def test_what_cannot_be_read_is_named(given: dict[str, str], said: str) -> None:
     ],
 )
 def test_bars_are_round(values: Any, whole: bool, first: float, step: float, counts: list[int]) -> None:
-    found = bins_of(np.array(values, dtype=np.float64), whole=whole)
+    found = choose_bins(np.array(values, dtype=np.float64), whole=whole)
     assert (found.first, found.step) == (first, pytest.approx(step))
     assert found.counts(np.ones(len(values), dtype=bool)) == counts
 

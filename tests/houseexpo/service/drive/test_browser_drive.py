@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from houseexpo import save_plan
-from houseexpo.service.service import Limits
+from houseexpo.service.service import ServerLimits
 from tests.builders.browsing import browser, look, two_rooms, visited
 from tests.builders.services import running, service_of
 
@@ -205,7 +205,7 @@ def test_keys_drive_once_a_driver_is_chosen(address: str) -> None:
 
 def test_a_server_without_room_says_what_to_do(tmp_path: Path) -> None:
     save_plan(two_rooms(), tmp_path / "two_rooms.json")
-    full = service_of(tmp_path, limits=Limits(sockets_per_client=0))
+    full = service_of(tmp_path, limits=ServerLimits(sockets_per_client=0))
     with running(full) as there, browser() as opened:
         page = opened.new_page()  # the console has a line about the socket that is refused
         page.goto(f"{there}/{tmp_path.name}/drive")

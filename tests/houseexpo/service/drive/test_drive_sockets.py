@@ -24,8 +24,8 @@ from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.drive import pages, sessions
 from houseexpo.service.drive.frames import ENDED, SAVED
-from houseexpo.service.drive.robots import Robot
-from houseexpo.service.service import Service, Settings
+from houseexpo.service.drive.robots import DrivenRobot
+from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.browsing import Frame, frame_from, painted, start, two_rooms
 from tests.builders.services import no_plans
 
@@ -36,7 +36,7 @@ ADDRESS = "ws://127.0.0.1/houses/drive/robot"
 def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     folder: Path = tmp_path_factory.mktemp("houses")
     save_plan(two_rooms(), folder / "two_rooms.json")
-    service = Service({"houses": Collection("houses", folder)}, Settings(read_only=True))
+    service = Service({"houses": Collection("houses", folder)}, ServiceSettings(read_only=True))
     with TestClient(make_app(service), base_url="http://127.0.0.1") as found:
         yield found
 
@@ -132,11 +132,11 @@ def finished(socket: WebSocketTestSession) -> dict[str, Any]:
 
 
 def test_what_takes_long_is_explained(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(*words: Any) -> Robot:
+    def slow(*words: Any) -> DrivenRobot:
         time.sleep(1.0)
-        return Robot(*words)
+        return DrivenRobot(*words)
 
-    monkeypatch.setattr(sessions, "Robot", slow)
+    monkeypatch.setattr(sessions, "DrivenRobot", slow)
     monkeypatch.setattr(sessions, "LONG_S", 0.0)
     monkeypatch.setattr(sessions, "TOLD_S", 0.2)
     monkeypatch.setattr(sessions, "compiling_progress", lambda: CompilingProgress(is_busy=True, functions=7))

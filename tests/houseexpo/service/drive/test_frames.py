@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
-from houseexpo.service.drive.frames import LONGEST, Report, SentMap, frame_of, runs_of
+from houseexpo.service.drive.frames import LONGEST, RobotReport, SentMap, encode_frame, encode_runs
 from tests.builders.browsing import VALUES, frame_from, painted
 
-REPORT = Report(7, 5, 3, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
+REPORT = RobotReport(7, 5, 3, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
 NOTHING = Sight(np.empty(0), np.empty((0, 6)))
 
 
@@ -23,13 +23,13 @@ def test_frames_add_up_to_the_map(seed: int, rows: int, cols: int, steps: int) -
     for _ in range(steps):
         change = rng.random((rows, cols)) < 0.3
         known[change] = rng.choice(VALUES, change.sum())
-        painted(shown, frame_from(frame_of(REPORT, sent.update(known), NOTHING)))
+        painted(shown, frame_from(encode_frame(REPORT, sent.update(known), NOTHING)))
         assert np.array_equal(shown, known)
 
 
 def test_a_frame_says_how_the_robot_does() -> None:
     sight = Sight(np.array([0.0, 31.25, 125.0]), np.array([[0.0, 4.0, 5.0, 6.0, 7.0, -8.0]]))
-    found = frame_from(frame_of(REPORT, SentMap((2, 2)).update(np.zeros((2, 2), np.uint8)), sight))
+    found = frame_from(encode_frame(REPORT, SentMap((2, 2)).update(np.zeros((2, 2), np.uint8)), sight))
     assert found[:8] == (5, 3, 7, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
     assert found.rect == (0, 0, 0, 0)
     assert found.bodies.tolist() == [[0.0, 4.0, 5.0, 6.0, 7.0, -8.0]]
@@ -47,7 +47,7 @@ def test_only_the_rectangle_that_changed_is_sent() -> None:
 
 def test_long_runs_are_parted() -> None:
     for size in (LONGEST, LONGEST + 1, 3 * LONGEST + 7):
-        runs = runs_of(np.full((1, size), 127, np.uint8))
+        runs = encode_runs(np.full((1, size), 127, np.uint8))
         assert (runs >> 14 == 1).all()
         assert int((runs & LONGEST).sum()) == size
 
@@ -55,4 +55,4 @@ def test_long_runs_are_parted() -> None:
 def test_a_great_map_at_once_is_small() -> None:
     known = np.zeros((1000, 1000), np.uint8)
     known[100:900, 100:900] = 127
-    assert len(frame_of(REPORT, SentMap(known.shape).update(known), NOTHING)) < 8000
+    assert len(encode_frame(REPORT, SentMap(known.shape).update(known), NOTHING)) < 8000

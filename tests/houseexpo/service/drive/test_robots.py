@@ -17,14 +17,14 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
-from houseexpo.service.drive.messages import Start
-from houseexpo.service.drive.recordings import read_recording
-from houseexpo.service.drive.robots import Bumps, Robot, explorers
+from houseexpo.service.drive.messages import StartDrive
+from houseexpo.service.drive.recordings import decode_recording
+from houseexpo.service.drive.robots import BumpCounter, DrivenRobot, explorer_names
 from tests.builders.browsing import frame_from, painted, two_rooms
 
 
-def robot(**words: Any) -> Robot:
-    return Robot(two_rooms(), Start("two_rooms", **words))
+def robot(**words: Any) -> DrivenRobot:
+    return DrivenRobot(two_rooms(), StartDrive("two_rooms", **words))
 
 
 def test_frames_show_the_robots_own_map() -> None:
@@ -91,7 +91,7 @@ def test_a_wall_that_is_pushed_against_is_bumped_into_once() -> None:
 
 
 def test_contacts_are_counted_from_touch_to_free_way() -> None:
-    bumps = Bumps()
+    bumps = BumpCounter()
     for blocked, moved_m, count in (
         (True, 0.01, 1), (True, 0.0, 1), (False, 0.0, 1), (True, 0.0, 1), (False, 0.05, 1), (True, 0.02, 2),
     ):  # fmt: skip
@@ -111,9 +111,9 @@ def test_a_recording_gives_the_same_drive_again(driver: str) -> None:
     figures = driven.finish()
     assert figures["steps"] == 150
     assert len(figures["recording"]) < 600
-    recording = read_recording(figures["recording"])
-    assert recording.start == Start("two_rooms", **words)
-    again = Robot(two_rooms(), recording.start, recording)
+    recording = decode_recording(figures["recording"])
+    assert recording.start == StartDrive("two_rooms", **words)
+    again = DrivenRobot(two_rooms(), recording.start, recording)
     assert again.hello()["replay"]["same_house"]
     while again.advance():
         pass
@@ -126,12 +126,12 @@ def test_a_replay_in_a_house_that_was_changed_says_so() -> None:
     driven = robot(seed=4)
     for _ in range(40):
         driven.move(1.0, 0.5)
-    recording = read_recording(driven.finish()["recording"])
+    recording = decode_recording(driven.finish()["recording"])
     changed = replace(two_rooms(), verts=two_rooms().verts * 1.5)
-    again = Robot(changed, recording.start, recording)
+    again = DrivenRobot(changed, recording.start, recording)
     assert not again.hello()["replay"]["same_house"]
     assert again.finish()["replay"] == "not yet"
-    again = Robot(changed, recording.start, recording)
+    again = DrivenRobot(changed, recording.start, recording)
     while again.advance():
         pass
     assert again.finish()["replay"] == "another place"
@@ -141,20 +141,22 @@ def test_links_that_are_cut_off_or_made_up_are_refused() -> None:
     driven = robot()
     driven.move(1.0, 0.0)
     text = driven.finish()["recording"]
-    found = read_recording(text)
+    found = decode_recording(text)
     bomb = base64.urlsafe_b64encode(zlib.compress(b"\x00" * 10_000_000)).decode()
     hostile = [
         "", "?", "é", text[:-9], text + "AAAA" * 9, bomb,
         msgspec.structs.replace(found, runs=found.runs[:-1]).as_text(),
         msgspec.structs.replace(found, runs=b"\x01\x00\xff\xff" * 5).as_text(),
         msgspec.structs.replace(found, runs=b"\x80\x00\x01\x00").as_text(),
-        msgspec.structs.replace(found, start=Start("two_rooms", driver="forward"), runs=b"\x03\x00\x01\x00").as_text(),
-        msgspec.structs.replace(found, start=Start("two_rooms", people=10**6)).as_text(),
+        msgspec.structs.replace(
+            found, start=StartDrive("two_rooms", driver="forward"), runs=b"\x03\x00\x01\x00"
+        ).as_text(),
+        msgspec.structs.replace(found, start=StartDrive("two_rooms", people=10**6)).as_text(),
         msgspec.structs.replace(found, version=2).as_text(),
     ]  # fmt: skip
     for each in hostile:
         with pytest.raises(ConfigError, match=r"^recording: "):
-            read_recording(each)
+            decode_recording(each)
 
 
 def test_people_keep_their_numbers_and_walk_where_they_head() -> None:
@@ -174,7 +176,7 @@ def test_people_keep_their_numbers_and_walk_where_they_head() -> None:
 
 
 def test_options_are_simulated() -> None:
-    config = Start("p", range_m=10, fov_deg=360, noise="much", people=3, obstacles=4).config
+    config = StartDrive("p", range_m=10, fov_deg=360, noise="much", people=3, obstacles=4).config
     assert config.laser == LaserConfig(range_m=10, fov_deg=360)
     assert config.noise.any
     assert config.people.number == 3
@@ -183,8 +185,8 @@ def test_options_are_simulated() -> None:
 
 
 def test_explorers_are_those_of_the_benchmark_and_explore() -> None:
-    assert {"frontier", "information", "tour", "oracle", "wall", "random"} <= set(explorers())
-    assert not {"a-star", "greedy"} & set(explorers())
+    assert {"frontier", "information", "tour", "oracle", "wall", "random"} <= set(explorer_names())
+    assert not {"a-star", "greedy"} & set(explorer_names())
     watched = robot(driver="frontier", seed=1)
     for _ in range(300):
         watched.advance()

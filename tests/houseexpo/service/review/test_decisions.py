@@ -13,8 +13,8 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.changes import DecidedOtherwiseError
-from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.review.log import Line
+from houseexpo.service.review.decisions import DecisionStore
+from houseexpo.service.review.log import LogLine
 from tests.builders.services import clerk
 
 DOOR = [[1.0, 2.0], [1.0, 2.9]]
@@ -29,12 +29,14 @@ def tables(file: Path) -> dict[str, dict[str, object]]:
     return tomllib.loads(file.read_text())
 
 
-def lines(file: Path) -> list[Line]:
-    return [msgspec.json.decode(line, type=Line) for line in file.with_suffix(".log.jsonl").read_bytes().splitlines()]
+def lines(file: Path) -> list[LogLine]:
+    return [
+        msgspec.json.decode(line, type=LogLine) for line in file.with_suffix(".log.jsonl").read_bytes().splitlines()
+    ]
 
 
 def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "door", "ann", DOOR)
     decisions.decide("villa", "door", "ann", [[3.0, 2.0], [4.0, 2.0]], seen=1)
     decisions.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
@@ -53,7 +55,7 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
 
 
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "drop", "ann")
     decisions.decide("villa", "note", "ann", "odd", seen=1)
     decisions.decide("villa", "keep", "ann", seen=2)
@@ -64,7 +66,7 @@ def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> N
 
 def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) -> None:
     file.write_text("# by hand\n[hut]\nkeep = true  # seen\n")
-    before, decisions = file.read_text(), Decisions(file)
+    before, decisions = file.read_text(), DecisionStore(file)
     decisions.decide("hut", "drop", "ann")
     decisions.decide("villa", "door", "ann", DOOR)
     decisions.decide("villa", "door", "ben", [[3.0, 2.0], [4.0, 2.0]], seen=2)
@@ -83,7 +85,7 @@ def test_undo_takes_back_ones_own_latest_and_is_a_line_of_its_own(file: Path) ->
 
 @pytest.mark.parametrize("name", ["ben", "ann"])
 def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path, name: str) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
     with pytest.raises(DecidedOtherwiseError, match="ann chose keep in the meantime"):
         decisions.decide("villa", "drop", name)
@@ -91,7 +93,7 @@ def test_what_was_decided_unseen_is_not_overruled_under_whatever_name(file: Path
 
 
 def test_what_somebody_else_decided_is_overruled_once_it_is_seen(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
     decisions.decide("villa", "drop", "ben", seen=1)
     assert tables(file) == {"villa": {"drop": True}}
@@ -100,7 +102,7 @@ def test_what_somebody_else_decided_is_overruled_once_it_is_seen(file: Path) -> 
 
 
 def test_a_file_changed_by_hand_meanwhile_is_taken_as_it_is(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
     file.write_text('# mine\n[villa]\nwhy = "by hand"\n')
     decisions.decide("hall", "drop", "ann")
@@ -111,17 +113,20 @@ def test_a_file_changed_by_hand_meanwhile_is_taken_as_it_is(file: Path) -> None:
 def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
     file: Path, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
-    Decisions(file).decide("villa", "keep", "ann")
+    DecisionStore(file).decide("villa", "keep", "ann")
 
     def killed(*_: object) -> None:
         raise SystemExit
 
-    where = {"before the line": "houseexpo.service.review.log.Log.add", "after the line": "pathlib.Path.replace"}
+    where = {
+        "before the line": "houseexpo.service.review.log.DecisionLog.add",
+        "after the line": "pathlib.Path.replace",
+    }
     with monkeypatch.context() as patch:
         patch.setattr(where[step], killed)
         with pytest.raises(SystemExit):
-            Decisions(file).decide("hall", "drop", "ann")
-    Decisions(file).decide("barn", "keep", "ben")
+            DecisionStore(file).decide("hall", "drop", "ann")
+    DecisionStore(file).decide("barn", "keep", "ben")
     noted = "hall" in {line.plan for line in lines(file)}
     assert noted == (step == "after the line")
     assert ("hall" in tables(file)) == noted
@@ -129,17 +134,17 @@ def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
 
 
 def test_a_line_that_was_cut_off_is_passed_over(file: Path) -> None:
-    Decisions(file).decide("villa", "keep", "ann")
+    DecisionStore(file).decide("villa", "keep", "ann")
     with file.with_suffix(".log.jsonl").open("ab") as stream:
         stream.write(b'{"number":2,"time":"20')
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     assert decisions.decide("hall", "drop", "ann").number == 2
     assert [line.plan for line in decisions.log.lines] == ["villa", "hall"]
-    assert set(Decisions(file).by_plan()) == {"villa", "hall"}
+    assert set(DecisionStore(file).by_plan()) == {"villa", "hall"}
 
 
 def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
     before = file.read_bytes(), file.with_suffix(".log.jsonl").read_bytes()
 
@@ -164,13 +169,13 @@ def test_without_room_on_the_disk_nothing_changes(file: Path, monkeypatch: pytes
 
 def test_a_folder_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="cannot be written"):
-        Decisions(tmp_path / "gone" / "overrides.toml").decide("villa", "keep", "ann")
+        DecisionStore(tmp_path / "gone" / "overrides.toml").decide("villa", "keep", "ann")
 
 
 def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     file.write_text("[villa\n")
     with pytest.raises(ConfigError, match="correct the file first"):
-        Decisions(file).decide("villa", "keep", "ann")
+        DecisionStore(file).decide("villa", "keep", "ann")
     assert file.read_text() == "[villa\n"
 
 
@@ -187,7 +192,7 @@ def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     ],
 )
 def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, found: str) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     line = decisions.decide("villa", "door", "ann", DOOR)
     file.write_text(text)
     for work in (
@@ -216,13 +221,13 @@ def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
         os.kill(process.pid, signal.SIGKILL)
         answered += process.stdout.read().split()
         process.wait()
-        Decisions(file).decide(f"next{count}", "keep", "ben")
+        DecisionStore(file).decide(f"next{count}", "keep", "ben")
         assert set(answered) <= set(tables(file))
         assert {line.plan for line in lines(file)} == set(tables(file))
 
 
 def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
     decisions.note_build("ann", decisions.last())
     assert decisions.since_build() == []
@@ -231,7 +236,7 @@ def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
 
 
 def test_a_build_in_a_log_of_before_holds_all_that_stands_before_it(file: Path) -> None:
-    decisions = Decisions(file)
+    decisions = DecisionStore(file)
     decisions.decide("villa", "keep", "ann")
-    decisions.log.add(Line(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
+    decisions.log.add(LogLine(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
     assert decisions.since_build() == []

@@ -20,7 +20,7 @@ from houseexpo.dataset.build_record import read_build_record
 from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.service import Service, Settings
+from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.batch import one_room
 from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO
 
@@ -44,7 +44,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def client(home: Path) -> Iterator[TestClient]:
-    service = Service({"plans": Collection("plans", home / "plans")}, Settings(review=True))
+    service = Service({"plans": Collection("plans", home / "plans")}, ServiceSettings(review=True))
     with TestClient(make_app(service), base_url="http://127.0.0.1") as found:
         yield found
 
@@ -130,7 +130,7 @@ def test_what_is_decided_on_plans_that_an_earlier_build_made_is_done_too(tmp_pat
         source, *others = words
         command = ["build", str(tmp_path / source), *others, "--out", str(out), "--workers", "1"]
         assert CliRunner().invoke(make_commands(), command).exit_code == 0
-    service = Service({"plans": Collection("plans", out)}, Settings(review=True))
+    service = Service({"plans": Collection("plans", out)}, ServiceSettings(review=True))
     with TestClient(make_app(service), base_url="http://127.0.0.1") as client:
         for name in ("hut", "barn"):
             post(client, "decide", plan=name, action="drop", text="no home")

@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.pages import Review
-from houseexpo.service.service import Service, Settings
+from houseexpo.service.service import Service, ServiceSettings
 from pipeline.overrides import load_overrides
 from tests.builders.services import judged_later, no_plans
 
@@ -36,7 +36,7 @@ def client(folder: Path) -> Iterator[TestClient]:
 
 
 def served(folder: Path, **settings: Any) -> TestClient:
-    service = Service({"houses": Collection("houses", folder)}, Settings(**{"review": True, **settings}))
+    service = Service({"houses": Collection("houses", folder)}, ServiceSettings(**{"review": True, **settings}))
     return TestClient(make_app(service), base_url="http://127.0.0.1")
 
 

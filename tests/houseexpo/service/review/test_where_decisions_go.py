@@ -22,8 +22,8 @@ from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.decisions import Decisions
-from houseexpo.service.service import Service, Settings
+from houseexpo.service.review.decisions import DecisionStore
+from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.services import built, judged_later, some_plans
 
 QUALITIES: dict[str, float | None] = {"doubtful": 0.4, "sure": 0.95}
@@ -71,7 +71,7 @@ PLACES: list[tuple[Callable[[Path], Path], str]] = [
 
 
 def served(path: Path, **settings: Any) -> TestClient:
-    service = Service({"houses": Collection("houses", path)}, Settings(**{"review": True, **settings}))
+    service = Service({"houses": Collection("houses", path)}, ServiceSettings(**{"review": True, **settings}))
     return TestClient(make_app(service), base_url="http://127.0.0.1")
 
 
@@ -133,7 +133,7 @@ def test_no_link_in_a_data_set_is_written_through(name: str, there: bool, tmp_pa
         assert answer.status_code == 400, answer.text
         assert f"{path.name}/{name}: expected a file or nothing, found a link" in answer.json()["error"]
     with pytest.raises(ConfigError, match="found a link"):
-        Decisions(overrides_path(path)).check()
+        DecisionStore(overrides_path(path)).check()
     assert outside.read_text() == "[mine]\n" if there else not outside.exists()
     assert {file.name for file in path.iterdir()} == {"doubtful.json", "sure.json", name}
 
@@ -142,7 +142,7 @@ def test_a_place_that_cannot_be_written_is_told_before_anybody_decides(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = flat(tmp_path)
-    Decisions(overrides_path(path)).check()
+    DecisionStore(overrides_path(path)).check()
     monkeypatch.setattr("houseexpo.service.review.decisions._may_write", lambda _: False)
     result = CliRunner().invoke(make_commands(), ["serve", str(path), "--review", "--port", "0"])
     assert result.exit_code == 2

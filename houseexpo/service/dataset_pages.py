@@ -22,7 +22,7 @@ from houseexpo.files import decode_json, read_file
 from houseexpo.plan.parts import SURE
 from houseexpo.plan.room_labels import LABELS, label_colour
 from houseexpo.release.check_releasable import MADE, OWN
-from houseexpo.service.collection import Collection, Opened
+from houseexpo.service.collection import Collection, OpenedDataset
 from houseexpo.service.service import Service
 
 _KINDS: Final = {"procedural": "homes made by houseexpo"}
@@ -41,7 +41,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def about(request: Request) -> Response:
         shown = service.collection(request)
-        facts = facts_of(shown, _PICTURES)
+        facts = dataset_facts(shown, _PICTURES)
         return service.page(
             request,
             "about.html",
@@ -56,7 +56,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def start(request: Request) -> Response:
         if len(service.collections) == 1:
             return RedirectResponse(f"/{next(iter(service.collections))}/")
-        listed = [(shown, facts_of(shown, _FEW)) for shown in service.collections.values()]
+        listed = [(shown, dataset_facts(shown, _FEW)) for shown in service.collections.values()]
         return service.page(request, "start.html", listed=listed)
 
     def gallery(request: Request) -> Response:
@@ -65,7 +65,7 @@ def routes(service: Service) -> list[BaseRoute]:
     return [Route("/", start), Route("/{data}/about", about), Route("/{data}/", gallery)]
 
 
-def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
+def dataset_facts(shown: Collection, pictures: int) -> dict[str, Any]:
     """Return the description and the figures of a data set, and ``pictures`` of its plans, spread over the whole."""
     now = shown.now
     table, described = now.views.table, _read_description(shown.path)
@@ -82,7 +82,7 @@ def facts_of(shown: Collection, pictures: int) -> dict[str, Any]:
     }
 
 
-def _totals(now: Opened) -> list[tuple[str, str]]:
+def _totals(now: OpenedDataset) -> list[tuple[str, str]]:
     table, found = now.views.table, []
     for name, words, unit in (("rooms", "rooms in total", ""), ("area", "free area in total", " m²")):
         known = table.numbers(name)[~np.isnan(table.numbers(name))]
@@ -94,7 +94,7 @@ def _totals(now: Opened) -> list[tuple[str, str]]:
     return found
 
 
-def _outcome_counts(now: Opened) -> list[tuple[str, int]]:
+def _outcome_counts(now: OpenedDataset) -> list[tuple[str, int]]:
     quality = now.views.table.numbers("quality")
     doubtful = int((quality[~np.isnan(quality)] < SURE).sum())
     records = now.records
@@ -105,7 +105,7 @@ def _outcome_counts(now: Opened) -> list[tuple[str, int]]:
     ]
 
 
-def _sentence(now: Opened, described: Mapping[str, str]) -> str:
+def _sentence(now: OpenedDataset, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
     kinds = ", ".join(f"{_KINDS.get(names[code], names[code])} ({count:,})" for code, count in counts.most_common(_FEW))
@@ -156,7 +156,7 @@ def _spread_evenly(count: int, most: int) -> Sequence[int]:
     return np.unique(np.linspace(0, count - 1, min(count, most)).astype(int)).tolist() if count else []
 
 
-def _labels(now: Opened) -> list[tuple[str, str, int]]:
+def _labels(now: OpenedDataset) -> list[tuple[str, str, int]]:
     """Return the labels that occur, with colour and number of plans, the most frequent first."""
     counts = now.views.table.labels.sum(axis=1).tolist()
     found = [(label, label_colour(label), count) for label, count in zip(LABELS, counts, strict=True) if count]

@@ -1,7 +1,7 @@
 """Read the bodies of requests, and answer: values as JSON, data under a tag, parts of data, and errors.
 
 Every answer below ``/api`` has an entity tag, so that unchanged data is not sent again (RFC 9110). ``json_response``
-and ``hashed_response`` use the SHA-1 of the data as the tag (a millisecond per megabyte), ``tagged_response`` and
+and ``hash_tagged_response`` use the SHA-1 of the data as the tag (a millisecond per megabyte), ``tagged_response`` and
 ``range_response`` a tag that is already known, and ``file_response`` the size and time of a file. An error becomes a
 page for people and JSON for programs, never a traceback.
 """
@@ -37,7 +37,7 @@ _TITLES: Final = {
 }
 
 
-class Json(Response):
+class JsonResponse(Response):
     """Plain values as JSON."""
 
     media_type = "application/json"
@@ -47,7 +47,7 @@ class Json(Response):
         return msgspec.json.encode(content)
 
 
-def read(body: bytes, kind: type[Asked]) -> Asked:
+def decode_body(body: bytes, kind: type[Asked]) -> Asked:
     """Decode the body of a request; raise ConfigError if it is not of this kind."""
     try:
         return msgspec.json.decode(body, type=kind)
@@ -55,7 +55,7 @@ def read(body: bytes, kind: type[Asked]) -> Asked:
         raise ConfigError(f"request: expected {kind.__name__} as JSON, found {error}") from None
 
 
-def matches(request: Request, etag: str) -> bool:
+def client_has_tag(request: Request, etag: str) -> bool:
     """Return whether the client already has the answer with this tag (``If-None-Match``)."""
     given = request.headers.get("if-none-match", "")
     return given == "*" or etag in (tag.strip().removeprefix("W/") for tag in given.split(","))
@@ -63,10 +63,10 @@ def matches(request: Request, etag: str) -> bool:
 
 def json_response(request: Request, content: Any) -> Response:
     """Return plain values as JSON."""
-    return hashed_response(request, msgspec.json.encode(content), "application/json")
+    return hash_tagged_response(request, msgspec.json.encode(content), "application/json")
 
 
-def hashed_response(
+def hash_tagged_response(
     request: Request, data: bytes, media_type: str, headers: Mapping[str, str] | None = None
 ) -> Response:
     """Return the data, tagged with the SHA-1 of its bytes."""
@@ -79,7 +79,7 @@ def tagged_response(
     """Return the data, or 304 if the client has it; clients ask each time, so that they never show old data."""
     etag = f'"{tag}"'
     found = {"etag": etag, "cache-control": "no-cache", **(headers or {})}
-    if matches(request, etag):
+    if client_has_tag(request, etag):
         return Response(status_code=304, headers=found)
     return Response(data, media_type=media_type, headers=found)
 
@@ -89,7 +89,7 @@ def range_response(request: Request, data: bytes, tag: str, media_type: str) -> 
     etag = f'"{tag}"'
     asked = _RANGE.fullmatch(request.headers.get("range", ""))
     is_other = request.headers.get("if-range", etag) != etag  # the client's first parts are of another file
-    if asked is None or asked[0] == "bytes=-" or is_other or matches(request, etag):
+    if asked is None or asked[0] == "bytes=-" or is_other or client_has_tag(request, etag):
         return tagged_response(request, data, tag, media_type, {"accept-ranges": "bytes"})
     size = len(data)
     first, last = (max(size - int(asked[2]), 0), size - 1) if not asked[1] else (int(asked[1]), size - 1)
@@ -106,12 +106,12 @@ def file_response(request: Request, file: Path, media_type: str) -> Response:
     """Return a file, the part of it that the request names, or 304 if the client has it."""
     found = FileResponse(file, media_type=media_type, stat_result=file.stat(), headers={"cache-control": "no-cache"})
     etag = found.headers["etag"]
-    if matches(request, etag):
+    if client_has_tag(request, etag):
         return Response(status_code=304, headers={"etag": etag, "cache-control": "no-cache"})
     return found
 
 
-def error_answer(service: Service, request: Request, error: Exception) -> Response:
+def error_response(service: Service, request: Request, error: Exception) -> Response:
     """Return an error as a page for a browser, and as ``{"error": ...}`` for programs and below ``/api``."""
     status, text = _status_and_text(error)
     shown = service.collections.get(request.path_params.get("data", ""))
@@ -121,7 +121,7 @@ def error_answer(service: Service, request: Request, error: Exception) -> Respon
         _LOG.error("%s %s failed", request.method, request.url.path, exc_info=error)
     headers = getattr(error, "headers", None)
     if request.url.path.startswith("/api/") or "text/html" not in request.headers.get("accept", ""):
-        return Json({"error": text}, status, headers)
+        return JsonResponse({"error": text}, status, headers)
     title = _TITLES.get(status, "Something went wrong")
     page = service.page(request, "error.html", status, title=title, text=text, shown=shown)
     page.headers.update(headers or {})

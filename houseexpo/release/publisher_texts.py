@@ -1,4 +1,4 @@
-"""Hold and check what the publisher of a release provides: title, creators, version, date and addresses (``About``)."""
+"""Hold and check the texts that the publisher of a release provides: title, creators, version, date and addresses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LINE: Final = f"a line of at most {_LONGEST} letters"
 
 
 @dataclass(frozen=True)
-class About:
+class PublisherTexts:
     """Texts for the descriptions of a release; empty ones are left out.
 
     ``published`` is a date (2026-05-01). The current time is not used, so that two releases of the same data set to
@@ -36,7 +36,7 @@ class About:
 
     def __post_init__(self) -> None:
         for name, text in (("title", self.title), *(("creator", creator) for creator in self.creators)):
-            if not is_line(text):
+            if not fits_one_line(text):
                 raise ConfigError(f"release: {name}: expected {LINE}, found {text!r}")
         if not self.creators or not all(self.creators):
             raise ConfigError("release: creator: expected at least one name, found none")
@@ -57,7 +57,7 @@ class About:
         return self.published[:4]
 
 
-def is_line(text: str) -> bool:
+def fits_one_line(text: str) -> bool:
     """Return whether a text fits in one line of a description: printable, not too long, no space at the ends."""
     return len(text) <= _LONGEST and text.isprintable() and text == text.strip()
 

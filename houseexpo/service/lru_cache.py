@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class Recent(Generic[T]):
+class LruCache(Generic[T]):
     """A least-recently-used cache for threads; the sizes of its values, by ``size_of``, add up to at most ``most``."""
 
     def __init__(self, most: int, size_of: Callable[[T], int] = lambda _: 1) -> None:

@@ -13,10 +13,10 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.collection import Collection, Opened
+from houseexpo.service.collection import Collection, OpenedDataset
+from houseexpo.service.computations import compute_in_turn
 from houseexpo.service.search import MEASURES
 from houseexpo.service.service import Service
-from houseexpo.service.work import compute
 
 _PIXELS_PER_METRE = 10.0
 _PIXELS = 300.0
@@ -37,7 +37,7 @@ def routes(service: Service) -> list[BaseRoute]:
         places = (shown, service.collections[other])
         opened = [place.now for place in places]
         plans = [now.plan(name) for now, name in zip(opened, asked, strict=True)]
-        difference, symmetry = await compute(request, _difference, *plans)
+        difference, symmetry = await compute_in_turn(request, _difference, *plans)
         return service.page(
             request,
             "compare.html",
@@ -53,7 +53,7 @@ def routes(service: Service) -> list[BaseRoute]:
     return [Route("/{data}/compare", page)]
 
 
-def _side(place: Collection, now: Opened, name: str) -> dict[str, str]:
+def _side(place: Collection, now: OpenedDataset, name: str) -> dict[str, str]:
     return {
         "data": place.name,
         "id": name,
@@ -70,7 +70,7 @@ def _difference(one: FloorPlan, other: FloorPlan) -> tuple[float, str]:
     return (1.0, "") if match is None else (match.difference, match.symmetry.replace("_", " "))
 
 
-def _rows(opened: list[Opened], asked: list[str]) -> Iterator[tuple[str, str, str, str]]:
+def _rows(opened: list[OpenedDataset], asked: list[str]) -> Iterator[tuple[str, str, str, str]]:
     """Yield each measure's title, both values, and the difference of the second from the first."""
     for measure in MEASURES:
         found = [

@@ -11,13 +11,13 @@ import pytest
 from starlette.exceptions import HTTPException
 from starlette.testclient import TestClient
 
-from houseexpo.service import work
+from houseexpo.service import computations
 
 
 @pytest.fixture(autouse=True)
 def _own_turns(monkeypatch: pytest.MonkeyPatch) -> None:
-    turns = work._Turns()
-    monkeypatch.setattr(work, "_turns", lambda: turns)
+    turns = computations._Turns()
+    monkeypatch.setattr(computations, "_turns", lambda: turns)
 
 
 def client_that(*, left: bool) -> Any:
@@ -32,7 +32,7 @@ def test_many_wait_and_more_are_sent_away() -> None:  # R1, R2
 
     async def one(number: int) -> None:
         try:
-            await work.compute(client_that(left=False), lambda: go.wait(30) and done.append("made"))
+            await computations.compute_in_turn(client_that(left=False), lambda: go.wait(30) and done.append("made"))
         except HTTPException as error:
             done.append(error.status_code)
         if number == 39:
@@ -50,14 +50,14 @@ def test_many_wait_and_more_are_sent_away() -> None:  # R1, R2
 def test_what_nobody_waits_for_is_not_computed() -> None:  # R3
     done: list[int] = []
     with pytest.raises(HTTPException):
-        anyio.run(work.compute, client_that(left=True), done.append, 1)
+        anyio.run(computations.compute_in_turn, client_that(left=True), done.append, 1)
     assert done == []
-    anyio.run(work.compute, client_that(left=False), done.append, 2)
+    anyio.run(computations.compute_in_turn, client_that(left=False), done.append, 2)
     assert done == [2]
 
 
 def test_the_answer_says_when_to_ask_again(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(work, "MAX_WAITING", -2)
+    monkeypatch.setattr(computations, "MAX_WAITING", -2)
     found = client.get("/api/homes/plans/a1/shape")
     assert (found.status_code, found.headers["retry-after"]) == (503, "5")
     assert client.get("/api/homes/plans/nobody/shape").status_code == 404  # it waits for no turn

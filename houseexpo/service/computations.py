@@ -28,7 +28,7 @@ _ANSWERING: Final = 4
 _LATER: Final = {"retry-after": "5"}
 
 
-async def compute(request: Request, function: Callable[..., T], *args: Any) -> T:
+async def compute_in_turn(request: Request, function: Callable[..., T], *args: Any) -> T:
     """Call a function in a thread when it is its turn; raise HTTPException (503) if it is not called (R2, R3)."""
     turns = _turns()
     if turns.taken >= _AT_ONCE + MAX_WAITING:  # R2
@@ -44,7 +44,7 @@ async def compute(request: Request, function: Callable[..., T], *args: Any) -> T
 
 
 @asynccontextmanager
-async def few_threads(_: Any) -> AsyncIterator[None]:
+async def limit_threads(_: Any) -> AsyncIterator[None]:
     """Limit the threads that answer requests while the service runs."""
     limiter = anyio.to_thread.current_default_thread_limiter()
     before, limiter.total_tokens = limiter.total_tokens, _ANSWERING

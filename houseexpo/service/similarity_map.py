@@ -20,11 +20,11 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import json_response
-from houseexpo.service.recent import Recent
-from houseexpo.service.search import Table, parse_query
+from houseexpo.service.computations import compute_in_turn
+from houseexpo.service.lru_cache import LruCache
+from houseexpo.service.responses import json_response
+from houseexpo.service.search import MeasureTable, parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.work import compute
 
 Floats = npt.NDArray[np.float64]
 
@@ -49,7 +49,7 @@ _KEPT: Final = 8
 
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/DATA/map`` and of its positions."""
-    maps: Recent[Floats] = Recent(_KEPT)
+    maps: LruCache[Floats] = LruCache(_KEPT)
 
     def page(request: Request) -> Response:
         query = str(parse_query(request.query_params))
@@ -59,7 +59,9 @@ def routes(service: Service) -> list[BaseRoute]:
         query = parse_query(request.query_params)
         now, view = service.collection(request).find(query)
         table = now.views.table
-        found = await compute(request, lambda: maps.get_or_make(now.number, lambda: positions_of(features_of(table))))
+        found = await compute_in_turn(
+            request, lambda: maps.get_or_make(now.number, lambda: lay_out_by_similarity(plan_features(table)))
+        )
         columns = {name: _plain(table.numbers(name)) for name in _COLOURED}
         answer: dict[str, Any] = {
             "ids": list(table.ids),
@@ -74,7 +76,7 @@ def routes(service: Service) -> list[BaseRoute]:
     return [Route("/{data}/map", page), Route("/api/{data}/map", places)]
 
 
-def features_of(table: Table) -> Floats:
+def plan_features(table: MeasureTable) -> Floats:
     """Return the features of plans (n, features): measures in standard deviations, and labels."""
     columns = [np.log1p(table.numbers(name)) for name in SIZES]
     columns.append(table.numbers("area") / np.maximum(table.numbers("long_side") * table.numbers("short_side"), 1e-6))
@@ -89,7 +91,7 @@ def features_of(table: Table) -> Floats:
     return np.column_stack([*found, labels]) if found else labels
 
 
-def positions_of(features: Floats) -> Floats:
+def lay_out_by_similarity(features: Floats) -> Floats:
     """Return a position (n, 2) in the unit square for each row of features (n, k)."""
     from scipy.spatial import cKDTree
 

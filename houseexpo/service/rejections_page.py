@@ -9,9 +9,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.answers import file_response, json_response
-from houseexpo.service.records import picture_of, picture_of_refused
-from houseexpo.service.search import whole_number
+from houseexpo.service.build_lists import duplicate_picture_path, rejection_picture_path
+from houseexpo.service.responses import file_response, json_response
+from houseexpo.service.search import parse_whole_number
 from houseexpo.service.service import Service
 
 _PAGE: Final = 100
@@ -23,13 +23,13 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def page(request: Request) -> Response:
         shown, given = service.collection(request), request.query_params
-        now, offset = shown.now, whole_number(given, "offset", 0, _FARTHEST)
+        now, offset = shown.now, parse_whole_number(given, "offset", 0, _FARTHEST)
         stage, reason = given.get("stage", ""), given.get("reason", "")
         found = now.records.of(stage, reason)
         repeated = now.records.repeated
         listed = found[offset : offset + _PAGE]
-        drawn = {each.id for each in listed if picture_of_refused(shown.path, each.id)}
-        pictured = {each.id for each in repeated[:_PAGE] if picture_of(shown.path, each.id)}
+        drawn = {each.id for each in listed if rejection_picture_path(shown.path, each.id)}
+        pictured = {each.id for each in repeated[:_PAGE] if duplicate_picture_path(shown.path, each.id)}
         return service.page(
             request,
             "refused.html",
@@ -49,7 +49,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def list_refused(request: Request) -> Response:
         given = request.query_params
-        offset, records = whole_number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
+        offset, records = parse_whole_number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
         found = records.of(given.get("stage", ""), given.get("reason", ""))
         listed = {"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken}
         return json_response(request, listed)
@@ -57,7 +57,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def list_duplicates(request: Request) -> Response:
         records, offset = (
             service.collection(request).now.records,
-            whole_number(request.query_params, "offset", 0, _FARTHEST),
+            parse_whole_number(request.query_params, "offset", 0, _FARTHEST),
         )
         listed = {"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]}
         return json_response(request, listed)
@@ -65,7 +65,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def picture(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
         known = any(each.id == name for each in shown.now.records.repeated)
-        file = picture_of(shown.path, name) if known else None
+        file = duplicate_picture_path(shown.path, name) if known else None
         if file is None:
             raise HTTPException(404, "the build kept no picture of it")
         return file_response(request, file, "image/png")
@@ -73,7 +73,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def refused_picture(request: Request) -> Response:
         shown, name = service.collection(request), request.query_params.get("id", "")
         known = any(each.id == name for each in shown.now.records.refused)
-        file = picture_of_refused(shown.path, name) if known else None
+        file = rejection_picture_path(shown.path, name) if known else None
         if file is None:
             raise HTTPException(404, "the build kept no picture of it")
         return file_response(request, file, "image/png")

@@ -14,38 +14,38 @@ pytest.importorskip("starlette")
 from houseexpo.dataset.build_record import BuildCommand, BuildRecord, write_build_record
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.building import Building
-from houseexpo.service.review.decisions import Decisions
+from houseexpo.service.review.decisions import DecisionStore
+from houseexpo.service.review.rebuild import Rebuild
 from tests.builders.services import built, some_plans
 
-Begun = Callable[[str], Building]
+Begun = Callable[[str], Rebuild]
 
 
 @pytest.fixture
-def decisions(tmp_path: Path) -> Decisions:
-    return Decisions(tmp_path / "overrides.toml")
+def decisions(tmp_path: Path) -> DecisionStore:
+    return DecisionStore(tmp_path / "overrides.toml")
 
 
 @pytest.fixture
-def begun(tmp_path: Path, decisions: Decisions, monkeypatch: pytest.MonkeyPatch) -> Begun:
+def begun(tmp_path: Path, decisions: DecisionStore, monkeypatch: pytest.MonkeyPatch) -> Begun:
     """Begin to build with a shell script in the place of Python."""
     folder = built(tmp_path / "homes", some_plans())
     (folder / ".build").mkdir()
     write_build_record(folder, BuildRecord(BuildCommand(("houses",))))
 
-    def start(script: str) -> Building:
+    def start(script: str) -> Rebuild:
         python = tmp_path / "python"
         python.write_text(f"#!/bin/sh\n{script}\n")
         python.chmod(0o755)
         monkeypatch.setattr(sys, "executable", str(python))
-        found = Building(Collection("homes", folder), decisions)
+        found = Rebuild(Collection("homes", folder), decisions)
         found.start("ann", found.status()["confirm"])
         return found
 
     return start
 
 
-def ended(building: Building) -> str:
+def ended(building: Rebuild) -> str:
     for _ in range(600):
         if building.phase != "building":
             return building.phase
@@ -54,7 +54,7 @@ def ended(building: Building) -> str:
 
 
 def test_what_is_decided_while_it_is_built_waits_for_the_next_build(
-    tmp_path: Path, decisions: Decisions, begun: Begun
+    tmp_path: Path, decisions: DecisionStore, begun: Begun
 ) -> None:
     decisions.decide("a1", "keep", "ann")
     # R3
@@ -64,10 +64,10 @@ def test_what_is_decided_while_it_is_built_waits_for_the_next_build(
     assert ended(building) == "built"
     assert [outcome.plan for outcome in building.outcomes] == ["a1"]
     assert decisions.since_build() == ["b2"]
-    assert Decisions(decisions.file).since_build() == ["b2"]
+    assert DecisionStore(decisions.file).since_build() == ["b2"]
 
 
-def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, decisions: Decisions, begun: Begun) -> None:
+def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, decisions: DecisionStore, begun: Begun) -> None:
     building = begun(f"while [ ! -e {tmp_path / 'go'} ]; do sleep 0.05; done")
     decisions.decide("b2", "drop", "ben")
     (tmp_path / "go").touch()
@@ -90,7 +90,7 @@ def test_whatever_fails_at_the_end_is_said_and_ends_it(begun: Begun, monkeypatch
     def broken(*_: object) -> None:
         raise ValueError("odd bytes")
 
-    monkeypatch.setattr("houseexpo.service.review.building.outcomes", broken)
+    monkeypatch.setattr("houseexpo.service.review.rebuild.decision_outcomes", broken)
     building = begun("exit 0")
     assert ended(building) == "failed"
     assert building.status()["lines"] == ["ValueError: odd bytes"]

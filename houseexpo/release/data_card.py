@@ -14,7 +14,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.plots import plot_style
 from houseexpo.exports.encoding import encode_image
-from houseexpo.release.descriptions import KEYWORDS, Facts, bibtex
+from houseexpo.release.descriptions import KEYWORDS, ReleaseFacts, bibtex_entry
 from houseexpo.release.tables import Table
 from houseexpo.tolerances import ROBOT_M
 
@@ -33,7 +33,7 @@ _ROWS: Final = tuple(
 """The measures in the table of the card."""
 
 
-def card(facts: Facts, tables: Sequence[Table]) -> bytes:
+def make_data_card(facts: ReleaseFacts, tables: Sequence[Table]) -> bytes:
     """Return the data card."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -57,7 +57,7 @@ def card(facts: Facts, tables: Sequence[Table]) -> bytes:
             (radius, f"{100 * r['connected_share']:.1f}%") for radius, r in sorted(facts.stats["navigability"].items())
         ],
         hub_split=lambda part: _HUB_SPLITS.get(part, part),
-        bibtex=bibtex(facts),
+        bibtex=bibtex_entry(facts),
         pictures=(SHEET, MEASURES),
     )
     return text.encode()
@@ -68,7 +68,7 @@ def _words(text: str) -> str:
     return _SIGNS.sub(r"\\\g<0>", text)
 
 
-def _header(facts: Facts, tables: Sequence[Table]) -> str:
+def _header(facts: ReleaseFacts, tables: Sequence[Table]) -> str:
     """Return the YAML that lists the tables for Hugging Face, which shows the first one."""
     import yaml
 
@@ -96,7 +96,7 @@ def _header(facts: Facts, tables: Sequence[Table]) -> str:
     return text
 
 
-def _measures(facts: Facts) -> list[tuple[str, ...]]:
+def _measures(facts: ReleaseFacts) -> list[tuple[str, ...]]:
     """Return the rows of the table of figures: name, mean, median, 5%, 95%."""
     rows = []
     for measure in _ROWS:
@@ -126,7 +126,7 @@ _HISTOGRAMS: Final = tuple(BY_NAME[name] for name in ("rooms", "area", "long_sid
 """The measures whose distributions are drawn; ``narrowest`` is that of the usual robot."""
 
 
-def measures_png(stats: Mapping[str, Any]) -> bytes:
+def draw_measures_png(stats: Mapping[str, Any]) -> bytes:
     """Draw the distributions of the plans in ``stats.json``."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -149,7 +149,7 @@ def measures_png(stats: Mapping[str, Any]) -> bytes:
     return out.getvalue()
 
 
-def sheet_png(plans: Dataset) -> bytes:
+def draw_sheet_png(plans: Dataset) -> bytes:
     """Draw a sheet of randomly chosen plans."""
     chosen = plans.sample(min(SHEET_PLANS, len(plans)), seed=0)
     return encode_image(contact_sheet([draw_plan(plan, size=_SHEET_PX) for plan in chosen], _SHEET_COLUMNS), "PNG")

@@ -26,21 +26,21 @@ from houseexpo.outputs import check_not_in_inputs
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.release import citation
-from houseexpo.release.card import MEASURES, SHEET, card, measures_png, sheet_png
-from houseexpo.release.check_releasable import Licence, Releasable, check_releasable
-from houseexpo.release.croissant import croissant
-from houseexpo.release.descriptions import Facts
-from houseexpo.release.folder import CROISSANT, check_target, replace_when_done, write_archive, write_sums
-from houseexpo.release.metadata import About
+from houseexpo.release.check_releasable import Licence, ReleasableDataset, check_releasable
+from houseexpo.release.croissant import describe_in_croissant
+from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw_sheet_png, make_data_card
+from houseexpo.release.descriptions import ReleaseFacts
+from houseexpo.release.folder import CROISSANT, check_target, replace_when_done, write_archive, write_checksums
+from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import Splits, release_splits
-from houseexpo.release.tables import OBJECTS, TABLES, Placed, Row, Table, TableWriter
+from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, Row, Table, TableWriter
 
 PICTURE_PX: Final = 256
 _CHUNK: Final = 32
 
 
 @dataclass(frozen=True)
-class Released:
+class FinishedRelease:
     """A finished release: its folder, its licence, the number of rows of each part of each table, and its size."""
 
     folder: Path
@@ -49,8 +49,8 @@ class Released:
     size: int
 
 
-def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about: About | None = None, *,
-            workers: int = 1) -> Released:  # fmt: skip
+def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about: PublisherTexts | None = None, *,
+            workers: int = 1) -> FinishedRelease:  # fmt: skip
     """Write a release of a data set: a folder that is ready to upload.
 
     Parameters
@@ -79,14 +79,14 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
         parts = release_splits(found.plans, workers)
         tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)
         rows = _write_tables(folder, tables, found, parts, workers)
-        facts = Facts(_slug(target), about or About(), found, parts, rows)
+        facts = ReleaseFacts(_slug(target), about or PublisherTexts(), found, parts, rows)
         _write_files(folder, tables, facts)
         size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-    return Released(target, found.licence, rows, size)
+    return FinishedRelease(target, found.licence, rows, size)
 
 
 def _write_tables(
-    folder: Path, tables: tuple[Table, ...], found: Releasable, parts: Splits, workers: int
+    folder: Path, tables: tuple[Table, ...], found: ReleasableDataset, parts: Splits, workers: int
 ) -> dict[str, dict[str, int]]:
     """Write a file for each table and part; return the number of rows of each."""
     rows: defaultdict[str, dict[str, int]] = defaultdict(dict)
@@ -122,13 +122,13 @@ def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str,
     rows: dict[str, list[Row]] = {table.name: [] for table in TABLES}
     for data, group in plans:
         plan = decode(data)
-        placed = Placed(plan, part, group, encode_image(draw_plan(plan, size=PICTURE_PX), "PNG"))
+        placed = ReleasePlan(plan, part, group, encode_image(draw_plan(plan, size=PICTURE_PX), "PNG"))
         for table in TABLES:
             rows[table.name] += table.rows(placed)
     return part, rows
 
 
-def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
+def _write_files(folder: Path, tables: tuple[Table, ...], facts: ReleaseFacts) -> None:
     """Write all files other than the tables, the checksums last."""
     plans, manifest = facts.material.plans, facts.material.manifest
     write_archive(folder / ARCHIVE, ((f"json/{name}.json", plans.raw(name)) for name in plans.ids))
@@ -139,20 +139,20 @@ def _write_files(folder: Path, tables: tuple[Table, ...], facts: Facts) -> None:
     provenance = msgspec.to_builtins(manifest)
     del provenance["files"]
     written = {
-        SHEET: sheet_png(plans),
-        MEASURES: measures_png(facts.stats),
-        "README.md": card(facts, tables),
+        SHEET: draw_sheet_png(plans),
+        MEASURES: draw_measures_png(facts.stats),
+        "README.md": make_data_card(facts, tables),
         "stats.json": encode_json(facts.material.stats),
         "provenance.json": encode_json(provenance),
         **citation.citation_files(facts),
     }
     for name, data in written.items():
         write_atomically(folder / name, data)
-    write_atomically(folder / CROISSANT, encode_json(croissant(facts, tables, folder)))
-    write_sums(folder)
+    write_atomically(folder / CROISSANT, encode_json(describe_in_croissant(facts, tables, folder)))
+    write_checksums(folder)
 
 
-def _has_furniture(found: Releasable) -> bool:
+def _has_furniture(found: ReleasableDataset) -> bool:
     """Return whether any plan has furniture, according to the statistics."""
     return bool(found.stats["plans"].get("furniture", {}).get("count"))
 

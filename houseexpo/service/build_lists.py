@@ -21,7 +21,7 @@ from houseexpo.plan import checks
 _T = TypeVar("_T", bound=msgspec.Struct)
 
 
-class Refused(msgspec.Struct, frozen=True):
+class Rejection(msgspec.Struct, frozen=True):
     """A line of ``rejected.jsonl``: an input that gave no plan."""
 
     id: str
@@ -31,7 +31,7 @@ class Refused(msgspec.Struct, frozen=True):
     advice: str = ""
 
 
-class Repeated(msgspec.Struct, frozen=True):
+class DroppedDuplicate(msgspec.Struct, frozen=True):
     """A line of ``duplicates.jsonl``: a plan that was dropped because it repeats the kept one."""
 
     id: str
@@ -41,11 +41,11 @@ class Repeated(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True)
-class Records:
+class BuildLists:
     """Both lists; ``broken`` are errors in reading them, ``listed`` says whether a build wrote them."""
 
-    refused: tuple[Refused, ...] = ()
-    repeated: tuple[Repeated, ...] = ()
+    refused: tuple[Rejection, ...] = ()
+    repeated: tuple[DroppedDuplicate, ...] = ()
     broken: tuple[str, ...] = ()
     listed: bool = False
 
@@ -55,26 +55,26 @@ class Records:
         counts = Counter((each.stage, each.reason) for each in self.refused)
         return [(*key, n) for key, n in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
 
-    def of(self, stage: str, reason: str) -> Sequence[Refused]:
+    def of(self, stage: str, reason: str) -> Sequence[Rejection]:
         """Return the inputs rejected at a stage for a reason; "" stands for any."""
         return [each for each in self.refused if stage in ("", each.stage) and reason in ("", each.reason)]
 
-    def repeats_of(self, kept_id: str) -> Sequence[Repeated]:
+    def repeats_of(self, kept_id: str) -> Sequence[DroppedDuplicate]:
         """Return the plans that were dropped as duplicates of one."""
         return [each for each in self.repeated if each.kept_id == kept_id]
 
 
-def read_records(path: Path) -> Records:
+def read_build_lists(path: Path) -> BuildLists:
     """Read the lists in a data set's folder; both are empty if it is not a folder or has none."""
     if not path.is_dir():
-        return Records()
-    refused, one = _lines(path / "rejected.jsonl", Refused)
-    repeated, other = _lines(path / "duplicates.jsonl", Repeated)
+        return BuildLists()
+    refused, one = _lines(path / "rejected.jsonl", Rejection)
+    repeated, other = _lines(path / "duplicates.jsonl", DroppedDuplicate)
     listed = (path / "rejected.jsonl").is_file()
-    return Records(tuple(refused), tuple(repeated), (*one, *other), listed)
+    return BuildLists(tuple(refused), tuple(repeated), (*one, *other), listed)
 
 
-def picture_of(path: Path, plan_id: str) -> Path | None:
+def duplicate_picture_path(path: Path, plan_id: str) -> Path | None:
     """Return the picture that a build kept of a dropped plan, None if it kept none or the id is not valid."""
     folder = path / ".build" / "pictures"
     try:
@@ -84,7 +84,7 @@ def picture_of(path: Path, plan_id: str) -> Path | None:
     return _unlinked_file(file)
 
 
-def picture_of_refused(path: Path, name: str) -> Path | None:
+def rejection_picture_path(path: Path, name: str) -> Path | None:
     """Return the picture that a build kept of a rejected input, None if it kept none."""
     return _unlinked_file(rejected_picture_path(path, name))
 

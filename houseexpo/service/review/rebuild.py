@@ -30,10 +30,10 @@ import msgspec
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import BuildRecord, is_own_build, read_build_record
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
+from houseexpo.service.build_lists import read_build_lists
 from houseexpo.service.collection import Collection
-from houseexpo.service.records import read_records
 from houseexpo.service.review.changes import DecidedOtherwiseError
-from houseexpo.service.review.decisions import Decisions
+from houseexpo.service.review.decisions import DecisionStore
 
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
@@ -45,7 +45,7 @@ _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
 
 
-class Outcome(msgspec.Struct, frozen=True):
+class DecisionOutcome(msgspec.Struct, frozen=True):
     """The result for a plan with decisions; ``why`` is the reason if the plan is gone."""
 
     plan: str
@@ -53,13 +53,13 @@ class Outcome(msgspec.Struct, frozen=True):
     why: str = ""
 
 
-class Building:
+class Rebuild:
     """Rebuilds one data set; threads may share it."""
 
-    def __init__(self, collection: Collection, decisions: Decisions) -> None:
+    def __init__(self, collection: Collection, decisions: DecisionStore) -> None:
         self.root, self._collection, self._decisions = collection.path, collection, decisions
         self.phase: Phase = "idle"
-        self.outcomes: list[Outcome] = []
+        self.outcomes: list[DecisionOutcome] = []
         self.before: dict[str, bytes] = {}
         self._lines: deque[str] = deque(maxlen=_LINES)
         self._process: subprocess.Popen[str] | None = None
@@ -184,7 +184,7 @@ class Building:
         if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
             return
-        found = outcomes(self.root, self.before, touched)
+        found = decision_outcomes(self.root, self.before, touched)
         for _ in range(_MAX_LOOKS):  # the pages reopen the data set at their next look
             self._collection.look()
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
@@ -208,7 +208,7 @@ def _look(root: Path) -> int:
         return 0
 
 
-def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[Outcome]:
+def decision_outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[DecisionOutcome]:
     """Return the result for each plan with decisions.
 
     Parameters
@@ -224,14 +224,14 @@ def outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) ->
     for name in touched:
         if name in dataset:
             same = before.get(name) == dataset.raw(name)
-            found.append(Outcome(name, "new" if name not in before else "the same" if same else "changed"))
+            found.append(DecisionOutcome(name, "new" if name not in before else "the same" if same else "changed"))
         else:
-            found.append(Outcome(name, "gone", reasons.get(name, "it is no longer in the data set")))
+            found.append(DecisionOutcome(name, "gone", reasons.get(name, "it is no longer in the data set")))
     return found
 
 
 def _reasons(root: Path) -> dict[str, str]:
     """Return the reasons why ids are not plans, by id."""
-    found = read_records(root)
+    found = read_build_lists(root)
     reasons = {each.id: f"{each.reason.replace('_', ' ')}: {each.detail}" for each in found.refused}
     return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}
