@@ -2,7 +2,7 @@ from .analysis.graph import rooms_graph
 from .analysis.navigability import navigability
 from .analysis.similarity import find_duplicates
 from .dataset import Dataset, open_dataset
-from .dataset.building import build
+from .dataset.build_from_python import build
 from .dataset.fetch import fetch
 from .deprecated_names import door_mask, room_mask
 from .drawing import contact_sheet, draw_plan, svg

@@ -211,7 +211,7 @@ class FloorPlan(PlanData):
 
         ``houseexpo.rooms_graph`` lists the attributes.
         """
-        from houseexpo.analysis.geodesic import rooms_graph_with_distances
+        from houseexpo.analysis.shortest_paths import rooms_graph_with_distances
 
         return rooms_graph_with_distances(self.divided, outside=outside)
 

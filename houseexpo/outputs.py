@@ -43,7 +43,7 @@ def check_run_folder(folder: Path, own: Iterable[str]) -> None:
             raise ConfigError(f"{folder}: expected an empty folder or a former run, found {found[0]}; name another")
 
 
-class Output:
+class CommandOutput:
     """The output of one command: a file, or files in a folder.
 
     Use it as a context manager: entering checks the place, leaving records what was written.
@@ -68,7 +68,7 @@ class Output:
         self._sources = list(sources)
         self._notes: dict[Path, _Notes] = {}
 
-    def __enter__(self) -> Output:
+    def __enter__(self) -> CommandOutput:
         """Check the place; raise ConfigError if it lies in a source or is a file that must not be overwritten."""
         check_not_in_inputs(self.out, self._sources)
         if not self._is_folder:

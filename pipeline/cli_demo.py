@@ -29,11 +29,11 @@ def demo(
     Writes house.glb, house.ifc, houses/, houses.toml and corrections.toml. Builds plans/demo if it does not exist.
     """
     from houseexpo.commands.printing import make_console
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from pipeline.cli_build import from_python
 
     examples = files("pipeline") / "examples"
-    with Output(folder, replace=replace, folder=True) as output:
+    with CommandOutput(folder, replace=replace, folder=True) as output:
         names = _names(examples)
         for name in names:
             output.check(folder / name)

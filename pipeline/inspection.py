@@ -9,7 +9,7 @@ from pathlib import Path
 from houseexpo.errors import ConfigError
 from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
-from houseexpo.outputs import Output
+from houseexpo.outputs import CommandOutput
 from houseexpo.plan import Quality
 from houseexpo.progress import show_progress
 from houseexpo.words import unknown_name_message
@@ -98,12 +98,12 @@ def inspect_house(
         not to be written over.
     """
     sources = [source for source in config.build.sources if is_path(source)]
-    with Output(out, sources, replace=replace, folder=True) as output:
+    with CommandOutput(out, sources, replace=replace, folder=True) as output:
         return _inspect_input(config, overrides, number, name, output)
 
 
 def _inspect_input(
-    config: BuildConfig, overrides: Mapping[str, Override], number: int, name: str | None, output: Output
+    config: BuildConfig, overrides: Mapping[str, Override], number: int, name: str | None, output: CommandOutput
 ) -> Inspection:
     inputs = list(list_inputs(config))
     place = _find_input(inputs, name)
@@ -161,7 +161,7 @@ def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, n
     return number
 
 
-def _write(results: list[StageResult], level: Level, output: Output) -> tuple[str, ...]:
+def _write(results: list[StageResult], level: Level, output: CommandOutput) -> tuple[str, ...]:
     pictures = stage_pictures(results, level.frame)
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
@@ -170,7 +170,7 @@ def _write(results: list[StageResult], level: Level, output: Output) -> tuple[st
     return (*names, SHEET)
 
 
-def _picture_of(rejection: Rejection, output: Output) -> tuple[str, ...]:
+def _picture_of(rejection: Rejection, output: CommandOutput) -> tuple[str, ...]:
     """Write what the reader shows of a house that it rejects."""
     if not rejection.picture:
         return ()

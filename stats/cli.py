@@ -57,7 +57,7 @@ def stats(
     cached, so that a second run is fast. Plans that cannot be read are listed and left out.
     """
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from stats.gather import measure_data_set
     from stats.listed import judge, read_list
     from stats.page import check_names, write_report
@@ -71,7 +71,7 @@ def stats(
     listed = None if unusable is None else read_list(unusable)
     with ExitStack() as opened:
         for path in files:
-            opened.enter_context(Output(path, [dataset, compare, unusable], replace=replace))
+            opened.enter_context(CommandOutput(path, [dataset, compare, unusable], replace=replace))
         one = opened.enter_context(measure_data_set(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:

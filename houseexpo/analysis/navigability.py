@@ -1,4 +1,4 @@
-"""Measure which areas a disc robot can reach: the areas in which its centre can be, and their bottlenecks.
+"""Measure where a disc robot can go: the areas for its centre (polygons), and their number, shares and bottlenecks.
 
 A disc of a given radius can be where its centre is at least that far from all walls. These areas are the free space,
 eroded by the radius. They are in several pieces if a passage between them is too narrow.

@@ -80,7 +80,7 @@ def run(
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_name_and_text
     from houseexpo.cpu_cores import count_cores
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import Settings
@@ -90,7 +90,7 @@ def run(
     _check_out(out)
     wanted = track_of(track)
     settings = Settings(split, plans, seed, workers or count_cores(), decision_limit, prediction or "")
-    with Output(out, [dataset, maps], replace=replace):  # check before hours of work
+    with CommandOutput(out, [dataset, maps], replace=replace):  # check before hours of work
         houses: Dataset | list[MapHouse] | None = None
         if maps is not None:
             houses = read_maps(wanted, maps, resolution)
@@ -116,7 +116,7 @@ def compare(
 ) -> None:
     """Compare results in a table for each track; they must be for the same plans."""
     from houseexpo.commands.printing import make_console, print_name_and_text
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.comparison import read_results
     from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
 
@@ -127,7 +127,7 @@ def compare(
         raise ConfigError("--curves: expected a page to draw them on, found none; name one with --out")
     _print(results)
     if out is not None:
-        with Output(out, (each for each in results if each.is_file()), replace=replace) as output:
+        with CommandOutput(out, (each for each in results if each.is_file()), replace=replace) as output:
             write_comparison(read_results(results), out, title, output.write, each_map=curves)
         print_name_and_text(make_console(), "written", str(out))
 
@@ -167,7 +167,7 @@ def team(
 
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_name_and_text, print_table
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.cases import choose
     from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
     from houseexpo.pseudoslam.teams.policies import find_policy_class
@@ -180,7 +180,7 @@ def team(
     policies = policy or list(TEAM_POLICIES)
     for name in policies:
         find_policy_class(name)
-    with Output(out, [dataset], replace=replace) as output:
+    with CommandOutput(out, [dataset], replace=replace) as output:
         output.check(out.with_suffix(".json"))  # before hours of work
         houses = open_data_set(dataset)
         ids = choose(houses, split, plans)

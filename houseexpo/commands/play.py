@@ -50,10 +50,10 @@ def play(
     from houseexpo.commands.printing import make_console
     from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.files import make_folder
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.driving import FILES, Drive, drive
 
-    output = None if out is None else Output(out, [dataset], replace=replace, folder=True)
+    output = None if out is None else CommandOutput(out, [dataset], replace=replace, folder=True)
     if out is not None and output is not None:  # check now, not when the drive is over
         make_folder(out)
         with output:

@@ -63,7 +63,7 @@ def record(
     from houseexpo.commands.printing import make_console
     from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.errors import ConfigError
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
     from houseexpo.pseudoslam.io.races import Racer, record_race
     from houseexpo.pseudoslam.io.record import record as write
@@ -74,7 +74,7 @@ def record(
     if len(names) > 1:
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
-        with Output(out, [dataset], replace=replace), printed.status(f"recording {count_noun(steps, 'step')}"):
+        with CommandOutput(out, [dataset], replace=replace), printed.status(f"recording {count_noun(steps, 'step')}"):
             interfaces = [interface_for(name, task) for name in names]
             racers = [
                 (
@@ -95,7 +95,7 @@ def record(
     with ExitStack() as opened:
         for file in (out, bag):
             if file is not None:
-                opened.enter_context(Output(file, [dataset], replace=replace))
+                opened.enter_context(CommandOutput(file, [dataset], replace=replace))
         opened.enter_context(printed.status(f"recording {count_noun(steps, 'step')}"))
         interface = interface_for(names[0], task)
         env, options = make_environment(

@@ -24,10 +24,10 @@ def replay(
 
     from houseexpo.commands.printing import make_console
     from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_server_files
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.io.playback import map_of_bag
 
-    with Output(out, [bag], replace=replace, folder=True) as place:
+    with CommandOutput(out, [bag], replace=replace, folder=True) as place:
         made = map_of_bag(bag, resolution, scan_topic=scan_topic)
         pixels = np.where(made.occupied, WALL, np.where(made.free, FREE, UNKNOWN)).astype(np.uint8)
         for name, data in map_server_files("map", pixels, made.resolution_m, made.origin[:2]).items():

@@ -40,12 +40,12 @@ def show(
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
     from houseexpo.exports.encoding import encode_image
     from houseexpo.files import write_atomically
-    from houseexpo.outputs import Output
+    from houseexpo.outputs import CommandOutput
     from houseexpo.progress import show_progress
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
-    with Output(out, [*what, data], replace=replace):
+    with CommandOutput(out, [*what, data], replace=replace):
         found = _choose_plans(plans_from_arguments(what, data, ids), limit, sample, seed)
         across = columns or math.ceil(math.sqrt(len(found)))
         names = [plan.id for plan in found]

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from houseexpo.dataset.opening import Dataset, open_dataset
+from houseexpo.dataset.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.stored_plans import StoredPlan, read_id_lists, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode

@@ -234,7 +234,7 @@ RULES: Final[dict[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class RuleViolation:
     """A violation of a rule: the plan (its id, or "" if it cannot be read), the place in it, and the fault."""
 
     place: str
@@ -248,11 +248,11 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Report:
+class ValidationReport:
     """The findings of a check of a data set; ``plans`` is the number of plans that were read."""
 
     plans: int
-    findings: tuple[Finding, ...]
+    findings: tuple[RuleViolation, ...]
 
     def by_rule(self) -> dict[str, tuple[int, int]]:
         """Return the number of findings and of plans concerned for every rule, in the rules' order."""
@@ -269,7 +269,7 @@ class _Areas(msgspec.Struct):
     rooms: list[_Area] = []
 
 
-def validate_dataset(path: Path, workers: int = 1) -> Report:
+def validate_dataset(path: Path, workers: int = 1) -> ValidationReport:
     """Check a data set, including one that ``open_dataset`` refuses because of some of its plans.
 
     Parameters
@@ -284,7 +284,7 @@ def validate_dataset(path: Path, workers: int = 1) -> Report:
     """
     path = files_at(path, "validate")
     count = 0
-    findings: list[Finding] = []
+    findings: list[RuleViolation] = []
     seen: dict[str, str] = {}
     for ids, found in show_progress(_check_chunks(path, workers), f"checking {path.name}"):
         count += len(ids)
@@ -292,13 +292,15 @@ def validate_dataset(path: Path, workers: int = 1) -> Report:
         for place, plan in ids:
             if plan and seen.setdefault(plan, place) != place:
                 findings.append(
-                    Finding(place, plan, "file", "id", f"expected one plan of that id, found another in {seen[plan]}")
+                    RuleViolation(
+                        place, plan, "file", "id", f"expected one plan of that id, found another in {seen[plan]}"
+                    )
                 )
     findings += _against_manifest(path)
-    return Report(count, tuple(findings))
+    return ValidationReport(count, tuple(findings))
 
 
-def check_stored_plans(chunk: list[StoredPlan]) -> tuple[list[tuple[str, str]], list[Finding]]:
+def check_stored_plans(chunk: list[StoredPlan]) -> tuple[list[tuple[str, str]], list[RuleViolation]]:
     """Check a chunk of files; return the place and id of each, and the findings."""
     ids, findings, whole = [], [], []
     for record in chunk:
@@ -311,7 +313,7 @@ def check_stored_plans(chunk: list[StoredPlan]) -> tuple[list[tuple[str, str]], 
     return ids, findings + list(_not_simple(whole))
 
 
-def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[Finding]]]:
+def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[RuleViolation]]]:
     waiting = read_stored_plans(path)
     first = list(islice(waiting, _FEW))
     chunks = split_into_chunks(chain(first, waiting), _CHUNK)
@@ -321,15 +323,15 @@ def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, st
     yield from map_in_processes(check_stored_plans, chunks, workers)
 
 
-def _read(record: StoredPlan) -> tuple[FloorPlan | None, list[Finding]]:
+def _read(record: StoredPlan) -> tuple[FloorPlan | None, list[RuleViolation]]:
     try:
         return decode(record.data), []
     except PlanError as error:
-        return None, [Finding(record.place, error.plan, "schema", error.key, error.problem)]
+        return None, [RuleViolation(record.place, error.plan, "schema", error.key, error.problem)]
 
 
-def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[Finding]:
-    made = partial(Finding, record.place, plan.id)
+def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[RuleViolation]:
+    made = partial(RuleViolation, record.place, plan.id)
     ours = b'"format"' in record.data
     for name, rule in chain(BOTH.items(), (OURS if ours else PUBLISHED).items()):
         try:
@@ -346,20 +348,20 @@ def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[Finding]:
                 yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m2, found {record_.area:.2f}")
 
 
-def _not_simple(plans: list[tuple[StoredPlan, FloorPlan]]) -> Iterator[Finding]:
+def _not_simple(plans: list[tuple[StoredPlan, FloorPlan]]) -> Iterator[RuleViolation]:
     import shapely
 
     shapes = np.array([shapely.Polygon(plan.verts, plan.holes) for _, plan in plans], dtype=object)
     for i in np.flatnonzero(~shapely.is_valid(shapes)).tolist():
         record, plan = plans[i]
-        yield Finding(record.place, plan.id, "simple", "verts", f"found {shapely.is_valid_reason(shapes[i])}")
+        yield RuleViolation(record.place, plan.id, "simple", "verts", f"found {shapely.is_valid_reason(shapes[i])}")
 
 
 class _Manifest(msgspec.Struct):
     files: dict[str, str] = {}
 
 
-def _against_manifest(path: Path) -> Iterator[Finding]:
+def _against_manifest(path: Path) -> Iterator[RuleViolation]:
     """Compare a folder's files with its manifest, if it has one."""
     file = path / "manifest.json"
     if not path.is_dir() or not file.exists():
@@ -370,8 +372,10 @@ def _against_manifest(path: Path) -> Iterator[Finding]:
         raise DatasetError(f"{file}: expected the manifest of a data set, found {error}") from None
     for name, digest in sorted(said.items()):
         if ".." in PurePosixPath(name).parts or PurePosixPath(name).is_absolute():
-            yield Finding(name, "", "manifest", name, "expected a file of the folder, found a path out of it")
+            yield RuleViolation(name, "", "manifest", name, "expected a file of the folder, found a path out of it")
         elif not (path / name).is_file():
-            yield Finding(name, "", "manifest", name, "expected this file, found none")
+            yield RuleViolation(name, "", "manifest", name, "expected this file, found none")
         elif sha256_of(path / name) != digest:
-            yield Finding(name, "", "manifest", name, "expected the SHA-256 that the manifest gives, found another")
+            yield RuleViolation(
+                name, "", "manifest", name, "expected the SHA-256 that the manifest gives, found another"
+            )

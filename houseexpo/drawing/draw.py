@@ -1,4 +1,4 @@
-"""Draw a plan as an RGB array or as SVG, laid out by ``lay_out_plan``, and arrange several pictures on a sheet.
+"""Draw a plan as an RGB array or as SVG, and arrange pictures of several plans on a sheet.
 
 Pictures show the plan with x right and y up. (Plans of SUNCG keep x = X, y = Z as published, so that a SUNCG house
 appears as seen from below its floor; exports to right-handed worlds undo that.)

@@ -14,7 +14,7 @@ b'4 1/10 1/10 21/10 1/10 21/10 21/10 1/10 21/10\n'
 
 from houseexpo.exports.coco import coco
 from houseexpo.exports.dxf import dxf
-from houseexpo.exports.formats import ALIASES, FORMATS, Format, export
+from houseexpo.exports.formats import ALIASES, FORMATS, ExportFormat, export
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc
@@ -33,7 +33,7 @@ from houseexpo.exports.worlds_2d import irsim, stage
 __all__ = [
     "ALIASES",
     "FORMATS",
-    "Format",
+    "ExportFormat",
     "coco",
     "dxf",
     "export",

@@ -26,12 +26,12 @@ from houseexpo.exports.svg import svg
 from houseexpo.exports.usd import usd
 from houseexpo.exports.worlds_2d import irsim, stage
 from houseexpo.floorplan import FloorPlan
-from houseexpo.outputs import Output
+from houseexpo.outputs import CommandOutput
 from houseexpo.words import suggest_name
 
 
 @dataclass(frozen=True)
-class Format:
+class ExportFormat:
     """One format: a short description, and the function that makes its files.
 
     The function takes one plan or, if ``indexed``, all plans, for a format with a common index.
@@ -57,25 +57,25 @@ class Format:
 
 
 FORMATS: Final = {
-    "coco": Format("COCO instances: rooms and doors", coco, indexed=True),
-    "dxf": Format("DXF layers in metres", dxf),
-    "geojson": Format("GeoJSON features in metres", geojson),
-    "glb": Format("glTF mesh, binary", glb),
-    "graphml": Format("GraphML: rooms and doors", graphml),
-    "ifc": Format("IFC 4 building with spaces and doors", ifc),
-    "irsim": Format("IR-SIM world", irsim),
-    "json": Format("HouseExpo JSON as published", published_json),
-    "mjcf": Format("MuJoCo world", mjcf),
-    "npz": Format("NumPy grids", npz),
-    "obj": Format("OBJ mesh", obj),
-    "png": Format("picture of the free space", png),
-    "pol": Format("polygon with holes as fractions", pol),
-    "rmf": Format("Open-RMF building for traffic_editor", rmf),
-    "ros": Format("ROS map_server: pgm and yaml", ros_map),
-    "sdf": Format("Gazebo world", sdf),
-    "stage": Format("Stage world", stage),
-    "svg": Format("SVG to scale", svg),
-    "usd": Format("USD world", usd),
+    "coco": ExportFormat("COCO instances: rooms and doors", coco, indexed=True),
+    "dxf": ExportFormat("DXF layers in metres", dxf),
+    "geojson": ExportFormat("GeoJSON features in metres", geojson),
+    "glb": ExportFormat("glTF mesh, binary", glb),
+    "graphml": ExportFormat("GraphML: rooms and doors", graphml),
+    "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc),
+    "irsim": ExportFormat("IR-SIM world", irsim),
+    "json": ExportFormat("HouseExpo JSON as published", published_json),
+    "mjcf": ExportFormat("MuJoCo world", mjcf),
+    "npz": ExportFormat("NumPy grids", npz),
+    "obj": ExportFormat("OBJ mesh", obj),
+    "png": ExportFormat("picture of the free space", png),
+    "pol": ExportFormat("polygon with holes as fractions", pol),
+    "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf),
+    "ros": ExportFormat("ROS map_server: pgm and yaml", ros_map),
+    "sdf": ExportFormat("Gazebo world", sdf),
+    "stage": ExportFormat("Stage world", stage),
+    "svg": ExportFormat("SVG to scale", svg),
+    "usd": ExportFormat("USD world", usd),
 }
 ALIASES: Final = {
     "gazebo": "sdf",
@@ -146,7 +146,7 @@ def export(
     else:
         made = _files_of_plans(chosen, distinct, refused, options)
     read = [*(os.fspath(each) for each in sources), getattr(plans, "path", None)]
-    with Output(folder, read, replace=replace, folder=True) as output:
+    with CommandOutput(folder, read, replace=replace, folder=True) as output:
         for name, content in made:
             output.write(folder / name, content)
             written.append(folder / name)
@@ -154,7 +154,7 @@ def export(
 
 
 def _files_of_plans(
-    chosen: Format, plans: Iterable[FloorPlan], refused: Callable[[PlanError], object], options: dict[str, Any]
+    chosen: ExportFormat, plans: Iterable[FloorPlan], refused: Callable[[PlanError], object], options: dict[str, Any]
 ) -> Iterator[tuple[str, bytes]]:
     """Yield the files of the plans that the format can represent."""
     for plan in plans:

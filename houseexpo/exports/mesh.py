@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds, under_walls
+from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors, unnamed_floor
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
@@ -101,8 +101,8 @@ def _bodies(built: PlanBodies, wall_thickness: float) -> Iterator[tuple[str, str
     yield "walls", "walls", _walls(built, list(doors.values()))
     for name, shape in doors.items():
         yield name, "walls", extrude_polygon(shape, built.door_height)
-    floors = {**room_floors(built), **thresholds(built)}
-    for name, shape in {**floors, "floor": under_walls(built, floors)}.items():
+    floors = {**room_floors(built), **doorway_floors(built)}
+    for name, shape in {**floors, "floor": unnamed_floor(built, floors)}.items():
         yield name, "floor", extrude_polygon(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
     if any(thing.height > 0 for thing in built.furniture):
         yield "furniture", "furniture", _furniture(built)

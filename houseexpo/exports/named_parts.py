@@ -27,7 +27,7 @@ def room_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
     return {f"{room.label.lower()}_floor_{room.id}": room.polygon for room in built.plan.rooms}
 
 
-def thresholds(built: PlanBodies) -> dict[str, BaseGeometry]:
+def doorway_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
     """Return the floor in each doorway by its name (N2), metres; entrances, which are shut, have none."""
     kinds = {"opening": "opening", "cut": "opening", "door": "door"}
     return {f"{kinds[d.kind]}_threshold_{d.id}": d.polygon for d in built.plan.doors if d.kind in kinds}
@@ -47,7 +47,7 @@ def entrance_doors(built: PlanBodies, wall_thickness: float) -> dict[str, BaseGe
     return found
 
 
-def under_walls(built: PlanBodies, parts: dict[str, BaseGeometry]) -> BaseGeometry:
+def unnamed_floor(built: PlanBodies, parts: dict[str, BaseGeometry]) -> BaseGeometry:
     """Return the floor of the house without the parts that have names of their own, metres."""
     slab = shapely.union_all([built.space, *built.walls])
     return shapely.difference(slab, shapely.union_all(list(parts.values())))

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
-from houseexpo.exports.named_parts import entrance_doors, room_floors, thresholds
+from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
@@ -57,7 +57,7 @@ def sdf(
     _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))))
     for name, shape in doors.items():
         _model(world, name, _plates(name, _WALL, shape, built.door_height))
-    for name, shape in {**room_floors(built), **thresholds(built)}.items():
+    for name, shape in {**room_floors(built), **doorway_floors(built)}.items():
         _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), kinds=("visual",))
     if built.furniture:
         _model(world, "furniture", _furniture(built))

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from houseexpo.inference.division import Doorway, divide_into_rooms
 from houseexpo.inference.necks import find_necks
-from houseexpo.inference.tiling import snap_polygon
+from houseexpo.inference.snapping import snap_polygon
 from houseexpo.plan import Box, Door, Room
 from houseexpo.plan.model import PlanData
 from houseexpo.plan.room_labels import UNLABELLED, canonical

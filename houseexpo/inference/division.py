@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.inference.necks import Floats, Neck
-from houseexpo.inference.tiling import faces_between
+from houseexpo.inference.snapping import enclosed_faces
 from houseexpo.tolerances import (
     APART_M,
     BESIDE_M,
@@ -91,7 +91,7 @@ def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.o
     on = fronts[:, 1] - fronts[:, 0]
     on *= OVERLAP_M / np.hypot(*on.T)[:, None]
     lines = shapely.linestrings(fronts + np.stack([-on, on], axis=1))
-    faces = faces_between([space.boundary, *lines])
+    faces = enclosed_faces([space.boundary, *lines])
     shapely.prepare(space)
     inside = shapely.contains(space, shapely.point_on_surface(faces)) & (shapely.area(faces) > ROUNDED_M2)
     return np.asarray(faces[inside])

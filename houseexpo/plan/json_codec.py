@@ -1,4 +1,4 @@
-"""Read a plan from JSON, published or ``houseexpo/2``, and write it as JSON.
+"""Read a plan from JSON, published or ``houseexpo/2``, and write it as JSON; each class is one object of that JSON.
 
 Only this file knows the keys (docs/format.md).
 

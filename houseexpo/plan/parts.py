@@ -1,4 +1,4 @@
-"""Define the parts of a plan (room, door, furniture, frame, reach, quality) as frozen values, checked on construction.
+"""Define the parts of a plan as frozen values, checked on construction: rooms, doors, furniture, frame, quality, others.
 
 They are compared by value.
 """

@@ -76,7 +76,7 @@ OWN: Final = "CC-BY-4.0"
 """The licence of houses that the project generates, unless the manifest states another."""
 
 
-def licence_of(spdx: str, what: str) -> Licence:
+def find_licence(spdx: str, what: str) -> Licence:
     """Return the licence with an identifier in any letter case; raise DatasetError if it is not in the list."""
     by_lower = {name.lower(): licence for name, licence in LICENCES.items()}
     found = by_lower.get(spdx.lower())
@@ -192,9 +192,9 @@ def _manifest(file: Path) -> BuildManifest:
 def _licence(path: Path, manifest: BuildManifest) -> Licence:
     """Return the licence of the plans (R3)."""
     if manifest.licence:
-        return licence_of(manifest.licence, f"{path / 'manifest.json'}: licence")
+        return find_licence(manifest.licence, f"{path / 'manifest.json'}: licence")
     if manifest.is_made:
-        return licence_of(OWN, "release")
+        return find_licence(OWN, "release")
     others = [source for source in manifest.sources if not source.startswith(MADE)] or ["unknown"]
     named = ", ".join(map(repr, others[:3])) + (f" and {len(others) - 3} more" if len(others) > 3 else "")
     raise DatasetError(

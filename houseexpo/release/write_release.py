@@ -30,8 +30,14 @@ from houseexpo.release.check_releasable import Licence, ReleasableDataset, check
 from houseexpo.release.croissant import describe_in_croissant
 from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw_sheet_png, make_data_card
 from houseexpo.release.descriptions import ReleaseFacts
-from houseexpo.release.folder import CROISSANT, check_target, replace_when_done, write_archive, write_checksums
 from houseexpo.release.publisher_texts import PublisherTexts
+from houseexpo.release.release_folder import (
+    CROISSANT,
+    atomic_release_folder,
+    check_target,
+    write_archive,
+    write_checksums,
+)
 from houseexpo.release.splits import Splits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, Row, Table, TableWriter
 
@@ -75,7 +81,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     target = Path(out)
     check_target(target)
     check_not_in_inputs(target, [Path(dataset)])
-    with check_releasable(files_at(dataset, "release")) as found, replace_when_done(target) as folder:
+    with check_releasable(files_at(dataset, "release")) as found, atomic_release_folder(target) as folder:
         parts = release_splits(found.plans, workers)
         tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)
         rows = _write_tables(folder, tables, found, parts, workers)

@@ -17,7 +17,7 @@ from shapely import Polygon
 
 from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import snap_polygon, snap_ring
+from houseexpo.inference.snapping import snap_polygon, snap_ring
 from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
 from houseexpo.tolerances import ROBOT_M
 from pipeline.furnish.room import CM, Furnishing, Standing, in_cm, is_plain

@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.tiling import Points, faces_between, snap_polygon
+from houseexpo.inference.snapping import Points, enclosed_faces, snap_polygon
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
@@ -117,7 +117,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
 def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
     """Return rooms and doors on the grid, with shared vertices."""
     shapes = [*doors, *rooms]
-    faces = faces_between(shapely.boundary(shapes))
+    faces = enclosed_faces(shapely.boundary(shapes))
     inside = shapely.point_on_surface(faces)
     tree = shapely.STRtree(shapes)
     face, shape = tree.query(inside, predicate="within")

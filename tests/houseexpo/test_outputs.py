@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 import houseexpo
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
-from houseexpo.outputs import Output
+from houseexpo.outputs import CommandOutput
 from tests.builders.batch import one_room, run_build
 
 
@@ -48,7 +48,7 @@ def test_nothing_is_written_into_the_data_set_that_is_read(homes: Path, place: s
 def test_the_plan_that_is_read_is_not_written_over(homes: Path) -> None:
     file = homes.parent / "plan.svg"
     file.write_bytes((homes / "json" / "a.json").read_bytes())
-    with pytest.raises(ConfigError, match="which is read"), Output(file, [file], replace=True):
+    with pytest.raises(ConfigError, match="which is read"), CommandOutput(file, [file], replace=True):
         pass
 
 
@@ -116,9 +116,9 @@ def test_without_notes_a_file_is_asked_for(tmp_path: Path, monkeypatch: pytest.M
     (tmp_path / "cache").write_text("no folder")
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     for _ in range(2):  # equal bytes are left as they are
-        with Output(tmp_path / "out", folder=True) as output:
+        with CommandOutput(tmp_path / "out", folder=True) as output:
             output.write(tmp_path / "out" / "a.txt", b"a")
-    with pytest.raises(ConfigError, match="--replace"), Output(tmp_path / "out", folder=True) as output:
+    with pytest.raises(ConfigError, match="--replace"), CommandOutput(tmp_path / "out", folder=True) as output:
         output.write(tmp_path / "out" / "a.txt", b"b")
 
 

@@ -45,7 +45,7 @@ def check_target(target: Path) -> None:
 
 
 @contextmanager
-def replace_when_done(target: Path) -> Iterator[Path]:
+def atomic_release_folder(target: Path) -> Iterator[Path]:
     """Yield a folder beside the target; at the end it replaces the target, or is removed after an error (R2)."""
     target = target.absolute()
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Build a data set from Python, like ``houseexpo build`` on the command line."""
+"""Build a data set from Python, as ``houseexpo build`` does on the command line."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Final, Literal
 
-from houseexpo.dataset.opening import Dataset, open_dataset
+from houseexpo.dataset.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 
 GROUP: Final = "houseexpo.builders"

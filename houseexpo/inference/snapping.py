@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Points = npt.NDArray[np.float64]
 
 
-def faces_between(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
+def enclosed_faces(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
     """Return all faces (n,) that lines (metres) enclose on the grid, including holes; loose ends are left out."""
     import shapely
 
