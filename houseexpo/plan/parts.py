@@ -1,4 +1,4 @@
-"""Define the parts of a plan as frozen values, checked on construction: rooms, doors, furniture, frame, quality, others.
+"""Define the parts of a plan as frozen values, checked on construction: room, door, furniture, frame, quality, others.
 
 They are compared by value.
 """
