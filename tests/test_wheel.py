@@ -90,7 +90,10 @@ def test_an_index_page_can_show_what_the_wheel_says_of_itself(wheel: Path) -> No
 @pytest.mark.slow
 def test_away_from_a_clone_an_extra_comes_from_the_index(installed: Path, tmp_path: Path) -> None:
     said = call(
-        installed / "python", "-c", "from houseexpo.errors import installing; print(installing('serve'))", cwd=tmp_path
+        installed / "python",
+        "-c",
+        "from houseexpo.errors import install_command; print(install_command('serve'))",
+        cwd=tmp_path,
     )
     assert said.strip() == "pip install 'houseexpo[serve]'"
 

@@ -149,9 +149,9 @@ FRAME = Frame(((1.0, 0.0, 10.0), (0.0, 1.0, -2.0)), "z", 0.0, 0)
 CLERK = """
 import sys
 from pathlib import Path
-from houseexpo.service.review.decisions import Decisions
+from houseexpo.service.review.decisions import DecisionStore
 file, reviewer, count = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
-decisions = Decisions(file)
+decisions = DecisionStore(file)
 for i in range(count):
     line = decisions.decide(f"{reviewer}_{i}", "no_room", reviewer, [float(i), 1.0])
     print(line.plan, flush=True)

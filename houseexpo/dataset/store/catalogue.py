@@ -115,7 +115,7 @@ class Catalogue:
 
 
 def open_catalogue(path: Path) -> Catalogue:
-    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_cached_copy``).
+    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_copy``).
 
     Raises
     ------

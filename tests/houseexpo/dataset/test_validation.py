@@ -36,7 +36,7 @@ def whole(two_rooms):
 
 
 def test_the_shipped_schema_is_current():
-    assert SHIPPED.read_bytes() == schema_bytes(), "run python -m houseexpo.schema"
+    assert SHIPPED.read_bytes() == schema_bytes(), "run python -m houseexpo.plan.schema"
 
 
 def test_the_schema_is_one_and_takes_what_we_write(whole):
