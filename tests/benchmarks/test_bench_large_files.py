@@ -1,7 +1,7 @@
 """Where the time of a house goes, and what large files cost, in processor time.
 
-Large files: a house of many faces, a city, an office, 10,000 ProcTHOR houses in one file, a flat of 5 x 10^7
-points, and a campus of as many.
+Large files: a house of many faces, a city, an office, 10,000 ProcTHOR houses in one file, a USD scene of 1 GB, a flat
+of 5 x 10^7 points, and a campus of as many.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from rich.console import Console
 from rich.table import Table
 
@@ -126,9 +128,13 @@ The peak is this program's alone: Linux's ``getrusage`` counts that of the progr
 """
 
 
-def cost(path: Path) -> tuple[int, float, float, str]:
-    """How many levels a source has, and what it takes to read them: seconds, GB, words."""
-    done = subprocess.run([sys.executable, "-c", READ, str(path)], check=True, capture_output=True, text=True)
+def cost(path: Path, within: Sequence[str] = ()) -> tuple[int, float, float, str]:
+    """How many levels a source has, and what it takes to read them: seconds, GB, words.
+
+    ``within`` are words of a command that limits the program.
+    """
+    command = [*within, sys.executable, "-c", READ, str(path)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
     count, seconds, megabytes, said = done.stdout.strip().split("|")
     return int(count), float(seconds), float(megabytes) / 1024, said
 
@@ -145,6 +151,81 @@ def test_a_file_of_ten_thousand_procthor_houses(tmp_path: Path) -> None:
     Console().print(f"{count:,} ProcTHOR houses: {each:.1f} ms a house, {said}{1024 * gigabytes:.0f} MB at most")
     assert count == PROCTHOR_HOUSES
     assert each <= HOUSE_MS
+
+
+USD_BYTES, USD_GIGABYTES = 10**9, 8.0
+THING_SIDE = 448
+"""Points along each side of a piece of furniture: 400,000 faces, 8 MB."""
+
+
+def test_a_usd_scene_of_a_gigabyte(tmp_path: Path) -> None:
+    pytest.importorskip("pxr")
+    path, things = dense_usd(tmp_path / "scene.usdc", USD_BYTES)
+    limit = ["prlimit", f"--as={int(USD_GIGABYTES * 2**30)}"]
+    count, seconds, gigabytes, said = cost(path, limit)
+    size = path.stat().st_size / 1e9
+    faces = (things + -(-things // 4)) * 2 * (THING_SIDE - 1) ** 2
+    Console().print(
+        f"USD, {size:.2f} GB, {things} pieces of furniture, {faces:,} faces: {count} level, {seconds:.0f} s, "
+        f"{gigabytes:.2f} GB at most {said}"
+    )
+    assert count == 1
+    assert gigabytes <= USD_GIGABYTES
+
+
+def dense_usd(path: Path, n_bytes: int) -> tuple[Path, int]:
+    """Write a house of USD with furniture of many faces, no two alike, and every fourth once more as an instance.
+
+    Returns
+    -------
+    The path, and how many pieces of furniture have points of their own.
+    """
+    from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/House").GetPrim())
+    for k, (x1, y1, x2, y2) in enumerate(
+        [(0, 0, 40, 0.2), (0, 39.8, 40, 40), (0, 0.2, 0.2, 39.8), (39.8, 0.2, 40, 39.8), (20, 0.2, 20.2, 38.0)]
+    ):
+        _usd_box(stage, f"/House/wall_{k}", (x1, y1, 0.0), (x2, y2, 2.5))
+    _usd_box(stage, "/House/floor_0", (0.0, 0.0, -0.05), (40.0, 40.0, 0.0))
+    n = THING_SIDE
+    u, v = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij"))
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = np.concatenate([np.column_stack([a, a + n, a + 1]), np.column_stack([a + 1, a + n, a + n + 1])])
+    rng, things = np.random.default_rng(0), 0
+    while things == 0 or things * (n * n * 32 + len(faces)) < n_bytes:
+        mesh = UsdGeom.Mesh.Define(stage, f"/House/Things/sofa_{things}/body")
+        points = np.column_stack([u, v, 0.4 + 0.3 * np.sin(7 * u + things)]) + rng.normal(0.0, 0.002, (n * n, 3))
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
+        mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(rng.normal(size=(n * n, 3)).astype(np.float32)))
+        coordinates = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex")
+        coordinates.Set(Vt.Vec2fArray.FromNumpy(rng.random((n * n, 2)).astype(np.float32)))
+        mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, np.int32)))
+        mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.ravel().astype(np.int32)))
+        one = UsdGeom.Xform(stage.DefinePrim(f"/House/Things/sofa_{things}", "Xform"))
+        place = Gf.Vec3d(1.0 + 1.5 * (things % 12), 1.0 + 2.5 * (things // 12), 0.0)
+        one.AddTranslateOp().Set(place)
+        if things % 4 == 0:
+            again = UsdGeom.Xform.Define(stage, f"/House/Again/chair_{things}")
+            again.GetPrim().GetReferences().AddInternalReference(mesh.GetPath().GetParentPath())
+            again.GetPrim().SetInstanceable(True)
+            again.GetOrderedXformOps()[0].Set(place + Gf.Vec3d(19.5, 0.0, 0.0))
+        things += 1
+    stage.GetRootLayer().Save()
+    return path, things
+
+
+def _usd_box(stage: Any, name: str, low: tuple[float, ...], high: tuple[float, ...]) -> None:
+    from pxr import Gf, UsdGeom
+
+    cube = UsdGeom.Cube.Define(stage, name)
+    cube.CreateSizeAttr(1.0)
+    middle, size = (np.array(low) + high) / 2, np.array(high) - low
+    cube.AddTranslateOp().Set(Gf.Vec3d(*middle.tolist()))
+    cube.AddScaleOp().Set(Gf.Vec3f(*size.tolist()))
 
 
 def test_a_flat_of_fifty_million_points(tmp_path: Path) -> None:

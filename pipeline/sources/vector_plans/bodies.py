@@ -40,6 +40,10 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawn import Storey, deepen_to_wall, hole_at
 from pipeline.values import SourceObject, SourceRoom
 
+MANY_FACES: Final = 20_000
+"""A piece of furniture with more is read by ``dense_body``: to unite their triangles takes minutes."""
+CELL_M: Final = 0.02
+MOST_CELLS: Final = 100_000_000
 LARGEST_MESH: Final = 1 << 27
 _MESHES: Final = frozenset({".obj", ".stl"})
 _KINDS: Final = (
@@ -97,6 +101,35 @@ def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDA
     shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
     used = points[np.unique(faces), 2]
     return Body(names, shape, float(used.min()), float(used.max()))
+
+
+def dense_body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Body | None:
+    """Return a piece of furniture of many faces, as ``body`` does, but with an edge in steps of ``CELL_M``.
+
+    Faces that are smaller than a cell fill the cells of their corners; the area of the others is united as it is.
+    """
+    a, b, c = (points[faces[:, k], :2] for k in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    is_large = (high - low).max(axis=1) > CELL_M
+    large = body(names, points, faces[is_large]) if is_large.any() else None
+    small = np.concatenate([a[~is_large], b[~is_large], c[~is_large]])
+    origin = np.floor(small.min(axis=0, initial=0.0) / CELL_M)
+    columns, rows = (np.floor(small / CELL_M) - origin).astype(np.int64).T
+    if len(small) and columns.max() * rows.max() > MOST_CELLS:
+        return body(names, points, faces)
+    cells = np.zeros((columns.max(initial=0) + 1, rows.max(initial=0) + 1), np.bool_)
+    cells[columns, rows] = True
+    steps = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    (column, start), (_, end) = np.nonzero(steps == 1), np.nonzero(steps == -1)
+    x, y, top = (column + origin[0]) * CELL_M, (start + origin[1]) * CELL_M, (end + origin[1]) * CELL_M
+    strips = shapely.box(x, y, x + CELL_M, top)
+    whole = shapely.union_all([*strips, *([large.shape] if large is not None else [])], grid_size=SAME_M)
+    parts = polygons_of(shapely.make_valid(whole))
+    if not parts:
+        return None
+    heights = points[faces, 2]
+    shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
+    return Body(names, shape, float(heights.min()), float(heights.max()))
 
 
 def mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:

@@ -20,13 +20,23 @@ import numpy as np
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.files import real_path
+from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOut, report
 from pipeline.sources.meshes.scene import triangulate_polygons
-from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, kind_of_body, storeys_of
+from pipeline.sources.vector_plans.bodies import (
+    MANY_FACES,
+    Body,
+    body,
+    box_mesh,
+    dense_body,
+    kind_of_body,
+    storeys_of,
+)
 from pipeline.sources.vector_plans.drawn import Drawing
 
-MOST_FACES = 20_000_000
+MOST_FACES = 200_000_000
+"""Instances counted as often as they stand. They are read one mesh at a time; a file of 1 GB may have 60 million."""
 MOST_PRIMS = 1_000_000
 MOST_LAYERS = 20_000
 _LAYERS = (".usd", ".usda", ".usdc")
@@ -130,7 +140,8 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) 
         label, words = _label(prim)
         if kind_of_body((label, *names) if label else names) == "skipped":
             continue
-        made = body(names, placed, faces)
+        is_furniture = kind_of_body((label, *names) if label else names) == "furniture" and not canonical(label)
+        made = (dense_body if is_furniture and len(faces) > MANY_FACES else body)(names, placed, faces)
         if made is not None:
             yield Body(names, made.shape, made.low_m, made.high_m, label, words)
 

@@ -14,6 +14,7 @@ import shapely
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.bodies import dense_body
 from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
@@ -131,6 +132,23 @@ def test_usd_by_semantic_labels_units_and_axis(tmp_path, y_up):
     assert {room.label for room in plan.rooms} == {"Kitchen", "Bedroom"}
     assert [door.kind for door in plan.doors] == ["door"]
     assert plan.area == pytest.approx(2 * 3.95 * 4 + 0.09, abs=0.1)
+
+
+def test_furniture_of_many_faces_is_as_large_as_with_few() -> None:
+    """An L of 3 m with faces of 5 mm, turned, and a plate of two faces on it."""
+    steps = np.linspace(0.0, 3.0, 601)
+    u, v = (each.ravel() for each in np.meshgrid(steps, steps, indexing="ij"))
+    a = (np.arange(600)[:, None] * 601 + np.arange(600)).ravel()
+    faces = np.concatenate([np.column_stack([a, a + 601, a + 602]), np.column_stack([a, a + 602, a + 1])])
+    faces = faces[((u[faces] <= 1.0) | (v[faces] <= 1.0)).all(axis=1)]
+    points = np.column_stack([0.8 * u - 0.6 * v, 0.6 * u + 0.8 * v, np.where(u > 2, 0.4, 0.8)])
+    plate = np.array([(0, 0, 1.0), (-2, 0, 1.0), (-2, -1, 1.0), (0, -1, 1.0)])
+    both = np.concatenate([points, plate])
+    found = dense_body(("sofa",), both, np.concatenate([faces, len(points) + np.array([(0, 1, 2), (0, 2, 3)])]))
+    assert found is not None
+    assert found.shape.area == pytest.approx(5.0 + 2.0, rel=0.03)
+    assert (found.low_m, found.high_m) == (0.4, 1.0)
+    assert shapely.hausdorff_distance(found.shape, shapely.union_all([found.shape, shapely.box(-2, -1, 0, 0)])) < 0.03
 
 
 def test_usd_through_references_payloads_and_instances(tmp_path):
