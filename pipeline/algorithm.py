@@ -109,7 +109,7 @@ def _of_building(
     )
     provenance = _provenance(level, whole.planes, spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
-    quality = score_quality(grounds)
+    quality = score_quality(grounds, marked=level.sills)
     yield StageResult("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
 
 

@@ -11,7 +11,7 @@ from shapely import Polygon, box
 from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
-from pipeline.quality import GROUNDS
+from pipeline.quality import GROUNDS, score_quality
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
 
@@ -175,3 +175,9 @@ def test_a_plan_of_a_closet_is_small() -> None:
     closet = Spaces(WALLS, (box(0, 0, 3, 2.5),), (passage("entrance", 0, OUTSIDE),))
     found = grounds(replace(LEVEL, rooms=(SourceRoom((), (), closet.rooms[0]),), floor=closet.rooms[0]), spaces=closet)
     assert found["small"] == 0.5
+
+
+def test_a_house_whose_source_marks_each_door_is_a_storey_for_certain() -> None:
+    found = measure_quality_grounds(replace(LEVEL, sills=True), EVIDENCE, LAYOUT, SPACES)
+    assert not {"tall", "rail_share", "small"} & set(found)
+    assert score_quality(found, marked=True).score == score_quality({}, marked=True).score > score_quality({}).score
