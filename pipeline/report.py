@@ -24,7 +24,7 @@ from houseexpo.words import count_noun
 from pipeline.batch.assemble import DataSet, settle
 from pipeline.batch.entry import Entry, Refused
 from pipeline.sources import is_path
-from pipeline.sources.recognise import how_to_export
+from pipeline.sources.reader_choice import how_to_export
 
 _LISTED: Final = 12
 """So many plans are listed one by one; of more the first ``_FIRST`` are."""

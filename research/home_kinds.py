@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.homes.kinds import STRATA
+from pipeline.sources.homes.wishes import STRATA
 
 SEED, ROUNDS = 17, 100
 HOUSE_KINDS, DOOR_KINDS = 40, 32

@@ -21,7 +21,7 @@ from scipy.stats import rankdata
 
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
-from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, stratum_of
+from pipeline.sources.homes.wishes import COUNTED, NUMBERS, STRATA, TABLE, stratum_index
 from research.home_kinds import door_kinds, house_kinds
 from research.home_measures import Seen, measure_plan
 
@@ -74,7 +74,7 @@ def numbers_of(house: Seen) -> list[float]:
 def table_of(houses: list[Seen]) -> dict[str, object]:
     """Return the table's plain values."""
     houses = [house for house in houses if house.numbers["rooms_found"][0] <= MOST_SPACES]
-    strata = np.array([stratum_of(int(house.numbers["rooms_found"][0])) for house in houses])
+    strata = np.array([stratum_index(int(house.numbers["rooms_found"][0])) for house in houses])
     rows = np.array([numbers_of(house) for house in houses])
     counts = Counter(
         tuple(int(house.numbers[name][0]) for name in ("rooms_found", "rooms", "label_boxes", "unlabelled"))

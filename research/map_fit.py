@@ -1,4 +1,4 @@
-"""Fit the curves of ``pipeline.sources.occupancy_map.odds`` anew, and print its table, to be put there by hand.
+"""Fit the curves of ``pipeline.sources.occupancy_map.separation_odds``, and print its table, to be put there by hand.
 
 ::
 
@@ -21,8 +21,8 @@ import numpy.typing as npt
 from rich.console import Console
 from scipy.optimize import minimize
 
-from pipeline.sources.occupancy_map import odds, rooms
-from pipeline.sources.occupancy_map.narrows import Basins, Narrows, find_basins
+from pipeline.sources.occupancy_map import rooms, separation_odds
+from pipeline.sources.occupancy_map.narrow_places import Basins, NarrowPlaces, find_basins
 from tests.builders.matching import RoomScores, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
 
@@ -44,7 +44,7 @@ def examples(made: TrueMap) -> tuple[Floats, npt.NDArray[np.bool_]]:
 
     Features are taken as they are at the start, and as they are where all that is one true room has been joined.
     """
-    basins = find_basins(rooms.without_clutter(made.free, CELL_M), CELL_M)
+    basins = find_basins(rooms.fill_clutter(made.free, CELL_M), CELL_M)
     count = len(basins.peak_m)
     shared = np.zeros((count, int(made.rooms.max()) + 1))
     np.add.at(shared, (basins.label.ravel(), made.rooms.ravel()), 1)
@@ -68,11 +68,11 @@ def _joined_by(basins: Basins, room: npt.NDArray[np.int64]) -> tuple[Floats, Flo
     return peak[room], area[room]
 
 
-def design(narrows: Narrows, peaks: Floats, areas: Floats) -> Floats:
+def design(narrows: NarrowPlaces, peaks: Floats, areas: Floats) -> Floats:
     """Return for each narrow place and knot the weight of the knot (hat functions), after a column of ones."""
-    found = odds.features(narrows, peaks, areas)
+    found = separation_odds.narrow_place_features(narrows, peaks, areas)
     columns = [np.ones(len(peaks))]
-    for name, knots in odds.KNOTS.items():
+    for name, knots in separation_odds.KNOTS.items():
         columns += [np.interp(found[name], knots, one) for one in np.eye(len(knots))]
     return np.stack(columns, axis=1)
 
@@ -81,7 +81,7 @@ def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
     """Return weights by ridge logistic regression; neighbouring knots of a curve are drawn together."""
     pull = np.zeros((rows.shape[1],) * 2)
     at = 1
-    for knots in odds.KNOTS.values():
+    for knots in separation_odds.KNOTS.values():
         steps = np.diff(np.eye(len(knots)), axis=0)
         pull[at : at + len(knots), at : at + len(knots)] = steps.T @ steps + 0.05 * np.eye(len(knots))
         at += len(knots)
@@ -98,19 +98,19 @@ def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
 
 def curves_of(weights: Floats) -> dict[str, tuple[float, ...]]:
     """Return the weights of the knots of each curve, which follow the bias."""
-    ends = np.cumsum([1, *map(len, odds.KNOTS.values())])
-    pairs = zip(odds.KNOTS, np.split(weights, ends)[1:], strict=False)
+    ends = np.cumsum([1, *map(len, separation_odds.KNOTS.values())])
+    pairs = zip(separation_odds.KNOTS, np.split(weights, ends)[1:], strict=False)
     return {name: tuple(part.tolist()) for name, part in pairs}
 
 
 def using(weights: Floats) -> mock._patch_dict:
     """Have the weights used instead of the module's."""
-    return mock.patch.dict(vars(odds), BIAS=float(weights[0]), CURVES=curves_of(weights))
+    return mock.patch.dict(vars(separation_odds), BIAS=float(weights[0]), CURVES=curves_of(weights))
 
 
 def scores(made: TrueMap) -> RoomScores:
     """Return how good the rooms of a map are."""
-    return room_scores(rooms.segment(made.free, CELL_M).label_of_cells(made.free.shape), made.rooms)
+    return room_scores(rooms.segment_rooms(made.free, CELL_M).label_of_cells(made.free.shape), made.rooms)
 
 
 def main() -> None:

@@ -74,7 +74,7 @@ def _look(file: Path) -> tuple[int, int]:
 def _contents(names: Sequence[str], item: Input, began_ns: int) -> list[Content]:
     """Return files as they look now; of a file that holds many houses, what it holds of this one."""
     folder, own = folder_of(item), Path(item.path)
-    part = getattr(reader(item.reader), "content", None) if item.key else None
+    part = getattr(reader(item.reader), "read_house_bytes", None) if item.key else None
     found = []
     for name in names:
         file = folder / from_text(name)

@@ -27,7 +27,7 @@ from pipeline.png import top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
-from pipeline.sources.files import record_files, with_losses
+from pipeline.sources.files import add_losses, record_opened_files
 from pipeline.timing import collect_times, time_stages
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
@@ -106,7 +106,7 @@ def work(settings: Settings, job: Job) -> Entry:
         return job.refusal(not_yet(error.strerror or str(error)), transient=True)
     if job.known is not None and (files := contents_if_unchanged(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with record_files(*folders_of(job.item)) as names, collect_times() as seconds, ignore_division_warnings():
+    with record_opened_files(*folders_of(job.item)) as names, collect_times() as seconds, ignore_division_warnings():
         try:
             outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house
@@ -171,7 +171,7 @@ def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
-        return [Refused.of(level.id, with_losses(rejection, level.provenance).with_picture(top_view(level.walls)))]
+        return [Refused.of(level.id, add_losses(rejection, level.provenance).with_picture(top_view(level.walls)))]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         return [Refused.of(level.id, _as_rejection(error, job.item))]
 

@@ -19,8 +19,8 @@ from pipeline.batch.mirror import Mirror, mirror_of
 from pipeline.batch.store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
-from pipeline.sources.files import files_in
-from pipeline.sources.recognise import parse_made
+from pipeline.sources.files import walk_source_files
+from pipeline.sources.reader_choice import parse_made_houses
 from pipeline.values import Input
 
 
@@ -97,7 +97,7 @@ class Listing:
             if is_path(source) and place.is_dir():
                 houses = {Path(item.path) for item in self._inputs(source)}
                 if place not in houses:
-                    files = (file for file in files_in(place) if file not in houses)
+                    files = (file for file in walk_source_files(place) if file not in houses)
                     counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
         return counts
 
@@ -166,7 +166,7 @@ def full_name(source: str) -> str:
     """Return a source's own name on this machine; of made houses it states the style."""
     if is_url(source):
         return source.rstrip("/")
-    made = parse_made(source)
+    made = parse_made_houses(source)
     if made is not None:
         return made.name
     return printable(str(real_path(source))) if is_path(source) else source

@@ -14,9 +14,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import is_device
 from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
-from pipeline.sources.files import files_in
-from pipeline.sources.recognise import how_to_export, is_claimed, parse_made, recognise
-from pipeline.sources.storeys.scale import check_sizes
+from pipeline.sources.files import walk_source_files
+from pipeline.sources.reader_choice import belongs_to_another_file, how_to_export, parse_made_houses, reader_for_file
+from pipeline.sources.storeys.scale import check_size_options
 from pipeline.values import Input, Reader
 
 _OPTIONS = {
@@ -24,7 +24,7 @@ _OPTIONS = {
     "ifc": (),
     "suncg": ("furniture",),
     "generated": ("seed",),
-    "recognise": ("model_path", "up", "units", "resolution"),
+    "reader_choice": ("model_path", "up", "units", "resolution"),
 }
 """The readers, and which of a build's options each of them takes."""
 
@@ -49,7 +49,7 @@ def find(source: str, **options: str) -> Iterator[Input]:
     ConfigError
         Where an option is impossible, or the source does not exist.
     """
-    check_sizes(**options)
+    check_size_options(**options)
     if is_path(source) and not Path(source).exists():
         raise ConfigError(f"source {source!r} does not exist; check the path")
     if is_path(source) and is_device(Path(source)):
@@ -61,7 +61,7 @@ def find(source: str, **options: str) -> Iterator[Input]:
         chosen = {key: value for key, value in options.items() if key in _OPTIONS[name]}
         try:
             for item in reader(name).find(source, **chosen):
-                if name == "mesh_file" and is_claimed(Path(item.path), Path(source)):
+                if name == "mesh_file" and belongs_to_another_file(Path(item.path), Path(source)):
                     continue
                 found = True
                 yield item
@@ -84,7 +84,7 @@ def is_path(source: str) -> bool:
 
 def made_count(source: str) -> int | None:
     """Return how many houses ``procedural:COUNT`` stands for; None for any other source."""
-    made = parse_made(source)
+    made = parse_made_houses(source)
     return None if made is None else made.count
 
 
@@ -95,7 +95,7 @@ def reader(name: str) -> Reader:
 
 def _files_at(source: str) -> Iterator[Path]:
     path = Path(source)
-    return files_in(path) if path.is_dir() else iter((path,))
+    return walk_source_files(path) if path.is_dir() else iter((path,))
 
 
 def _readers(source: str) -> tuple[str, ...]:
@@ -105,7 +105,7 @@ def _readers(source: str) -> tuple[str, ...]:
     if all((path / part).is_dir() for part in ("house", "room")):
         return ("suncg",)
     if path.is_dir():
-        return ("recognise", "ifc", "mesh_file")
+        return ("reader_choice", "ifc", "mesh_file")
     if path.suffix.lower() == ".ifc":
         return ("ifc",)
-    return ("recognise",) if path.is_file() and (recognise(path) or is_map_file(path)) else ("mesh_file",)
+    return ("reader_choice",) if path.is_file() and (reader_for_file(path) or is_map_file(path)) else ("mesh_file",)

@@ -80,7 +80,7 @@ class Hole:
         return self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
 
 
-def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
+def wall_mesh(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
     """Return the walls with their holes as triangles."""
     courses: dict[tuple[float, float], list[Polygon]] = {}
     for wall in walls:
@@ -91,19 +91,19 @@ def standing(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
         whole = shapely.union_all(shapes, grid_size=SAME_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
         open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
-        parts.append(prism(shapely.difference(whole, open_), bottom, top))
+        parts.append(extrude_polygon(shapely.difference(whole, open_), bottom, top))
         for hole in across:  # R2
             shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
-            parts += [prism(shape, bottom, hole.bottom_m), prism(shape, hole.top_m, top)]
+            parts += [extrude_polygon(shape, bottom, hole.bottom_m), extrude_polygon(shape, hole.top_m, top)]
     return merge_meshes(parts)
 
 
-def openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
+def passage_openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
     """Return the passages among the holes, as the stages want them."""
     return tuple(SourceOpening(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
 
 
-def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
+def extrude_polygon(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     """Return a body that stands on a plan shape, or nothing if it has no height."""
     polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SPECK_M2]
     if top_m - bottom_m < SAME_M or not polygons:
@@ -111,13 +111,13 @@ def prism(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     return merge_meshes([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
 
 
-def floor_of(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
+def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
     """Return the area that rooms cover together, or None without rooms."""
     area = shapely.union_all(list(shapes), grid_size=SAME_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 
 
-def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
+def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
     """R4: return the rooms but those whose edge is open for more than OPEN_EDGE of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), EDGE_REACH_M)
@@ -132,7 +132,7 @@ def indoors(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceR
     return tuple(kept)
 
 
-def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
+def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
     """R6: return the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
@@ -149,7 +149,9 @@ def beside(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[H
     return found
 
 
-def between(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> tuple[list[Wall], list[Hole]]:
+def walls_between_rooms(
+    rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]
+) -> tuple[list[Wall], list[Hole]]:
     """R5: return what is left between the rooms and the walls, and the holes, those of passages going on through it.
 
     The passages that the slits themselves are stand behind the holes, without doors.
@@ -182,7 +184,7 @@ def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
 
 
-def storey_heights(heights: Iterable[float]) -> list[float]:
+def group_storey_heights(heights: Iterable[float]) -> list[float]:
     """Return the heights of storeys, lowest first: floors closer than STOREYS_APART_M are one, at their median."""
     groups: list[list[float]] = []
     for height in sorted(heights):
@@ -193,7 +195,7 @@ def storey_heights(heights: Iterable[float]) -> list[float]:
     return [float(np.median(group)) for group in groups]
 
 
-def clean(ring: Iterable[Sequence[float]]) -> Polygon | None:
+def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
     """Return the polygon of a ring (n, 2), its largest part where it crosses itself, or None if it has no area."""
     points = np.asarray([tuple(point) for point in ring], np.float64)
     if len(points) < 3 or not np.isfinite(points).all():
@@ -244,7 +246,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
 
 
-def deepen_opening(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
+def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     """R4, or None if the hole is in no wall."""
     step = DEEPEST_WALL_M * np.array(hole.across)
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
@@ -256,7 +258,7 @@ def deepen_opening(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else None
 
 
-def one_each(holes: Sequence[Hole]) -> list[Hole]:
+def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
     """R4: holes that lie beside each other, along most of their length, as one; a hole is wider than deep."""
     groups: list[list[Hole]] = []
     for hole in holes:

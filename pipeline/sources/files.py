@@ -2,7 +2,7 @@
 
 Python reports every file that is opened (its audit event ``open``), so that no reader keeps a list, and a file that a
 library opens by itself is noticed too. Where a C++ library reads a file, or a reader only asks whether a file exists,
-the reader calls ``report``.
+the reader calls ``record_file``.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ def slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", plain.lower()).strip("_") or "house"
 
 
-def single_input(path: str, reader: str, options: Mapping[str, str]) -> Input:
+def input_from_file(path: str, reader: str, options: Mapping[str, str]) -> Input:
     """Return the one input of a file; option ``file`` is its name in the source, else its folder's name goes before."""
     file = Path(path)
     name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
-    return Input(base_id(name), reader, str(file), options=tuple(sorted({**options, "file": name}.items())))
+    return Input(id_from_file_name(name), reader, str(file), options=tuple(sorted({**options, "file": name}.items())))
 
 
 def level_id(base: str, level: int, n_levels: int) -> str:
@@ -55,7 +55,7 @@ def level_id(base: str, level: int, n_levels: int) -> str:
     return base if n_levels == 1 else f"{base}_L{level}"
 
 
-def files_in(folder: Path) -> Iterator[Path]:
+def walk_source_files(folder: Path) -> Iterator[Path]:
     """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses.
 
     A folder that is a data set itself has none.
@@ -67,7 +67,7 @@ def files_in(folder: Path) -> Iterator[Path]:
         yield from (file for name in names if (file := Path(place, name)).is_file())
 
 
-def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
+def list_files_by_suffix(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
     """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
 
     The name is relative to the SOURCE given; a single file carries its folder's name. Bytes of it that are no UTF-8
@@ -81,16 +81,16 @@ def list_files(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]
     known = frozenset(suffixes)
     source = Path(path)
     if source.is_dir():
-        files = (file for file in files_in(source) if file.suffix.lower() in known)
-        named = ((file, as_text(file.relative_to(source).as_posix())) for file in files)
+        files = (file for file in walk_source_files(source) if file.suffix.lower() in known)
+        named = ((file, displayable_name(file.relative_to(source).as_posix())) for file in files)
         yield from sorted(named, key=lambda pair: (pair[1], pair[0]))
     elif source.suffix.lower() in known:
-        yield source, as_text(f"{source.absolute().parent.name}/{source.name}").lstrip("/")
+        yield source, displayable_name(f"{source.absolute().parent.name}/{source.name}").lstrip("/")
     elif not source.exists():
         raise Rejection("source", Reason.MISSING_FILE, f"{source.name} does not exist", "check the path")
 
 
-def base_id(name: str) -> str:
+def id_from_file_name(name: str) -> str:
     """Slug of a relative file name without its suffix; a long one is cut, and eight digits of its hash put on."""
     whole = slug(Path(name).with_suffix("").as_posix())
     if len(whole) <= LONGEST_ID:
@@ -98,7 +98,7 @@ def base_id(name: str) -> str:
     return f"{whole[: LONGEST_ID - 9]}_{hashlib.sha256(whole.encode()).hexdigest()[:8]}"
 
 
-def as_text(name: str) -> str:
+def displayable_name(name: str) -> str:
     """Return a file name as text that can be written: bytes that are no UTF-8 stand as U+FFFD."""
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
@@ -131,7 +131,7 @@ _hooked: list[bool] = []
 
 
 @contextmanager
-def record_files(*folders: Path) -> Iterator[set[str]]:
+def record_opened_files(*folders: Path) -> Iterator[set[str]]:
     """Collect what is opened within the folders, found or not: named from the first of them, or in full."""
     if not _hooked:
         sys.addaudithook(_hear)
@@ -144,7 +144,7 @@ def record_files(*folders: Path) -> Iterator[set[str]]:
         _listening.pop()
 
 
-def report(path: str | os.PathLike[str]) -> None:
+def record_file(path: str | os.PathLike[str]) -> None:
     """Say that what is being read depends on this file, or on its absence."""
     for folders, names in _listening:
         full = os.path.abspath(path)  # noqa: PTH100
@@ -154,7 +154,7 @@ def report(path: str | os.PathLike[str]) -> None:
 
 def _hear(event: str, arguments: tuple[object, ...]) -> None:
     if event == "open" and _listening and isinstance(path := arguments[0], str | bytes | os.PathLike):
-        report(os.fsdecode(path))
+        record_file(os.fsdecode(path))
 
 
 # What a source holds and a plan does without: a fault costs the part that it is in, with a note, never the house.
@@ -168,7 +168,7 @@ _NAMED: Final = 5
 _LETTERS: Final = 300
 
 
-class LeftOut:
+class LeftOutParts:
     """Collects the parts of one house that could not be read, each with the reason."""
 
     def __init__(self) -> None:
@@ -207,7 +207,7 @@ class LeftOut:
         return {KEY: self.note} if self._why else {}
 
 
-def with_losses(rejection: Rejection, provenance: Mapping[str, Any]) -> Rejection:
+def add_losses(rejection: Rejection, provenance: Mapping[str, Any]) -> Rejection:
     """Return a rejection that also says what of the source was missing or damaged: that may be why."""
     lacks = [f"{words}: {str(provenance[key])[:_LETTERS]}" for key, words in _LACKS.items() if provenance.get(key)]
     if not lacks:
@@ -223,7 +223,7 @@ _FAULTS = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, Valu
 """What damaged, encrypted and unknown archives raise."""
 
 
-def members(path: Path) -> tuple[str, ...]:
+def archive_members(path: Path) -> tuple[str, ...]:
     """Return the names in an archive; raise Rejection if the file is not an archive or a name leads out of it."""
     check_file(path)
     try:

@@ -35,16 +35,16 @@ from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
-    deepen_opening,
-    floor_of,
-    one_each,
-    openings,
-    prism,
-    standing,
+    deepen_to_wall_faces,
+    extrude_polygon,
+    merge_parallel_holes,
+    passage_openings,
+    unite_rooms,
+    wall_mesh,
     walls_around,
 )
-from pipeline.sources.files import LeftOut, check_file, check_lengths, decode_document, level_id, single_input
-from pipeline.sources.recognise import LONGEST_JSON
+from pipeline.sources.files import LeftOutParts, check_file, check_lengths, decode_document, input_from_file, level_id
+from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import CLEAR_M, FRONT3D_WALL_M, SAME_M, SHEET_M, SLIVER_M2, STOREYS_APART_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
@@ -96,7 +96,7 @@ class _Scene(msgspec.Struct, frozen=True):
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class RoomSurface:
     """A mesh of a room, and what it is: WallInner, Floor, Door, ..."""
 
     kind: str
@@ -104,7 +104,7 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedFurniture:
     """A piece of furniture: a box of a size (X, Y, Z) on the point ``at``, turned about the upright axis."""
 
     words: str
@@ -114,12 +114,12 @@ class Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class Chamber:
+class SceneRoom:
     """A room with the surfaces and the furniture that belong to it."""
 
     name: str
-    surfaces: tuple[Surface, ...]
-    furniture: tuple[Placed, ...]
+    surfaces: tuple[RoomSurface, ...]
+    furniture: tuple[PlacedFurniture, ...]
 
 
 _DECODER = msgspec.json.Decoder(_Scene)
@@ -128,17 +128,17 @@ _PARTS: dict[type[Any], msgspec.json.Decoder[Any]] = {
 }
 
 
-def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...]:
+def parse_scene(data: bytes, name: str, left_out: LeftOutParts) -> tuple[SceneRoom, ...]:
     """Read the rooms of a scene; raise Rejection if it has none (EMPTY, UNREADABLE) or a floor is damaged.
 
     Surfaces that no room refers to come in a last room without a name.
     """
     scene = decode_document(_DECODER, data, name, _ADVICE)
-    surfaces: dict[str, Surface] = {}
+    surfaces: dict[str, RoomSurface] = {}
     for mesh in _parts(scene.mesh, _Mesh, f"{name}: mesh", left_out):
         with nullcontext() if mesh.type == FLOOR else left_out.part():
             if mesh.xyz:
-                surfaces[mesh.uid] = Surface(mesh.type, _triangles(mesh, name))
+                surfaces[mesh.uid] = RoomSurface(mesh.type, _triangles(mesh, name))
     listed = scene.furniture if isinstance(scene.furniture, list) else []
     models = {model.uid: model for model in _parts(map(msgspec.json.encode, listed), _Model, "furniture", left_out)}
     rooms, used = [], set()
@@ -151,12 +151,14 @@ def parse_scene(data: bytes, name: str, left_out: LeftOut) -> tuple[Chamber, ...
             with left_out.part():
                 thing = _place(models.get(child.ref), child, name)
                 things += [thing] if thing else []
-        rooms.append(Chamber(room.type, tuple(surfaces[ref] for ref in dict.fromkeys(refs)), tuple(things)))
+        rooms.append(SceneRoom(room.type, tuple(surfaces[ref] for ref in dict.fromkeys(refs)), tuple(things)))
     loose = tuple(surface for uid, surface in surfaces.items() if uid not in used)
-    return (*rooms, Chamber("", loose, ()))
+    return (*rooms, SceneRoom("", loose, ()))
 
 
-def _parts(found: Iterable[bytes | msgspec.Raw], kind: type[_Part], what: str, left_out: LeftOut) -> Iterator[_Part]:
+def _parts(
+    found: Iterable[bytes | msgspec.Raw], kind: type[_Part], what: str, left_out: LeftOutParts
+) -> Iterator[_Part]:
     """Yield the parts that can be read."""
     for number, part in enumerate(found):
         try:
@@ -181,7 +183,7 @@ def _faces(mesh: _Mesh, count: int, what: str) -> npt.NDArray[np.int64]:
     return np.array(mesh.faces, np.int64).reshape(-1, 3)
 
 
-def _place(model: _Model | None, child: _Child, name: str) -> Placed | None:
+def _place(model: _Model | None, child: _Child, name: str) -> PlacedFurniture | None:
     """Return a piece of furniture where its size is known; its place is the middle of its underside."""
     if model is None:
         return None
@@ -195,7 +197,7 @@ def _place(model: _Model | None, child: _Child, name: str) -> Placed | None:
     turn = math.atan2(2 * (w * y + x * z), 1 - 2 * (y * y + x * x))
     sizes = [abs(a * b) for a, b in zip(size, scale, strict=True)]
     words = model.category or model.title or ""
-    return Placed(words, (place[0], place[1], place[2]), (sizes[0], sizes[1], sizes[2]), turn)
+    return PlacedFurniture(words, (place[0], place[1], place[2]), (sizes[0], sizes[1], sizes[2]), turn)
 
 
 def _numbers(value: Any, count: int) -> list[float] | None:
@@ -218,7 +220,7 @@ NAMES = {
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one scene."""
-    yield single_input(path, "front3d", options)
+    yield input_from_file(path, "front3d", options)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -227,7 +229,7 @@ def read(item: Input) -> Iterator[Level]:
     name = dict(item.options).get("file", path.name)
     check_file(path)
     data = path.read_bytes() if path.stat().st_size < LONGEST_JSON else b""
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     rooms = parse_scene(data, path.name, left_out)
     floors = [found for room in rooms if (found := _floor(room)) is not None]
     if not floors:
@@ -246,12 +248,12 @@ def read(item: Input) -> Iterator[Level]:
 class _Floor:
     """A room's floor in plan, and its height."""
 
-    room: Chamber
+    room: SceneRoom
     shape: Polygon
     height_m: float
 
 
-def _floor(room: Chamber) -> _Floor | None:
+def _floor(room: SceneRoom) -> _Floor | None:
     """R1."""
     meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
     if not meshes:
@@ -283,32 +285,32 @@ def _levels(floors: Sequence[_Floor]) -> list[list[_Floor]]:
     return [sorted(level, key=lambda each: -each.shape.area) for level in levels]
 
 
-def _level(floors: list[_Floor], rooms: Sequence[Chamber], above: float, provenance: dict[str, str]) -> Level:
+def _level(floors: list[_Floor], rooms: Sequence[SceneRoom], above: float, provenance: dict[str, str]) -> Level:
     """Return a level, still without its own id and number; ``above`` is the height of the next one."""
     height = floors[0].height_m
     top = _top(rooms, height, above)
     walls = walls_around([floor.shape for floor in floors], top)
-    holes = [hole for each in _holes(rooms, height, top) if (hole := deepen_opening(each, walls)) is not None]
+    holes = [hole for each in _holes(rooms, height, top) if (hole := deepen_to_wall_faces(each, walls)) is not None]
     named = tuple(_room(floor) for floor in floors)
     things = [thing for floor in floors for thing in floor.room.furniture]
     return Level(
         id="",
-        walls=standing(walls, holes),
+        walls=wall_mesh(walls, holes),
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "y", height, 0),
-        floor=floor_of(floor.shape for floor in floors),
+        floor=unite_rooms(floor.shape for floor in floors),
         furniture=tuple(_object(thing, height) for thing in things),
         named_openings=True,
         only_walls=True,
         rooms=named,
         room_count=len(named),
-        openings=openings(holes),
+        openings=passage_openings(holes),
         n_objects=len(things),
         provenance=provenance,
     )
 
 
-def _top(rooms: Sequence[Chamber], height: float, above: float) -> float:
+def _top(rooms: Sequence[SceneRoom], height: float, above: float) -> float:
     """Return how high the walls stand: the median over the sheets that stand on this floor."""
     sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
     tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
@@ -316,7 +318,7 @@ def _top(rooms: Sequence[Chamber], height: float, above: float) -> float:
     return min(top, above - height)
 
 
-def _holes(rooms: Sequence[Chamber], height: float, top: float) -> list[Hole]:
+def _holes(rooms: Sequence[SceneRoom], height: float, top: float) -> list[Hole]:
     """R2."""
     found: list[Hole] = []
     for surface in (surface for room in rooms for surface in room.surfaces if surface.kind in {"Door", "Hole"}):
@@ -326,7 +328,7 @@ def _holes(rooms: Sequence[Chamber], height: float, top: float) -> list[Hole]:
             shape = shape.buffer(SHEET_M / 2, cap_style="flat")
         if isinstance(shape, Polygon) and low < top and high > 0:
             found.append(Hole(shape, low, high, surface.kind == "Door"))
-    return one_each(found)
+    return merge_parallel_holes(found)
 
 
 def _room(floor: _Floor) -> SourceRoom:
@@ -335,7 +337,7 @@ def _room(floor: _Floor) -> SourceRoom:
     return SourceRoom(words, NAMES.get(word) or labels_for(words), floor.shape)
 
 
-def _object(thing: Placed, height: float) -> SourceObject:
+def _object(thing: PlacedFurniture, height: float) -> SourceObject:
     """R4; a turn about the upright axis is the same turn in the plan, counter-clockwise."""
     across, deep = thing.size[0] / 2, thing.size[2] / 2
     cos, sin = np.cos(thing.turn_rad), np.sin(thing.turn_rad)
@@ -343,4 +345,4 @@ def _object(thing: Placed, height: float) -> SourceObject:
     corners = np.array([(-across, -deep), (across, -deep), (across, deep), (-across, deep)])
     shape = Polygon(at + corners @ np.array([[cos, sin], [-sin, cos]]))
     bottom = thing.at[1] - height
-    return SourceObject((thing.words,), prism(shape, bottom, bottom + thing.size[1]))
+    return SourceObject((thing.words,), extrude_polygon(shape, bottom, bottom + thing.size[1]))

@@ -28,12 +28,12 @@ import numpy as np
 from houseexpo.plan import Frame
 from pipeline.geometry.meshes import merge_meshes
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import check_file, level_id, single_input, with_losses
-from pipeline.sources.gazebo_scene import Body, Places, Scene, search_path
-from pipeline.sources.meshes.scene import Part
-from pipeline.sources.named_scene import NamedBody, NamedScene, is_floor, share_out
-from pipeline.sources.roles import Role, role_of, room_words, tokens
-from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
+from pipeline.sources.files import add_losses, check_file, input_from_file, level_id
+from pipeline.sources.gazebo_scene import ModelBody, ModelFinder, SceneReader, join_search_path
+from pipeline.sources.meshes.scene import PartNames
+from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_levels, is_floor
+from pipeline.sources.roles import Role, part_room_words, role_from_name, split_words
+from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces
 from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, INSIDE_M, LOWEST_WALL_M, WALL_HEIGHT_M
 from pipeline.values import Input, Level, Mesh, SourceObject
@@ -44,8 +44,8 @@ _GROUND = (Role.FLOOR, Role.THRESHOLD)
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one world or model; ``model_path`` are further folders to look for models in, ``root`` is the source's."""
     root = options.get("root", str(Path(path).absolute().parent))
-    model_path = search_path(options.get("model_path", ""), os.environ)
-    yield single_input(path, "gazebo", {**options, "root": root, "model_path": model_path})
+    model_path = join_search_path(options.get("model_path", ""), os.environ)
+    yield input_from_file(path, "gazebo", {**options, "root": root, "model_path": model_path})
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -58,7 +58,7 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{name} has no fixed body; left out as missing: {', '.join(scene.missing[:5]) or 'nothing'}"
         detail += f"; as damaged: {scene.left_out.note}" if scene.left_out else ""
         raise Rejection("source", Reason.EMPTY, detail, "give the models' folder with --model-path")
-    shift = near_shift(parts.building.vertices)
+    shift = shift_to_origin(parts.building.vertices)
     provenance = {"source": "gazebo", "file": name, "sha256": _digest(scene)} | scene.left_out.provenance
     if scene.missing:
         provenance["missing"] = ", ".join(scene.missing)
@@ -71,8 +71,8 @@ def read(item: Input) -> Iterator[Level]:
     try:
         levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
     except Rejection as rejection:
-        raise with_losses(rejection, provenance) from None
-    rooms = share_out(_named_scene(parts, shift), [level.floor_z for level in levels])
+        raise add_losses(rejection, provenance) from None
+    rooms = divide_among_levels(_named_scene(parts, shift), [level.floor_z for level in levels])
     for number, (level, share) in enumerate(zip(levels, rooms, strict=True)):
         yield Level(
             id=level_id(item.id, number, len(levels)),
@@ -92,14 +92,14 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
-def _scene(item: Input) -> Scene:
+def _scene(item: Input) -> SceneReader:
     path, options = Path(item.path), dict(item.options)
     check_file(path)
-    places = Places(Path(options.get("root") or path.absolute().parent), options.get("model_path", ""))
-    return Scene(path, places)
+    places = ModelFinder(Path(options.get("root") or path.absolute().parent), options.get("model_path", ""))
+    return SceneReader(path, places)
 
 
-def _digest(scene: Scene) -> str:
+def _digest(scene: SceneReader) -> str:
     digest = hashlib.sha256()
     for file in scene.files:
         digest.update(file.name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
@@ -111,13 +111,13 @@ class _Parts:
     """What a scene consists of."""
 
     building: Mesh
-    leaves: list[Body]
-    furniture: list[Body]
-    floors: list[Body]
-    thresholds: list[Body]
+    leaves: list[ModelBody]
+    furniture: list[ModelBody]
+    floors: list[ModelBody]
+    thresholds: list[ModelBody]
 
 
-def _sort_bodies(bodies: list[Body]) -> _Parts:
+def _sort_bodies(bodies: list[ModelBody]) -> _Parts:
     """R1, R2."""
     roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
@@ -139,14 +139,14 @@ def _sort_bodies(bodies: list[Body]) -> _Parts:
     return _Parts(building, leaves, furniture, floors, thresholds)
 
 
-def _says_where(body: Body) -> bool:
+def _says_where(body: ModelBody) -> bool:
     """R5: tell whether a body is a room's floor, or a doorway's."""
-    named = role_of(body.name)
-    is_ground = named is not None and (named.role is Role.THRESHOLD or bool(room_words(Part((body.name,)))))
+    named = role_from_name(body.name)
+    is_ground = named is not None and (named.role is Role.THRESHOLD or bool(part_room_words(PartNames((body.name,)))))
     return is_ground and _is_flat(body)
 
 
-def _is_flat(body: Body) -> bool:
+def _is_flat(body: ModelBody) -> bool:
     return is_floor(Surfaces.of(body.mesh), np.arange(len(body.mesh.faces)))
 
 
@@ -158,16 +158,16 @@ def _named_scene(parts: _Parts, shift: Shift) -> NamedScene:
 
     return replace(
         NamedScene.plain(near(parts.building)),
-        floors=tuple(NamedBody(room_words(Part((body.name,))), near(body.mesh)) for body in parts.floors),
-        thresholds=tuple(NamedBody(tuple(tokens(body.name)), near(body.mesh)) for body in parts.thresholds),
+        floors=tuple(NamedBody(part_room_words(PartNames((body.name,))), near(body.mesh)) for body in parts.floors),
+        thresholds=tuple(NamedBody(tuple(split_words(body.name)), near(body.mesh)) for body in parts.thresholds),
     )
 
 
-def _role(body: Body) -> Role | None:
+def _role(body: ModelBody) -> Role | None:
     """R2."""
-    named = role_of(body.name)
+    named = role_from_name(body.name)
     if named and named.role is Role.DOOR:
-        links = [role_of(link) for link in body.links]
+        links = [role_from_name(link) for link in body.links]
         if any(link and link.role is Role.WALL for link in links):
             return Role.WALL
     return named.role if named else None
@@ -184,7 +184,7 @@ def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:
     return _Parts(stretch(parts.building), *stretched)
 
 
-def _building(fixed: list[Body]) -> Body | None:
+def _building(fixed: list[ModelBody]) -> ModelBody | None:
     if not fixed:
         return None
     low, high = _box(merge_meshes([body.mesh for body in fixed]))
@@ -193,7 +193,7 @@ def _building(fixed: list[Body]) -> Body | None:
     return fixed[best] if areas[best] >= BUILDING_SHARE * np.prod((high - low)[:2]) else None
 
 
-def _stands_in(body: Body, main: Body) -> bool:
+def _stands_in(body: ModelBody, main: ModelBody) -> bool:
     (low, high), (floor, top) = _box(body.mesh), _box(main.mesh)
     inside = bool((low[:2] >= floor[:2] - INSIDE_M).all() and (high[:2] <= top[:2] + INSIDE_M).all())
     return body is not main and inside and bool(high[2] < top[2] - INSIDE_M)
@@ -203,7 +203,7 @@ def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
 
 
-def _on_level(bodies: list[Body], level: FoundLevel, shift: Shift) -> Iterator[SourceObject]:
+def _on_level(bodies: list[ModelBody], level: FoundLevel, shift: Shift) -> Iterator[SourceObject]:
     """R3."""
     floor = level.floor_z + shift[2]
     for body in bodies:

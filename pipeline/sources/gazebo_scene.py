@@ -40,9 +40,9 @@ import shapely
 from houseexpo.files import real_path
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import clean, prism
-from pipeline.sources.files import Element, LeftOut, parse_xml
-from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, convention, load_scene
+from pipeline.sources.drawn_storeys import extrude_polygon, polygon_from_ring
+from pipeline.sources.files import Element, LeftOutParts, parse_xml
+from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
 from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY
 from pipeline.values import Mesh
 
@@ -51,7 +51,7 @@ _ADVICE_POSE = "correct it, or leave the model out"
 _OWN = frozenset({"", "__model__", "world", "__root__"})
 
 
-def numbers(text: str | None, count: int, what: str) -> list[float]:
+def parse_numbers(text: str | None, count: int, what: str) -> list[float]:
     """Return the numbers of a text; raise Rejection if they are not ``count`` finite ones."""
     parts = (text or "").split()
     try:
@@ -64,12 +64,12 @@ def numbers(text: str | None, count: int, what: str) -> list[float]:
     return values
 
 
-def matrix_of(pose: Element | None, what: str) -> Matrix:
+def pose_matrix(pose: Element | None, what: str) -> Matrix:
     """P1; the identity where there is no pose."""
     if pose is None or not (pose.text or "").split():
         return np.eye(4)
     quaternion = pose.get("rotation_format") == "quat_xyzw"
-    values = numbers(pose.text, 7 if quaternion else 6, f"pose of {what}")
+    values = parse_numbers(pose.text, 7 if quaternion else 6, f"pose of {what}")
     matrix = np.eye(4)
     if quaternion:
         matrix[:3, :3] = _from_quaternion(values[3:], what)
@@ -80,7 +80,7 @@ def matrix_of(pose: Element | None, what: str) -> Matrix:
     return matrix
 
 
-class Frames:
+class ModelFrames:
     """The frames of one model: its links, frames, joints and inner models, each at a place in the model."""
 
     def __init__(self, model: Element, name: str) -> None:
@@ -99,7 +99,7 @@ class Frames:
             base = {"frame": element.get("attached_to", ""), "joint": element.findtext("child", "")}.get(
                 element.tag, ""
             )
-        return self.at(base.strip(), asked) @ matrix_of(pose, what)
+        return self.at(base.strip(), asked) @ pose_matrix(pose, what)
 
     def at(self, name: str, asked: tuple[str, ...] = ()) -> Matrix:
         """Return a named frame's place in the model.
@@ -118,13 +118,13 @@ class Frames:
             detail = f"{self._name}: expected a frame {name!r}, found none of that name"
             raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE_POSE)
         here = self.pose(element, (*asked, name))
-        return here @ Frames(element, first).at(rest) if rest and element.tag == "model" else here  # P3
+        return here @ ModelFrames(element, first).at(rest) if rest and element.tag == "model" else here  # P3
 
 
 def model_pose(model: Element, pose: Matrix, name: str) -> Matrix:
     """Return where a model's own frame is, given the pose of its placement frame."""
     frame = (model.get("placement_frame") or "").strip()
-    return pose @ np.linalg.inv(Frames(model, name).at(frame)) if frame else pose
+    return pose @ np.linalg.inv(ModelFrames(model, name).at(frame)) if frame else pose
 
 
 def _from_angles(angles: list[float]) -> Matrix:
@@ -152,10 +152,10 @@ def _from_quaternion(values: list[float], what: str) -> Matrix:
     )
 
 
-class Shapes:
+class GeometryMeshes:
     """Makes geometry into triangles; ``missing`` names the meshes that were not to be had."""
 
-    def __init__(self, places: Places, left_out: LeftOut) -> None:
+    def __init__(self, places: ModelFinder, left_out: LeftOutParts) -> None:
         self._places, self._left_out = places, left_out
         self._meshes: dict[Path, Mesh | None] = {}
         self.missing: dict[str, None] = {}
@@ -174,10 +174,10 @@ class Shapes:
     def _mesh(self, shape: Element, folder: Path, what: str) -> Mesh | None:
         """S2."""
         uri = (shape.findtext("uri") or "").strip()
-        scale = numbers(shape.findtext("scale") or "1 1 1", 3, f"scale of {what}")
+        scale = parse_numbers(shape.findtext("scale") or "1 1 1", 3, f"scale of {what}")
         path = self._places.find(uri, folder)
         if path is None or not path.is_file() or path.suffix.lower() not in SUFFIXES:
-            self.missing[shown_uri(uri)] = None
+            self.missing[uri_without_folders(uri)] = None
             return None
         if path not in self._meshes:
             self.files[path] = None
@@ -190,7 +190,7 @@ class Shapes:
         return Mesh(mesh.vertices * scale, mesh.faces[:, ::-1] if np.prod(scale) < 0 else mesh.faces)
 
 
-def shown_uri(uri: str) -> str:
+def uri_without_folders(uri: str) -> str:
     """Return a URI as a note may show it: without the folders of somebody's machine."""
     return uri if "://" in uri and not uri.startswith("file:") else Path(uri).name
 
@@ -198,7 +198,7 @@ def shown_uri(uri: str) -> str:
 def _in_metres(path: Path) -> Mesh:
     mesh = load_scene(path).mesh
     if path.suffix.lower() == ".dae":
-        said = convention(path)
+        said = frame_convention(path)
         x, y, z = (mesh.vertices * (said.metres or 1.0)).T
         mesh = Mesh(np.column_stack([x, -z, y] if said.up == "y" else [x, y, z]), mesh.faces)
     return mesh
@@ -206,17 +206,17 @@ def _in_metres(path: Path) -> Mesh:
 
 def _box(shape: Element, what: str) -> Mesh:
     x, y, z = _sizes(shape.findtext("size"), 3, what)
-    return prism(shapely.box(-x / 2, -y / 2, x / 2, y / 2), -z / 2, z / 2)
+    return extrude_polygon(shapely.box(-x / 2, -y / 2, x / 2, y / 2), -z / 2, z / 2)
 
 
 def _cylinder(shape: Element, what: str) -> Mesh:
     (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
-    return prism(_round(radius), -length / 2, length / 2)
+    return extrude_polygon(_round(radius), -length / 2, length / 2)
 
 
 def _capsule(shape: Element, what: str) -> Mesh:
     (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
-    return prism(_round(radius), -length / 2 - radius, length / 2 + radius)
+    return extrude_polygon(_round(radius), -length / 2 - radius, length / 2 + radius)
 
 
 def _sphere(shape: Element, what: str) -> Mesh:
@@ -231,8 +231,8 @@ def _ellipsoid(shape: Element, what: str) -> Mesh:
 def _polyline(shape: Element, what: str) -> Mesh:
     """Rings inside the first are holes in it."""
     (height,) = _sizes(shape.findtext("height"), 1, what)
-    ring = clean(numbers(point.text, 2, f"polyline of {what}") for point in shape.findall("point"))
-    return NO_MESH if ring is None else prism(ring, 0.0, height)
+    ring = polygon_from_ring(parse_numbers(point.text, 2, f"polyline of {what}") for point in shape.findall("point"))
+    return NO_MESH if ring is None else extrude_polygon(ring, 0.0, height)
 
 
 def _round(radius: float) -> shapely.Polygon:  # S3
@@ -256,7 +256,7 @@ def _ball(radii: np.ndarray) -> Mesh:
 
 
 def _sizes(text: str | None, count: int, what: str) -> list[float]:
-    values = numbers(text, count, f"size of {what}")
+    values = parse_numbers(text, count, f"size of {what}")
     if not all(0 <= value <= LONGEST_SOLID_M for value in values):
         detail = f"size of {what}: expected 0 to {LONGEST_SOLID_M:.0f} m, found {values}"
         raise Rejection("source", Reason.BAD_UNITS, detail, "SDF is in metres: correct it, or leave the model out")
@@ -277,7 +277,7 @@ _ADVICE = "correct it, or leave the model out"
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class ModelBody:
     """A model's own links in world axes, metres; ``name`` is the model's, ``links`` are the links' names."""
 
     name: str
@@ -296,15 +296,15 @@ class _Place:
     fixed: bool
 
 
-class Scene:
+class SceneReader:
     """Reads one file and all that it includes; ``missing`` names what was not to be had, ``files`` what was read.
 
     ``left_out`` has what was there and could not be read.
     """
 
-    def __init__(self, path: Path, places: Places) -> None:
-        self.left_out = LeftOut()
-        self._places, self._shapes = places, Shapes(places, self.left_out)
+    def __init__(self, path: Path, places: ModelFinder) -> None:
+        self.left_out = LeftOutParts()
+        self._places, self._shapes = places, GeometryMeshes(places, self.left_out)
         self._path = real_path(path)
         self._trees: dict[Path, Element] = {}
         self._included: dict[tuple[str, Path], Path | None] = {}
@@ -321,33 +321,35 @@ class Scene:
         """All files that were read, sorted."""
         return tuple(sorted({**dict.fromkeys(self._trees), **self._shapes.files}))
 
-    def bodies(self) -> Iterator[Body]:
+    def bodies(self) -> Iterator[ModelBody]:
         """Yield the bodies of the file's worlds, or of its models where it has no world."""
         root = self._tree(self._path)
         here = _Place(self._path.parent, (self._path,), np.eye(4), fixed=False)
         worlds = root.findall("world")
         for scope in worlds or [root]:
             state = {each.get("name", ""): each for each in scope.findall("state/model")}  # R4
-            yield from self._inner(scope, here, Frames(scope, self._path.name), state)
+            yield from self._inner(scope, here, ModelFrames(scope, self._path.name), state)
 
-    def _inner(self, scope: Element, place: _Place, frames: Frames, state: dict[str, Element]) -> Iterator[Body]:
+    def _inner(
+        self, scope: Element, place: _Place, frames: ModelFrames, state: dict[str, Element]
+    ) -> Iterator[ModelBody]:
         for child in scope:
             with self.left_out.part():  # R2
                 if child.tag == "model":
                     saved = state.get(child.get("name", ""))
-                    pose = matrix_of(saved.find("pose"), "state") if saved is not None else frames.pose(child)
+                    pose = pose_matrix(saved.find("pose"), "state") if saved is not None else frames.pose(child)
                     yield from self._model(child, child.get("name", ""), place, place.pose @ pose)
                 elif child.tag == "include":
                     yield from self._include(child, place, frames, state)
 
-    def _model(self, model: Element, name: str, place: _Place, pose: Matrix) -> Iterator[Body]:
+    def _model(self, model: Element, name: str, place: _Place, pose: Matrix) -> Iterator[ModelBody]:
         self._met += 1
         if self._met > MAX_MODELS:
             detail = f"{self._path.name} holds more than {MAX_MODELS:,} models"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave models out")
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
         here = _Place(place.folder, place.files, model_pose(model, pose, name), fixed)
-        frames = Frames(model, name)
+        frames = ModelFrames(model, name)
         parts = []
         for link in model.findall("link"):
             with self.left_out.part():
@@ -358,24 +360,26 @@ class Scene:
             detail = f"{self._path.name} has more than {MAX_FACES:,} faces"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if len(mesh.faces):
-            yield Body(name, fixed, mesh, tuple(link.get("name", "") for link in model.findall("link")))
+            yield ModelBody(name, fixed, mesh, tuple(link.get("name", "") for link in model.findall("link")))
         yield from self._inner(model, here, frames, {})
 
-    def _include(self, include: Element, place: _Place, frames: Frames, state: dict[str, Element]) -> Iterator[Body]:
+    def _include(
+        self, include: Element, place: _Place, frames: ModelFrames, state: dict[str, Element]
+    ) -> Iterator[ModelBody]:
         """R2."""
         uri = (include.findtext("uri") or "").strip()
         file = self._model_file(uri, place.folder)
         model = self._tree(file).find("model") if file is not None else None
         if file is None or model is None:
-            self._missing[shown_uri(uri)] = None
+            self._missing[uri_without_folders(uri)] = None
             return
         if file in place.files:
-            detail = f"{self._path.name}: model {shown_uri(uri)} includes itself"
+            detail = f"{self._path.name}: model {uri_without_folders(uri)} includes itself"
             raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
         name = include.findtext("name") or model.get("name") or ""
-        own = Frames(self._tree(file), name).pose(model) if include.find("pose") is None else frames.pose(include)
+        own = ModelFrames(self._tree(file), name).pose(model) if include.find("pose") is None else frames.pose(include)
         saved = state.get(name)
-        pose = matrix_of(saved.find("pose"), "state") if saved is not None else own
+        pose = pose_matrix(saved.find("pose"), "state") if saved is not None else own
         fixed = place.fixed or _is_true(include.findtext("static"))
         inner = _Place(file.parent, (*place.files, file), place.pose, fixed)
         yield from self._model(model, name, inner, place.pose @ pose)
@@ -385,14 +389,14 @@ class Scene:
             self._included[uri, folder] = _model_file(self._places.find(uri, folder))
         return self._included[uri, folder]
 
-    def _link(self, link: Element, place: _Place, frames: Frames, name: str) -> Mesh:
+    def _link(self, link: Element, place: _Place, frames: ModelFrames, name: str) -> Mesh:
         """R1."""
         at = place.pose @ frames.pose(link)
         kinds = [self._triangles_of(link.findall(tag), place, at, frames, name) for tag in ("visual", "collision")]
         return min(kinds, key=lambda kind: (kind[0], -_wall_area(kind[1])))[1]
 
     def _triangles_of(
-        self, things: list[Element], place: _Place, link: Matrix, frames: Frames, name: str
+        self, things: list[Element], place: _Place, link: Matrix, frames: ModelFrames, name: str
     ) -> tuple[int, Mesh]:
         """Return how many meshes are missing, and the triangles of the others in world axes."""
         parts, missing = [], 0
@@ -408,11 +412,11 @@ class Scene:
         return missing, merge_meshes(parts)
 
     @staticmethod
-    def _thing_pose(thing: Element, link: Matrix, place: _Place, frames: Frames, name: str) -> Matrix:
+    def _thing_pose(thing: Element, link: Matrix, place: _Place, frames: ModelFrames, name: str) -> Matrix:
         pose = thing.find("pose")
         base = (pose.get("relative_to") or "").strip() if pose is not None else ""
         start = place.pose @ frames.at(base) if base else link
-        return start @ matrix_of(pose, f"{thing.tag} of {name}")
+        return start @ pose_matrix(pose, f"{thing.tag} of {name}")
 
     def _tree(self, file: Path) -> Element:
         if file not in self._trees:
@@ -469,14 +473,14 @@ MAX_FOLDERS = 20_000
 VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 
 
-def search_path(given: str, environment: Mapping[str, str]) -> str:
+def join_search_path(given: str, environment: Mapping[str, str]) -> str:
     """Return the folders to look in, those given first, as one text with the system's separator."""
     parts = [given, *(environment.get(name, "") for name in VARIABLES)]
     return os.pathsep.join(dict.fromkeys(part for text in parts for part in text.split(os.pathsep) if part))
 
 
-class Places:
-    """Finds files by URI; ``model_path`` as ``search_path`` returns it."""
+class ModelFinder:
+    """Finds files by URI; ``model_path`` as ``join_search_path`` returns it."""
 
     def __init__(self, root: Path, model_path: str) -> None:
         self._roots = [real_path(root), *(real_path(part) for part in model_path.split(os.pathsep) if part)]

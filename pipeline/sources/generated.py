@@ -18,21 +18,21 @@ from pathlib import Path
 from houseexpo.errors import ConfigError
 from pipeline.sources import suncg
 from pipeline.sources.homes.home import home_id, make_home
-from pipeline.sources.homes.kinds import table_digest
-from pipeline.sources.homes.level import level_of
+from pipeline.sources.homes.level import level_from_home
+from pipeline.sources.homes.wishes import distributions_digest
 from pipeline.sources.procedural import scene_id, write_house
-from pipeline.sources.recognise import HOME, parse_made
+from pipeline.sources.reader_choice import HOME, parse_made_houses
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
-    made, seed = parse_made(path), options.get("seed", "0")
+    made, seed = parse_made_houses(path), options.get("seed", "0")
     if made is None or made.count < 1:
         expected = "expected procedural:COUNT or procedural:COUNT?style=test with a COUNT of at least 1"
         raise ConfigError(f"source {path!r}: {expected}")
     homes = made.style == HOME
-    kind = f":home:{table_digest()}" if homes else ""
+    kind = f":home:{distributions_digest()}" if homes else ""
     for index in range(made.count):
         name = home_id(index, int(seed)) if homes else scene_id(index, int(seed))
         yield Input(name, "generated", "procedural", key=f"{seed}:{index}{kind}")
@@ -42,7 +42,7 @@ def read(item: Input) -> Iterator[Level | RejectedLevel]:
     """Make the house; one in SUNCG's layout is read back, which raises Rejection as the SUNCG reader does."""
     seed, index, *kind = item.key.split(":")
     if kind:
-        yield level_of(make_home(int(index), int(seed)))
+        yield level_from_home(make_home(int(index), int(seed)))
         return
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         write_house(Path(folder), int(index), int(seed))

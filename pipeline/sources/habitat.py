@@ -23,7 +23,7 @@ import msgspec
 from houseexpo.files import sha256_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.files import KEY, check_file, decode_document, file_inside, single_input
+from pipeline.sources.files import KEY, check_file, decode_document, file_inside, input_from_file
 from pipeline.values import Input, Level
 
 MOST_FOLDERS: Final = 3
@@ -54,7 +54,7 @@ _STAGE = msgspec.json.Decoder(_StageConfig)
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one scene."""
-    yield single_input(path, "habitat", options)
+    yield input_from_file(path, "habitat", options)
 
 
 def read(item: Input) -> Iterator[Level]:

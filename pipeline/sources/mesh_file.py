@@ -21,14 +21,22 @@ from houseexpo.plan import Frame
 from pipeline.png import top_view
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
-from pipeline.sources.files import base_id, level_id, list_files
-from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
+from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
+from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.sources.meshes.scene import Scene
-from pipeline.sources.named_scene import door_heights, share_out, sort_faces, structural
+from pipeline.sources.named_scene import divide_among_levels, named_door_heights, sort_faces_by_role, structural_mesh
+from pipeline.sources.storeys.axis_and_unit import (
+    TRIED,
+    UPS,
+    AxisAndUnit,
+    SizeOptions,
+    find_axis_and_unit,
+    reject_exterior,
+    scale_rejection,
+)
 from pipeline.sources.storeys.interior import check_interior
-from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, near_shift
-from pipeline.sources.storeys.scale import above_zero, metres_of
-from pipeline.sources.storeys.size import TRIED, UPS, Frame3D, Wish, bad_units, detect, outside_of
+from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
+from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
 from pipeline.values import Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
@@ -48,8 +56,10 @@ def find(path: str, **options: str) -> Iterator[Input]:
         MISSING_FILE where the path does not exist.
     """
     _requested_size(options)
-    for file, name in list_files(path, SUFFIXES):
-        yield Input(base_id(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items())))
+    for file, name in list_files_by_suffix(path, SUFFIXES):
+        yield Input(
+            id_from_file_name(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items()))
+        )
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -68,25 +78,25 @@ def read(item: Input) -> Iterator[Level]:
     if not len(raw.mesh.faces):
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
-    up = convention(path)
+    up = frame_convention(path)
     wish = _requested_size(options)
     try:
-        found = detect(structural(raw), up, wish, path.name, door_heights(raw))
+        found = find_axis_and_unit(structural_mesh(raw), up, wish, path.name, named_door_heights(raw))
     except Rejection as rejection:
-        shell = None if wish.is_about_size else outside_of(_turn_upright(raw.mesh, up.up), path.name)
+        shell = None if wish.is_about_size else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(top_view(raw.mesh, UPS[up.up])) from None
     upright = _turn_and_scale(raw.mesh, found)
-    shift = near_shift(upright.vertices)
-    named = sort_faces(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
+    shift = shift_to_origin(upright.vertices)
+    named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
         levels = find_levels(named.solid, named.floor, named.ceiling)
-        shares = share_out(named, [level.floor_z for level in levels])
+        shares = divide_among_levels(named, [level.floor_z for level in levels])
         if TRIED in found.guesses or not any(share.leaves or share.rooms or share.openings for share in shares):
             check_interior(((level.walls, level.floor and float(level.floor.area)) for level in levels), path.name)
     except Rejection as rejection:
         why = rejection
         if TRIED in found.guesses:
-            why = outside_of(upright, path.name) or bad_units(structural(raw), found, path.name)
+            why = reject_exterior(upright, path.name) or scale_rejection(structural_mesh(raw), found, path.name)
         raise why.with_picture(top_view(upright)) from None
     provenance = {
         "source": "mesh",
@@ -117,7 +127,7 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
-def _requested_size(options: Mapping[str, str]) -> Wish:
+def _requested_size(options: Mapping[str, str]) -> SizeOptions:
     """Return what the user says; raise ConfigError if that is unknown."""
     unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes"})
     if unknown:
@@ -125,12 +135,14 @@ def _requested_size(options: Mapping[str, str]) -> Wish:
     up, units = options.get("up", "auto"), options.get("units", "auto")
     if up not in {"auto", *UPS}:
         raise ConfigError(f"mesh files: up={up!r} is unknown; expected one of auto, {', '.join(UPS)}")
-    scale = above_zero("scale", options.get("scale", "1"))
+    scale = parse_positive_option("scale", options.get("scale", "1"))
     storey = options.get("storey_height", "")
-    return Wish(up, metres_of(units), scale, above_zero("storey_height", storey) if storey else None)
+    return SizeOptions(
+        up, metres_per_unit(units), scale, parse_positive_option("storey_height", storey) if storey else None
+    )
 
 
-def _turn_and_scale(raw: Mesh, found: Frame3D) -> Mesh:
+def _turn_and_scale(raw: Mesh, found: AxisAndUnit) -> Mesh:
     """Turn a mesh z-up and scale it to metres."""
     return _turn_upright(Mesh(raw.vertices * found.metres, raw.faces), found.up)
 
@@ -142,7 +154,7 @@ def _turn_upright(mesh: Mesh, up: str) -> Mesh:
     return Mesh(np.column_stack([x, -z, y]), mesh.faces)
 
 
-def _frame(level: FoundLevel, found: Frame3D, shift: Shift, number: int) -> Frame:
+def _frame(level: FoundLevel, found: AxisAndUnit, shift: Shift, number: int) -> Frame:
     x, y, z = shift
     floor = level.floor_z + z
     if found.up == "y":

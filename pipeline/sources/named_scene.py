@@ -27,8 +27,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
-from pipeline.sources.meshes.scene import Part, Scene
-from pipeline.sources.roles import Named, Role, labels_for, role_of_part, room_words, tokens
+from pipeline.sources.meshes.scene import PartNames, Scene
+from pipeline.sources.roles import NamedRole, Role, labels_for, part_room_words, role_from_part, split_words
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
@@ -73,7 +73,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 
-def pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
+def connected_pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
     """Divide face numbers (k,) into connected pieces; corners closer than SAME_M are one."""
     if not len(faces):
         return []
@@ -92,7 +92,7 @@ def unite_near_pieces(mesh: Mesh, found: list[Indices], apart_m: float) -> list[
     """Unite pieces whose boxes come closer than ``apart_m``: a leaf and its handle, a table and its legs."""
     if len(found) < 2:
         return found
-    bounds = np.array([box(mesh, faces) for faces in found])
+    bounds = np.array([bounding_box(mesh, faces) for faces in found])
     flat = shapely.box(bounds[:, 0, 0], bounds[:, 0, 1], bounds[:, 1, 0], bounds[:, 1, 1])
     one, other = shapely.STRtree(flat).query(flat, predicate="dwithin", distance=apart_m)
     gap = np.maximum(bounds[one, 0, 2], bounds[other, 0, 2]) - np.minimum(bounds[one, 1, 2], bounds[other, 1, 2])
@@ -103,7 +103,7 @@ def unite_near_pieces(mesh: Mesh, found: list[Indices], apart_m: float) -> list[
     return [np.concatenate([found[i] for i in group]) for group in _divide_by_label(np.arange(count), label)]
 
 
-def box(mesh: Mesh, faces: Indices) -> Floats:
+def bounding_box(mesh: Mesh, faces: Indices) -> Floats:
     """Lowest and highest corner (2, 3) of some faces."""
     corners = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
@@ -120,12 +120,12 @@ def _divide_by_label(values: Indices, label: npt.NDArray[np.int32]) -> list[Indi
     return np.split(values[order], np.cumsum(np.bincount(label))[:-1])
 
 
-def is_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
+def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     """Tell whether a piece may be a door, or a part of one.
 
     ``sure`` is False where its name means other things too: then it must have a door's height and width itself.
     """
-    low, high = box(mesh, faces)
+    low, high = bounding_box(mesh, faces)
     width, depth = plan_sides(mesh, faces)
     height = float(high[2] - low[2])
     if width > PIECE_DOOR_WIDTH_M or height > PIECE_DOOR_HEIGHT_M or (depth > PIECE_DOOR_DEPTH_M and width > AJAR_M):
@@ -141,15 +141,15 @@ def is_floor(surfaces: Surfaces, faces: Indices) -> bool:
     return flat >= FLAT_SHARE * float(surfaces.area[faces].sum())
 
 
-def is_space(mesh: Mesh, faces: Indices) -> bool:
+def is_room_high(mesh: Mesh, faces: Indices) -> bool:
     """Tell whether a body is as high as a room."""
-    low, high = box(mesh, faces)
+    low, high = bounding_box(mesh, faces)
     return bool(SPACE_HEIGHT_M[0] <= high[2] - low[2] <= SPACE_HEIGHT_M[1])
 
 
-def fills(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> bool:
+def is_whole_house(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> bool:
     """Tell whether a piece is as high as a storey and covers half of the plan box: that is a house, no piece of it."""
-    lowest, highest = box(mesh, faces)
+    lowest, highest = bounding_box(mesh, faces)
     area = float(np.prod((highest - lowest)[:2]))
     return bool(highest[2] - lowest[2] > FILLS_M and area > FILLS_SHARE * float(np.prod((high - low)[:2])))
 
@@ -215,10 +215,10 @@ class NamedScene:
         return cls(mesh, none, none)
 
 
-def structural(scene: Scene) -> Mesh:
+def structural_mesh(scene: Scene) -> Mesh:
     """Return what the names alone leave as building, in the scene's own frame, for finding its axis and unit."""
     dropped = {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT, Role.TERRAIN, Role.SPACE, Role.OPENING}
-    keep = [not ((named := role_of_part(part)) and named.role in dropped) for part in scene.parts]
+    keep = [not ((named := role_from_part(part)) and named.role in dropped) for part in scene.parts]
     chosen = np.array(keep, np.bool_)[scene.owner]
     if chosen.all() or not chosen.any():
         return scene.mesh
@@ -242,16 +242,16 @@ class DoorHeight:
     is_sure: bool = True
 
 
-def door_heights(scene: Scene) -> dict[str, DoorHeight]:
+def named_door_heights(scene: Scene) -> dict[str, DoorHeight]:
     """Return the middle height of the doors that names alone tell, by up axis.
 
     Only those count that stand upright on the axis: 1.5 to 4.5 times as high as wide.
     """
     sizes = []
     for index, part in enumerate(scene.parts):
-        named = role_of_part(part)
+        named = role_from_part(part)
         if named is not None and named.role is Role.DOOR and named.sure:
-            low, high = box(scene.mesh, np.flatnonzero(scene.owner == index))
+            low, high = bounding_box(scene.mesh, np.flatnonzero(scene.owner == index))
             sizes.append(high - low)
     found = {}
     for axis, number in (("y", 1), ("z", 2)):
@@ -265,7 +265,7 @@ def door_heights(scene: Scene) -> dict[str, DoorHeight]:
     return found
 
 
-def without_starting_cube(scene: Scene) -> Scene:
+def drop_default_cube(scene: Scene) -> Scene:
     """Drop the cube of side 2 about the origin with which Blender begins, where it was left among many parts."""
     for index, part in enumerate(scene.parts):
         if len(scene.parts) < 5 or "Cube" not in {part.mesh, *part.groups[-1:]}:
@@ -279,9 +279,9 @@ def without_starting_cube(scene: Scene) -> Scene:
     return scene
 
 
-def sort_faces(scene: Scene) -> NamedScene:
+def sort_faces_by_role(scene: Scene) -> NamedScene:
     """Sort an upright scene in metres by role."""
-    roles = [role_of_part(part) for part in scene.parts]
+    roles = [role_from_part(part) for part in scene.parts]
     if not any(roles):
         return NamedScene.plain(scene.mesh)
     found = _Sorter(scene, roles).sort_by_role()
@@ -297,7 +297,7 @@ def sort_faces(scene: Scene) -> NamedScene:
 class _Sorter:
     """Goes through the nodes of a scene; what it takes out of the walls is marked in ``out``."""
 
-    def __init__(self, scene: Scene, roles: list[Named | None]) -> None:
+    def __init__(self, scene: Scene, roles: list[NamedRole | None]) -> None:
         self.mesh, self.parts = scene.mesh, scene.parts
         self.surfaces = Surfaces.of(scene.mesh)
         self.out = np.zeros(len(scene.mesh.faces), np.bool_)
@@ -305,7 +305,7 @@ class _Sorter:
         self.nodes = _by_node(scene, roles)
         plain = [faces for named, _, faces in self.nodes if named is None or named.role is Role.WALL]
         rest = np.concatenate(plain) if plain else np.arange(len(scene.mesh.faces))
-        self.low, self.high = box(self.mesh, rest)
+        self.low, self.high = bounding_box(self.mesh, rest)
 
     def sort_by_role(self) -> NamedScene:
         leaves, furniture = [*self._doors()], [*self._furniture()]
@@ -329,7 +329,7 @@ class _Sorter:
             thresholds,
         )
 
-    def _each(self, role: Role) -> Iterator[tuple[Part, Indices]]:
+    def _each(self, role: Role) -> Iterator[tuple[PartNames, Indices]]:
         for named, part, faces in self.nodes:
             if named is not None and named.role is role:
                 yield part, faces
@@ -339,7 +339,7 @@ class _Sorter:
         for named, _, faces in self.nodes:
             if named is None or named.role is not Role.DOOR:
                 continue
-            doors = [piece for piece in pieces(self.mesh, faces) if is_door(self.mesh, piece, named.sure)]
+            doors = [piece for piece in connected_pieces(self.mesh, faces) if may_be_door(self.mesh, piece, named.sure)]
             for thing in unite_near_pieces(self.mesh, doors, HANDLE_M):
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
@@ -349,7 +349,7 @@ class _Sorter:
         for named, _, faces in self.nodes:
             if named is None or named.role is not Role.FURNITURE:
                 continue
-            found = pieces(self.mesh, faces)
+            found = connected_pieces(self.mesh, faces)
             if any(self._fills(piece) for piece in found):
                 continue
             for thing in unite_near_pieces(self.mesh, found, TOUCH_M):
@@ -359,7 +359,9 @@ class _Sorter:
     def _drop(self, role: Role) -> None:
         """R3."""
         for _, faces in self._each(role):
-            if self._reaches_beyond(faces) or not any(self._fills(piece) for piece in pieces(self.mesh, faces)):
+            if self._reaches_beyond(faces) or not any(
+                self._fills(piece) for piece in connected_pieces(self.mesh, faces)
+            ):
                 self.out[faces] = True
 
     def _terrain(self) -> None:
@@ -375,30 +377,32 @@ class _Sorter:
         for part, faces in self._each(Role.FLOOR):
             if is_floor(self.surfaces, faces):
                 self.floor[faces] = True
-                yield NamedBody(room_words(part), take_faces(self.mesh, faces))
+                yield NamedBody(part_room_words(part), take_faces(self.mesh, faces))
 
     def _thresholds(self) -> Iterator[NamedBody]:
         """R6: yield what is flat, with the words that its name is of; it is a piece of the floor."""
         for part, faces in self._each(Role.THRESHOLD):
             if is_floor(self.surfaces, faces):
                 self.floor[faces] = True
-                yield NamedBody(tuple(tokens("_".join(part.groups[-1:]) or part.mesh)), take_faces(self.mesh, faces))
+                yield NamedBody(
+                    tuple(split_words("_".join(part.groups[-1:]) or part.mesh)), take_faces(self.mesh, faces)
+                )
 
     def _spaces(self) -> Iterator[NamedBody]:
         for part, faces in self._each(Role.SPACE):
             self.out[faces] = True
-            if is_space(self.mesh, faces):
-                yield NamedBody(room_words(part), take_faces(self.mesh, faces))
+            if is_room_high(self.mesh, faces):
+                yield NamedBody(part_room_words(part), take_faces(self.mesh, faces))
 
     def _reaches_beyond(self, faces: Indices) -> bool:
-        low, high = box(self.mesh, faces)
+        low, high = bounding_box(self.mesh, faces)
         return bool(((high - low)[:2] > TERRAIN_BEYOND * (self.high - self.low)[:2]).any())
 
     def _fills(self, faces: Indices) -> bool:
-        return fills(self.mesh, faces, self.low, self.high)
+        return is_whole_house(self.mesh, faces, self.low, self.high)
 
 
-def _by_node(scene: Scene, roles: list[Named | None]) -> list[tuple[Named | None, Part, Indices]]:
+def _by_node(scene: Scene, roles: list[NamedRole | None]) -> list[tuple[NamedRole | None, PartNames, Indices]]:
     """Faces of each node and role: the materials of one node that say the same are one."""
     order = np.argsort(scene.owner, kind="stable")
     counts = np.bincount(scene.owner, minlength=len(scene.parts))
@@ -418,7 +422,7 @@ def _by_node(scene: Scene, roles: list[Named | None]) -> list[tuple[Named | None
 
 
 @dataclass(frozen=True, eq=False)
-class LevelNames:
+class LevelParts:
     """One level's share, in the level frame; ``room_count`` is None if the source has no spaces."""
 
     leaves: tuple[SourceObject, ...] = ()
@@ -430,13 +434,13 @@ class LevelNames:
     """R6: there may be others, of which nothing is named."""
 
 
-def share_out(named: NamedScene, floors_z: Sequence[float]) -> list[LevelNames]:
+def divide_among_levels(named: NamedScene, floors_z: Sequence[float]) -> list[LevelParts]:
     """Give each level what stands between its floor and the next one's."""
     ends = [-np.inf, *(z - UNDER_FLOOR_M for z in floors_z[1:]), np.inf]
     return [_share(named, z, low, high) for z, (low, high) in zip(floors_z, pairwise(ends), strict=True)]
 
 
-def _share(named: NamedScene, z: float, low: float, high: float) -> LevelNames:
+def _share(named: NamedScene, z: float, low: float, high: float) -> LevelParts:
     def here(mesh: Mesh) -> bool:
         middle = (mesh.vertices[:, 2].min() + mesh.vertices[:, 2].max()) / 2
         return bool(low <= middle < high)
@@ -444,7 +448,7 @@ def _share(named: NamedScene, z: float, low: float, high: float) -> LevelNames:
     leaves = tuple(_lower(each, z) for each in named.leaves if here(each.mesh))
     spaces = [room for body in named.spaces if here(body.mesh) for room in _rooms(body)]
     floors = [room for body in named.floors if body.words and here(body.mesh) for room in _rooms(body)]
-    return LevelNames(
+    return LevelParts(
         leaves,
         tuple(_lower(each, z) for each in named.furniture if here(each.mesh)),
         tuple(_distinct(spaces or floors)),

@@ -36,9 +36,9 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
-from pipeline.sources.files import level_id, single_input
-from pipeline.sources.points_file import blocks
-from pipeline.sources.storeys.scale import metres_of
+from pipeline.sources.files import input_from_file, level_id
+from pipeline.sources.points_file import read_blocks
+from pipeline.sources.storeys.scale import metres_per_unit
 from pipeline.sources.tolerances import (
     CEILING_EDGE,
     CEILING_NOISE_M,
@@ -78,7 +78,7 @@ class Voxels:
         return self.origin + (self.index + 0.5) * VOXEL_M
 
 
-def fill(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name: str) -> Voxels:
+def fill_voxels(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: str, name: str) -> Voxels:
     """Read points (n, 3) in a unit of ``metres``; raises Rejection (EMPTY, NOT_FINITE, TOO_LARGE, BAD_UNITS)."""
     origin: npt.NDArray[np.float64] | None = None
     keys = np.empty(0, np.int64)
@@ -148,14 +148,14 @@ def _too_large(name: str, count: int) -> Rejection:
 
 
 @dataclass(frozen=True)
-class Storey:
+class StoreyHeights:
     """Heights in metres; ``ceiling_m`` is where the points of the ceiling begin."""
 
     floor_m: float
     ceiling_m: float
 
 
-def find_storeys(voxels: Voxels) -> list[Storey]:
+def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
     """Return the storeys, lowest first; empty where nothing is as high as one."""
     z = voxels.index[:, 2]
     low = int(z.min())
@@ -178,7 +178,7 @@ def find_storeys(voxels: Voxels) -> list[Storey]:
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))
     return [
-        Storey(bottom + _middle(plain, floor) * VOXEL_M, bottom + _edge(plain, floor, ceiling) * VOXEL_M)
+        StoreyHeights(bottom + _middle(plain, floor) * VOXEL_M, bottom + _edge(plain, floor, ceiling) * VOXEL_M)
         for floor, ceiling in found
     ]
 
@@ -208,7 +208,7 @@ def _middle(counts: np.ndarray, layer: float) -> float:
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one cloud; options ``up`` (auto, y, z) and ``units`` (auto: metres)."""
-    yield single_input(path, "points", options)
+    yield input_from_file(path, "points", options)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -224,7 +224,7 @@ def read(item: Input) -> Iterator[Level]:
     options, path = dict(item.options), Path(item.path)
     name = options.get("file", path.name)
     units = options.get("units", "auto")
-    voxels = fill(blocks(path), metres_of(units) or 1.0, options.get("up", "auto"), path.name)
+    voxels = fill_voxels(read_blocks(path), metres_per_unit(units) or 1.0, options.get("up", "auto"), path.name)
     storeys = find_storeys(voxels)
     if not storeys:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"
@@ -236,7 +236,7 @@ def read(item: Input) -> Iterator[Level]:
         yield _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
 
 
-def _level(voxels: Voxels, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:
+def _level(voxels: Voxels, storey: StoreyHeights, name: str, number: int, provenance: dict[str, str]) -> Level:
     """R1."""
     x, y, _ = (float(value) for value in voxels.origin)
     points = voxels.centres() - (x, y, storey.floor_m)

@@ -77,7 +77,7 @@ _PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4",
         "float32": "f4", "float64": "f8"}  # fmt: skip
 
 
-def blocks(path: Path) -> Iterator[Points]:
+def read_blocks(path: Path) -> Iterator[Points]:
     """Yield the points (n, 3) of a file in its own unit and axes, a million at a time.
 
     Raises
@@ -204,7 +204,7 @@ def _text(stream: BinaryIO, columns: tuple[int, ...], count: int | None = None) 
 def _in_child(path: Path) -> Iterator[Points]:
     """Points as another process reads them: the libraries of these formats end the process on some broken files."""
     # as a file of its own, not as a module: the package would be imported first, which takes longer than most files
-    command = [sys.executable, "-P", str(Path(__file__).with_name("points_child.py")), str(path.resolve())]
+    command = [sys.executable, "-P", str(Path(__file__).with_name("read_las_e57.py")), str(path.resolve())]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:  # noqa: S603 - our own
         assert child.stdout is not None  # noqa: S101 - as asked for
         assert child.stderr is not None  # noqa: S101

@@ -29,9 +29,17 @@ import shapely
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, openings, prism, standing
-from pipeline.sources.files import base_id, check_lengths, decode_document
-from pipeline.sources.recognise import open_unpacked
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    extrude_polygon,
+    passage_openings,
+    polygon_from_ring,
+    unite_rooms,
+    wall_mesh,
+)
+from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
+from pipeline.sources.reader_choice import open_unpacked
 from pipeline.sources.tolerances import SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -46,7 +54,7 @@ class Corner(msgspec.Struct, frozen=True):
     z: float = 0.0
 
 
-class Plane(msgspec.Struct, frozen=True):
+class WallRectangle(msgspec.Struct, frozen=True):
     """A wall: an upright rectangle, its first two corners on the floor."""
 
     id: str
@@ -54,7 +62,7 @@ class Plane(msgspec.Struct, frozen=True):
     empty: bool = False
 
 
-class Slot(msgspec.Struct, frozen=True):
+class DoorOrWindow(msgspec.Struct, frozen=True):
     """A door or a window."""
 
     id: str
@@ -64,35 +72,35 @@ class Slot(msgspec.Struct, frozen=True):
     asset: str = msgspec.field(name="assetId", default="")
 
 
-class Chamber(msgspec.Struct, frozen=True, rename="camel"):
+class HouseRoom(msgspec.Struct, frozen=True, rename="camel"):
     """A room."""
 
     floor_polygon: list[Corner]
     room_type: str = ""
 
 
-class Box(msgspec.Struct, frozen=True):
+class ObjectBox(msgspec.Struct, frozen=True):
     """A box along the scene's axes."""
 
     center: Corner
     size: Corner
 
 
-class Thing(msgspec.Struct, frozen=True):
+class HouseObject(msgspec.Struct, frozen=True):
     """An object; what stands on it is beside it in no plan."""
 
     id: str = ""
-    box: Box | None = msgspec.field(name="axisAlignedBoundingBox", default=None)
+    box: ObjectBox | None = msgspec.field(name="axisAlignedBoundingBox", default=None)
 
 
 class House(msgspec.Struct, frozen=True):
     """One house."""
 
-    walls: list[Plane]
-    rooms: list[Chamber]
-    doors: list[Slot] = []
-    windows: list[Slot] = []
-    objects: list[Thing] = []
+    walls: list[WallRectangle]
+    rooms: list[HouseRoom]
+    doors: list[DoorOrWindow] = []
+    windows: list[DoorOrWindow] = []
+    objects: list[HouseObject] = []
 
 
 _HOUSE = msgspec.json.Decoder(House)
@@ -123,7 +131,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     file = Path(path)
     name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
     settings = (("file", name),)
-    base = base_id(name.removesuffix(".gz"))
+    base = id_from_file_name(name.removesuffix(".gz"))
     lines = _lines(file)
     first = next(lines, None)
     second = next(lines, None)
@@ -136,7 +144,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 
 def read(item: Input) -> Iterator[Level]:
     """Yield the level of one house; raise Rejection if it cannot be read."""
-    data, options = content(item), dict(item.options)
+    data, options = read_house_bytes(item), dict(item.options)
     name = options.get("file", Path(item.path).name)
     house = parse_house(data, name)
     walls = _walls(house)
@@ -146,22 +154,22 @@ def read(item: Input) -> Iterator[Level]:
     top = max(wall.top_m for wall in walls)
     yield Level(
         id=item.id,
-        walls=standing(walls, holes),
+        walls=wall_mesh(walls, holes),
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "y", 0.0, 0),
-        floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
+        floor=unite_rooms(room.polygon for room in rooms if room.polygon is not None),
         furniture=_furniture(house.objects),
         named_openings=True,
         only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
-        openings=openings(holes),
+        openings=passage_openings(holes),
         n_objects=len(house.objects),
         provenance={"source": "procthor", "file": name, "sha256": hashlib.sha256(data).hexdigest()},
     )
 
 
-def content(item: Input) -> bytes:
+def read_house_bytes(item: Input) -> bytes:
     """Return the bytes of one house; raise Rejection if they are not there."""
     name = Path(item.path).name
     try:
@@ -237,7 +245,7 @@ def _walls(house: House) -> list[Wall]:
     return found
 
 
-def _wall_ends(wall: Plane) -> tuple[tuple[float, float], tuple[float, float]] | None:
+def _wall_ends(wall: WallRectangle) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Return the ends of a wall in plan, the corner first from which its holes are measured."""
     corners = [(corner.x, corner.z) for corner in wall.polygon]
     if len(corners) < 3:
@@ -261,7 +269,7 @@ def _holes(house: House, name: str) -> list[Hole]:
     return found
 
 
-def _hole(slot: Slot, ends: Any, foot: float, is_door: bool) -> Hole:
+def _hole(slot: DoorOrWindow, ends: Any, foot: float, is_door: bool) -> Hole:
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     reach = [corner.x for corner in slot.hole]
     line = shapely.LineString([ends[0] + min(reach) * along, ends[0] + max(reach) * along])
@@ -275,13 +283,13 @@ def _rooms(house: House) -> tuple[SourceRoom, ...]:
     found = []
     for room in house.rooms:
         label = canonical(room.room_type)
-        polygon = clean((corner.x, corner.z) for corner in room.floor_polygon)
+        polygon = polygon_from_ring((corner.x, corner.z) for corner in room.floor_polygon)
         words = (room.room_type,) if room.room_type else ()
         found.append(SourceRoom(words, (label,) if label else (), polygon))
     return tuple(found)
 
 
-def _furniture(things: list[Thing]) -> tuple[SourceObject, ...]:
+def _furniture(things: list[HouseObject]) -> tuple[SourceObject, ...]:
     """R3."""
     found = []
     for thing in things:
@@ -289,6 +297,6 @@ def _furniture(things: list[Thing]) -> tuple[SourceObject, ...]:
             continue
         centre, size = thing.box.center, thing.box.size
         low, high = (centre.x - size.x / 2, centre.z - size.z / 2), (centre.x + size.x / 2, centre.z + size.z / 2)
-        body = prism(shapely.box(*low, *high), centre.y - size.y / 2, centre.y + size.y / 2)
+        body = extrude_polygon(shapely.box(*low, *high), centre.y - size.y / 2, centre.y + size.y / 2)
         found.append(SourceObject((thing.id.partition("|")[0],), body))
     return tuple(found)

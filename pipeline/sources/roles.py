@@ -26,7 +26,7 @@ from functools import cache
 from typing import Final
 
 from houseexpo.plan.room_labels import LABELS, canonical
-from pipeline.sources.meshes.scene import Part
+from pipeline.sources.meshes.scene import PartNames
 
 
 class Role(StrEnum):
@@ -210,7 +210,7 @@ STOREYS: Final = _set("""
 """Before "floor", these name a storey, not a surface."""
 
 
-def tokens(name: str) -> list[str]:
+def split_words(name: str) -> list[str]:
     """Plain words of a name: camel case parted, digits dropped, umlauts spelled out, other accents dropped."""
     parted = re.sub(r"(?<=[a-z\xdf-\xff])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
     for umlaut, spelled in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
@@ -220,12 +220,12 @@ def tokens(name: str) -> list[str]:
     return re.findall(r"[a-z]+", joined)
 
 
-def meaning(word: str) -> Role | None:
+def word_role(word: str) -> Role | None:
     """Return what a Germanic or any other listed word means by itself, or None if it is not known."""
     return _germanic().get(word) or _romance().get(word)
 
 
-def is_romance(word: str) -> bool:
+def is_romance_word(word: str) -> bool:
     """Tell whether a word is known, and only in a language whose head noun comes first."""
     return word in _romance() and word not in _germanic()
 
@@ -252,7 +252,7 @@ HANDED_DOWN = frozenset({Role.DOOR, Role.FURNITURE, Role.SPACE, Role.OPENING, Ro
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedRole:
     """A role and the name that gave it; ``sure`` is False where the word means other things too."""
 
     role: Role
@@ -260,58 +260,58 @@ class Named:
     sure: bool = True
 
 
-def role_of(name: str) -> Named | None:
+def role_from_name(name: str) -> NamedRole | None:
     """Return what one name says, or None if it says nothing."""
-    known = [(word, role) for word in _without_places(tokens(name)) if (role := _meaning(word))]
+    known = [(word, role) for word in _without_places(split_words(name)) if (role := _meaning(word))]
     if not known:
         return None
     roles = {role for _, role in known}
     for role in (Role.SPACE, Role.OPENING, Role.THRESHOLD):
         if role in roles:
-            return Named(role, name)
+            return NamedRole(role, name)
     solid = [pair for pair in known if pair[0] not in WALL_MATERIALS] or known  # R2
     words = {word for word, _ in solid}
     if any(role is Role.DOOR for _, role in solid):
         if any(role is Role.WALL for _, role in solid):
-            return Named(Role.WALL, name)
+            return NamedRole(Role.WALL, name)
         if words & FURNITURE_DOORS:
-            return Named(Role.FURNITURE, name)
+            return NamedRole(Role.FURNITURE, name)
         solid = [pair for pair in solid if pair[0] not in ROOMS]
-    word, role = solid[0] if is_romance(solid[0][0]) else solid[-1]  # R1
-    return Named(role, name, word not in AMBIGUOUS)
+    word, role = solid[0] if is_romance_word(solid[0][0]) else solid[-1]  # R1
+    return NamedRole(role, name, word not in AMBIGUOUS)
 
 
-def role_of_part(part: Part) -> Named | None:
+def role_from_part(part: PartNames) -> NamedRole | None:
     """R4: return what a part's names say together."""
     own = _first([*part.groups[-1:], part.mesh])
-    material = role_of(part.material)
+    material = role_from_name(part.material)
     if material and material.role not in SAID_BY_MATERIALS:
         material = None
     if own and own.role is Role.WALL and material and material.role is Role.DOOR:
-        return Named(Role.DOOR, part.material, sure=False)
+        return NamedRole(Role.DOOR, part.material, sure=False)
     if own:
         return own
-    around = [named for name in reversed(part.groups[:-1]) if (named := role_of(name))]
+    around = [named for name in reversed(part.groups[:-1]) if (named := role_from_name(name))]
     handed = next((named for named in around if named.role in HANDED_DOWN), None)
     return handed or material or next((named for named in around if named.role is not Role.FLOOR), None)
 
 
-def room_words(part: Part) -> tuple[str, ...]:
+def part_room_words(part: PartNames) -> tuple[str, ...]:
     """R5: return the source's own words for the room of a floor or a space; empty where it has none."""
     for name in (*part.groups[-1:], part.mesh):
-        rest = [word for word in tokens(name) if _meaning(word) not in {Role.FLOOR, Role.SPACE}]
+        rest = [word for word in split_words(name) if _meaning(word) not in {Role.FLOOR, Role.SPACE}]
         words = " ".join(word for word in rest if word not in {"space", "ifcspace", "mesh", "other", "transition"})
         if words and labels_for([words]):
             return (words.title(),)
     return ()
 
 
-def _first(names: Iterable[str]) -> Named | None:
-    return next((named for name in names if (named := role_of(name))), None)
+def _first(names: Iterable[str]) -> NamedRole | None:
+    return next((named for name in names if (named := role_from_name(name))), None)
 
 
 def _meaning(word: str) -> Role | None:
-    role = meaning(word)
+    role = word_role(word)
     if role is None:
         for ending, compound in COMPOUNDS.items():
             if word.endswith(ending) and len(word) >= len(ending) + SHORTEST_REST:
@@ -402,7 +402,7 @@ def labels_for(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def is_outside_the_count(words: Iterable[str]) -> bool:
+def is_attic_space(words: Iterable[str]) -> bool:
     """Tell whether one of a space's names says that it is the room under a roof, which is no room of a storey."""
     return any(" ".join(_tokens(word)) in _roofs() for word in words)
 

@@ -30,19 +30,19 @@ from pipeline.sources import mesh_file
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
-    deepen_opening,
-    floor_of,
-    one_each,
-    openings,
-    prism,
-    standing,
-    storey_heights,
+    deepen_to_wall_faces,
+    extrude_polygon,
+    group_storey_heights,
+    merge_parallel_holes,
+    passage_openings,
+    unite_rooms,
+    wall_mesh,
     walls_around,
 )
-from pipeline.sources.files import check_file, level_id, single_input
-from pipeline.sources.recognise import LONGEST_JSON
+from pipeline.sources.files import check_file, input_from_file, level_id
+from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
-from pipeline.sources.roomplan_scan import Floor, Scan, Section, Thing, parse_scan
+from pipeline.sources.roomplan_scan import Floor, LabelledSection, Scan, UprightBox, parse_scan
 from pipeline.sources.tolerances import (
     NAME_BOX_M,
     NARROWEST_ROOM_M,
@@ -61,7 +61,7 @@ UNKNOWN = frozenset({"", "unidentified", "other"})
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one scan."""
-    yield single_input(path, "roomplan", options)
+    yield input_from_file(path, "roomplan", options)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -105,13 +105,13 @@ def _scan(path: Path) -> Scan:
 def _heights(scan: Scan) -> list[float]:
     """R4: return the floors' heights, lowest first."""
     feet = [wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0]
-    return storey_heights(feet or [wall.low_m for wall in scan.walls])
+    return group_storey_heights(feet or [wall.low_m for wall in scan.walls])
 
 
 def _part(scan: Scan, low: float, high: float) -> Scan:
     """Return what begins between two heights."""
 
-    def here(things: Sequence[Thing]) -> tuple[Thing, ...]:
+    def here(things: Sequence[UprightBox]) -> tuple[UprightBox, ...]:
         return tuple(thing for thing in things if low <= thing.low_m < high)
 
     return Scan(
@@ -130,20 +130,22 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
     walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed_spaces(scan.walls), top)
     found = [Hole(d.shape, d.low_m - height, d.high_m - height, has_door=True) for d in scan.doors]
     found += [Hole(o.shape, o.low_m - height, o.high_m - height) for o in scan.openings]
-    holes = [hole for each in one_each(found) if (hole := deepen_opening(each, walls)) is not None]  # R2
+    holes = [
+        hole for each in merge_parallel_holes(found) if (hole := deepen_to_wall_faces(each, walls)) is not None
+    ]  # R2
     rooms = _rooms(scan.floors, scan.sections)
     return Level(
         id="",
-        walls=standing(walls, holes),
+        walls=wall_mesh(walls, holes),
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "y", height, 0),
-        floor=floor_of(floor.shape for floor in scan.floors),
+        floor=unite_rooms(floor.shape for floor in scan.floors),
         furniture=tuple(_object(thing, height) for thing in scan.objects),
         named_openings=True,
         only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
-        openings=openings(holes),
+        openings=passage_openings(holes),
         n_objects=len(scan.objects),
         provenance=provenance,
     )
@@ -160,7 +162,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 
 
-def _enclosed_spaces(walls: Sequence[Thing]) -> list[Polygon]:
+def _enclosed_spaces(walls: Sequence[UprightBox]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
     areas = [buffer_mitred(area, SHEET_M / 2) for area in enclosed_pieces(strips)[1]]
@@ -179,7 +181,7 @@ def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:
     return strip
 
 
-def _rooms(floors: Sequence[Floor], sections: Sequence[Section]) -> tuple[SourceRoom, ...]:
+def _rooms(floors: Sequence[Floor], sections: Sequence[LabelledSection]) -> tuple[SourceRoom, ...]:
     """R3."""
     rooms, free = [], list(sections)
     for floor in floors:
@@ -197,5 +199,5 @@ def _rooms(floors: Sequence[Floor], sections: Sequence[Section]) -> tuple[Source
     return tuple(rooms)
 
 
-def _object(thing: Thing, height: float) -> SourceObject:
-    return SourceObject((thing.word,), prism(thing.shape, thing.low_m - height, thing.high_m - height))
+def _object(thing: UprightBox, height: float) -> SourceObject:
+    return SourceObject((thing.word,), extrude_polygon(thing.shape, thing.low_m - height, thing.high_m - height))

@@ -1,6 +1,6 @@
 """Parse a RoomPlan capture (``Scan``: boxes and floors) from JSON, or from the USDZ file that contains the same data.
 
-Meshes of any other USDZ file are loaded here, too (``load``).
+Meshes of any other USDZ file are loaded here, too (``load_usdz_pieces``).
 
 R1  A surface or an object is a box of its dimensions about its transform (16 numbers, column by column).
 R2  A structure holds its rooms, and each of these what was found in it; what the structure repeats is left out.
@@ -26,9 +26,9 @@ from shapely import Polygon
 from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import clean
-from pipeline.sources.files import LARGEST_BYTES, check_lengths, decode_document, members
-from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
+from pipeline.sources.drawn_storeys import polygon_from_ring
+from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
 from pipeline.sources.tolerances import SAME_M, SHEET_M, SLIVER_M2
 
 _ADVICE = "export the scan again"
@@ -61,7 +61,7 @@ class _Structure(_Room, frozen=True):
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
+class UprightBox:
     """A box that stands upright: its plan shape, wider than deep for surfaces, and its heights; ``word`` names it."""
 
     word: str
@@ -79,7 +79,7 @@ class Floor:
 
 
 @dataclass(frozen=True)
-class Section:
+class LabelledSection:
     """A part of a home that RoomPlan gave a label to, by its middle."""
 
     label: str
@@ -91,12 +91,12 @@ class Section:
 class Scan:
     """All that was found."""
 
-    walls: tuple[Thing, ...] = ()
-    doors: tuple[Thing, ...] = ()
-    openings: tuple[Thing, ...] = ()
-    objects: tuple[Thing, ...] = ()
+    walls: tuple[UprightBox, ...] = ()
+    doors: tuple[UprightBox, ...] = ()
+    openings: tuple[UprightBox, ...] = ()
+    objects: tuple[UprightBox, ...] = ()
     floors: tuple[Floor, ...] = ()
-    sections: tuple[Section, ...] = ()
+    sections: tuple[LabelledSection, ...] = ()
 
 
 _DECODER = msgspec.json.Decoder(_Structure)
@@ -116,7 +116,7 @@ def parse_scan(data: bytes, name: str) -> Scan:
     )
 
 
-def box_thing(word: str, points: np.ndarray) -> Thing | None:
+def upright_box(word: str, points: np.ndarray) -> UprightBox | None:
     """Return the upright box around points (n, 3) of plan x, y and height, or None if they have no extent in plan."""
     around = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2]))
     if around.length < SHEET_M:
@@ -124,7 +124,7 @@ def box_thing(word: str, points: np.ndarray) -> Thing | None:
     if around.area < SHEET_M * around.length / 2:
         line = shapely.LineString(_farthest(points[:, :2]))
         around = line.buffer(SHEET_M / 2, cap_style="flat")
-    return Thing(word, around, float(points[:, 2].min()), float(points[:, 2].max()))
+    return UprightBox(word, around, float(points[:, 2].min()), float(points[:, 2].max()))
 
 
 def _farthest(points: np.ndarray) -> np.ndarray:
@@ -133,12 +133,12 @@ def _farthest(points: np.ndarray) -> np.ndarray:
     return np.stack([first, points[int(np.argmax(np.hypot(*(points - first).T)))]])
 
 
-def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[Thing]:
+def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[UprightBox]:
     """R1."""
     for surface in surfaces:
         matrix, size = _place(surface, name)
         signs = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-        thing = box_thing(_word(surface), _in_plan(signs * size, matrix))
+        thing = upright_box(_word(surface), _in_plan(signs * size, matrix))
         if thing is not None:
             yield thing
 
@@ -151,16 +151,16 @@ def _floor(surface: _Surface, name: str) -> Floor | None:
         corners = [[x * size[0], y * size[1], 0.0] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
     points = _in_plan(np.array(corners, np.float64), matrix)
     check_lengths(points, name, _ADVICE)
-    shape = clean(points[:, :2])
+    shape = polygon_from_ring(points[:, :2])
     return None if shape is None else Floor(shape, float(np.median(points[:, 2])))
 
 
-def _section(section: _Section, name: str) -> Section:
+def _section(section: _Section, name: str) -> LabelledSection:
     if len(section.center) != 3:
         raise Rejection("source", Reason.UNREADABLE, f"{name}: a section's center has not three numbers", _ADVICE)
     x, height, z = section.center
     check_lengths([x, height, z], name, _ADVICE)
-    return Section(section.label, (x, -z), height)
+    return LabelledSection(section.label, (x, -z), height)
 
 
 def _place(surface: _Surface, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -212,14 +212,14 @@ def load_usdz(path: Path) -> Scan:
         return _read(stage, geometry, path.name)
 
 
-def frame_of(path: Path) -> tuple[str, float | None]:
+def usdz_up_and_unit(path: Path) -> tuple[str, float | None]:
     """Return the up axis of a USDZ file and metres in its unit, or None if it states none; raises as ``load_usdz``."""
     with _stage(path) as (stage, geometry):
         metres = geometry.GetStageMetersPerUnit(stage) if geometry.StageHasAuthoredMetersPerUnit(stage) else None
         return "z" if geometry.GetStageUpAxis(stage) == geometry.Tokens.z else "y", metres
 
 
-def load(path: Path, max_faces: int) -> Iterator[Piece]:
+def load_usdz_pieces(path: Path, max_faces: int) -> Iterator[NamedPiece]:
     """Yield the triangles of every mesh at its place, in the file's axes and unit; raises as ``load_usdz``."""
     with _stage(path) as (stage, geometry):
         cache, count = geometry.XformCache(), 0
@@ -240,7 +240,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64).T  # rows there, columns here
             vertices, faces = transform_triangles(local, faces, matrix)
             names = tuple(part for part in str(prim.GetPath()).split("/") if part)
-            yield Piece(Part(names[:-1], names[-1]), vertices, faces)
+            yield NamedPiece(PartNames(names[:-1], names[-1]), vertices, faces)
 
 
 @contextmanager
@@ -253,7 +253,7 @@ def _stage(path: Path) -> Iterator[tuple[Any, Any]]:
         raise MissingDependencyError(said) from None
     _check_whole(path)
     try:
-        _check_layers(Sdf, path, members(path))
+        _check_layers(Sdf, path, archive_members(path))
         stage = Usd.Stage.Open(str(path))
         stage.Reload()  # the library keeps what it has read under the same name
         yield stage, UsdGeom
@@ -295,7 +295,7 @@ def _check_layers(sdf: Any, path: Path, names: tuple[str, ...]) -> None:
 def _read(stage: Any, geometry: Any, name: str) -> Scan:
     metres = float(geometry.GetStageMetersPerUnit(stage))
     z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
-    found: dict[str, list[Thing]] = {kind: [] for kind in (*_KINDS, "object")}
+    found: dict[str, list[UprightBox]] = {kind: [] for kind in (*_KINDS, "object")}
     floors = []
     cache = geometry.XformCache()
     for count, prim in enumerate(prim for prim in stage.Traverse() if prim.IsA(geometry.Mesh)):
@@ -312,7 +312,7 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
         kind, word = _kind(str(prim.GetPath()))
         if kind == "floor":
             floors += _floors(mesh, points)
-        elif (thing := box_thing(word, points)) is not None:
+        elif (thing := upright_box(word, points)) is not None:
             found[kind].append(thing)
     walls, doors, gaps = (tuple(found[kind]) for kind in ("wall", "door", "opening"))
     return Scan(walls, doors, gaps, tuple(found["object"]), tuple(floors))

@@ -25,7 +25,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import as_text, report
+from pipeline.sources.files import displayable_name, record_file
 from pipeline.sources.meshes import obj
 from pipeline.sources.tolerances import FAR_M, LONGEST_ROOM_M, SUNCG_GRID_M, TINY
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
@@ -131,7 +131,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
         raise Rejection("source", Reason.MISSING_FILE, "expected a folder 'house' in the SUNCG root", "give the root")
     settings = tuple(sorted(options.items()))
     for scene in sorted(entry.name for entry in folder.iterdir() if entry.is_dir()):
-        yield Input(id=as_text(scene), reader="suncg", path=path, key=scene, options=settings)
+        yield Input(id=displayable_name(scene), reader="suncg", path=path, key=scene, options=settings)
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:
@@ -221,13 +221,13 @@ class _Files:
 
     def mesh(self, name: str) -> Mesh:
         data = self.read(name)
-        material = obj.material_file(data)
+        material = obj.find_material_file(data)
         if material is not None:
-            report((self._root / name).with_name(material))
+            record_file((self._root / name).with_name(material))
         if material is not None and not (self._root / name).with_name(material).exists():
             advice = "copy it again, or take the mtllib line out of the OBJ file"
             raise Rejection("source", Reason.MISSING_FILE, f"{name} names {material}, found no such file", advice)
-        return obj.parse(data, name)
+        return obj.parse_plain_obj(data, name)
 
     def forget_all_but(self, name: str) -> None:
         self._hashes = {name: self._hashes[name]}

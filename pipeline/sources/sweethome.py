@@ -50,24 +50,24 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
-    beside,
-    between,
-    clean,
-    floor_of,
-    indoors,
-    openings,
-    prism,
-    standing,
+    drop_outdoor_rooms,
+    extrude_polygon,
+    passage_openings,
+    polygon_from_ring,
+    subtract_rooms_from_walls,
+    unite_rooms,
+    wall_mesh,
+    walls_between_rooms,
 )
 from pipeline.sources.files import (
     LARGEST_BYTES,
     Element,
-    LeftOut,
+    LeftOutParts,
     check_file,
+    input_from_file,
     level_id,
     parse_xml,
     read_member,
-    single_input,
 )
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
@@ -118,7 +118,7 @@ class DrawnWall:
 
 
 @dataclass(frozen=True)
-class Piece:
+class FurniturePiece:
     """A piece of furniture, a door or a window: a box about (x, y), turned by an angle (clockwise as drawn)."""
 
     level: str
@@ -132,7 +132,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class DoorOrWindow(Piece):
+class DoorOrWindow(FurniturePiece):
     """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame."""
 
     wall_left: float
@@ -160,10 +160,10 @@ class Home:
     walls: tuple[DrawnWall, ...]
     doors: tuple[DoorOrWindow, ...]
     rooms: tuple[DrawnRoom, ...]
-    furniture: tuple[Piece, ...]
+    furniture: tuple[FurniturePiece, ...]
 
 
-def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
+def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
     """Read a home; raises Rejection (UNREADABLE, NOT_FINITE, BAD_UNITS) where its levels or walls are damaged."""
     if root.tag != "home":
         detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
@@ -182,7 +182,7 @@ def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
     levels = sorted(storeys, key=lambda each: each.elevation_m) or [Storey("", "", 0.0, usual)]
     here = {each.key for each in levels}
     doors: list[DoorOrWindow] = []
-    furniture: list[Piece] = []
+    furniture: list[FurniturePiece] = []
     rooms: list[DrawnRoom] = []
     for each in (*_visible(root), *root.iter("room")):
         if each.get("level", "") in here:
@@ -192,7 +192,7 @@ def home_of(root: Element, name: str, left_out: LeftOut) -> Home:
                 elif each.tag == "doorOrWindow":
                     doors.append(_door(each, _values(each)))
                 else:
-                    furniture.append(Piece(**_values(each)))
+                    furniture.append(FurniturePiece(**_values(each)))
     return Home(
         levels=tuple(levels),
         walls=tuple(_wall(each, usual) for each in root.iter("wall") if each.get("level", "") in here),
@@ -292,7 +292,7 @@ def _flag(element: Element, key: str, usual: bool) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Strip:
+class WallStrip:
     """A wall with its middle line (n, 2) and its shape."""
 
     wall: DrawnWall
@@ -300,24 +300,24 @@ class Strip:
     shape: Polygon
 
 
-def strips(walls: Sequence[DrawnWall]) -> list[Strip]:
+def wall_strips(walls: Sequence[DrawnWall]) -> list[WallStrip]:
     """S1: return the walls that have a length and a thickness."""
     found = []
     for wall in walls:
         line = _middle(wall)
         if math.dist(wall.start, wall.end) > ROUGH_M and wall.thickness_m > ROUGH_M:
             shape = LineString(line).buffer(wall.thickness_m / 2, cap_style="flat", join_style="mitre")
-            found.append(Strip(wall, line, max(polygons_of(shape), key=lambda part: part.area)))
+            found.append(WallStrip(wall, line, max(polygons_of(shape), key=lambda part: part.area)))
     return found
 
 
-def bodies(found: Sequence[Strip]) -> list[Wall]:
+def wall_bodies(found: Sequence[WallStrip]) -> list[Wall]:
     """Return the walls and the corners between them as pieces that stand on the floor."""
     by_key = {strip.wall.key: strip for strip in found if strip.wall.key}
     return [piece for strip in found for piece in (*_sloped_walls(strip), *_corners(strip, by_key))]
 
 
-def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
+def door_hole(door: DoorOrWindow, found: Sequence[WallStrip]) -> Hole | None:
     """S4, or None if it stands in no wall."""
     across, along = _axes(door.angle_rad)
     left = 1 - door.wall_left - door.wall_width if door.mirrored else door.wall_left
@@ -340,14 +340,14 @@ def hole_of(door: DoorOrWindow, found: Sequence[Strip]) -> Hole | None:
     )
 
 
-def footprint(piece: Piece) -> Polygon:
+def piece_footprint(piece: FurniturePiece) -> Polygon:
     """Return a piece's box seen from above."""
     across, along = _axes(piece.angle_rad)
     half = piece.width_m / 2, piece.depth_m / 2
     return _quad(piece.at, along, across, (-half[0], half[0]), (-half[1], half[1]))
 
 
-def _share(strip: Strip, frame: Polygon) -> float:
+def _share(strip: WallStrip, frame: Polygon) -> float:
     """Area that a frame could have in a wall thinner than itself."""
     longest = max(frame.length / 2 - strip.wall.thickness_m, ROUGH_M)
     return float(longest * strip.wall.thickness_m)
@@ -365,7 +365,7 @@ def _middle(wall: DrawnWall) -> Any:
     return centre + np.column_stack([x * cos - y * sin, x * sin + y * cos])
 
 
-def _sloped_walls(strip: Strip) -> Iterable[Wall]:
+def _sloped_walls(strip: WallStrip) -> Iterable[Wall]:
     """S3."""
     wall = strip.wall
     rise = wall.end_height_m - wall.height_m
@@ -381,7 +381,7 @@ def _sloped_walls(strip: Strip) -> Iterable[Wall]:
     return found
 
 
-def _corners(strip: Strip, by_key: Mapping[str, Strip]) -> Iterable[Wall]:
+def _corners(strip: WallStrip, by_key: Mapping[str, WallStrip]) -> Iterable[Wall]:
     """S2."""
     for at_end, key in enumerate(strip.wall.joined):
         other = by_key.get(key)
@@ -436,7 +436,7 @@ _LISTS: Final = ("furnitureWithGroups", "furnitureWithDoorsAndWindows", "furnitu
 _DEEPEST_GROUP: Final = 50
 
 
-def home_element(data: bytes, name: str) -> Element:
+def parse_home_xml(data: bytes, name: str) -> Element:
     """Return a home as the root of ``Home.xml``; raises Rejection (UNREADABLE) where it is damaged, or no home."""
     from javaobj.v2.main import load
 
@@ -519,15 +519,15 @@ JAVA = b"\xac\xed"
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one home."""
-    yield single_input(path, "sweethome", options)
+    yield input_from_file(path, "sweethome", options)
 
 
 def read(item: Input) -> Iterator[Level]:
     """Yield the home's levels, lowest first; raise Rejection if it cannot be read or no wall stands in it."""
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
-    left_out = LeftOut()
-    home = home_of(_home(path), path.name, left_out)
+    left_out = LeftOutParts()
+    home = parse_home(_home(path), path.name, left_out)
     levels = [level for level in home.levels if any(wall.level == level.key for wall in home.walls)]  # R1
     if not levels:
         raise Rejection(
@@ -539,29 +539,29 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:
-    found = strips([wall for wall in home.walls if wall.level == storey.key])
+    found = wall_strips([wall for wall in home.walls if wall.level == storey.key])
     holes = [
         replace(hole, shape=_flip_y(hole.shape), across=(hole.across[0], -hole.across[1]))
         for door in home.doors
-        if door.level == storey.key and (hole := hole_of(door, found)) is not None
+        if door.level == storey.key and (hole := door_hole(door, found)) is not None
     ]
-    walls = [Wall(_flip_y(wall.shape), wall.bottom_m, wall.top_m) for wall in bodies(found)]
-    rooms = indoors([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
-    walls = beside(rooms, walls, holes)
-    fillings, holes = between(rooms, walls, holes)
+    walls = [Wall(_flip_y(wall.shape), wall.bottom_m, wall.top_m) for wall in wall_bodies(found)]
+    rooms = drop_outdoor_rooms([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
+    walls = subtract_rooms_from_walls(rooms, walls, holes)
+    fillings, holes = walls_between_rooms(rooms, walls, holes)
     pieces = [piece for piece in home.furniture if piece.level == storey.key]
     return Level(
         id=name,
-        walls=standing([*walls, *fillings], holes),
+        walls=wall_mesh([*walls, *fillings], holes),
         ceiling_m=max((wall.top_m for wall in walls), default=0.0),
         frame=Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "z", storey.elevation_m, number),
-        floor=floor_of(room.polygon for room in rooms if room.polygon is not None),
+        floor=unite_rooms(room.polygon for room in rooms if room.polygon is not None),
         furniture=tuple(_object(piece) for piece in pieces),
         named_openings=True,
         only_walls=True,
         rooms=rooms,
         room_count=len(rooms) or None,
-        openings=openings(holes),
+        openings=passage_openings(holes),
         n_objects=len(pieces),
         provenance={**provenance, "storey": storey.name, **({} if storey.shown else {"hidden": "yes"})},
     )
@@ -574,7 +574,7 @@ def _home(path: Path) -> Element:
     if head != b"PK":
         with path.open("rb") as stream:
             data = stream.read(LARGEST_BYTES + 1)
-        return home_element(data, path.name) if head == JAVA else parse_xml(data, path.name)
+        return parse_home_xml(data, path.name) if head == JAVA else parse_xml(data, path.name)
     found = read_member(path, ("Home.xml",), LARGEST_BYTES)
     if found is not None:
         return parse_xml(found, path.name)
@@ -582,18 +582,20 @@ def _home(path: Path) -> Element:
     if older is None:
         detail = f"{path.name}: expected Home.xml or Home in it, found neither"
         raise Rejection("source", Reason.UNREADABLE, detail, "save it again in Sweet Home 3D")
-    return home_element(older, path.name)
+    return parse_home_xml(older, path.name)
 
 
 def _source_room(room: DrawnRoom) -> SourceRoom:
     words = (room.name,) if room.name else ()
-    polygon = clean(room.ring)
+    polygon = polygon_from_ring(room.ring)
     return SourceRoom(words, labels_for(words), None if polygon is None else _flip_y(polygon))
 
 
-def _object(piece: Piece) -> SourceObject:
+def _object(piece: FurniturePiece) -> SourceObject:
     bottom = piece.elevation_m
-    return SourceObject((piece.name,), prism(_flip_y(footprint(piece)), bottom, bottom + piece.height_m))
+    return SourceObject(
+        (piece.name,), extrude_polygon(_flip_y(piece_footprint(piece)), bottom, bottom + piece.height_m)
+    )
 
 
 def _flip_y(shape: Polygon) -> Polygon:

@@ -181,8 +181,8 @@ HOVER_M: Final = 0.15  # walls hover over the ground if they start this far over
 HOVER_SHARE: Final = 0.15  # and less than this share of the usual wall length stands between
 NAMED_SHARE: Final = 0.5  # share of a surface from which the names of its parts are believed
 
-# Decisions about the up axis and the unit (``storeys.size``, ``storeys.scale``). Evidence adds up; its unit is that of
-# flatness, the logarithm of width over height.
+# Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
+# is that of flatness, the logarithm of width over height.
 
 FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide
 BARE_WEIGHT: Final = 1.5  # for an axis along which hardly any face of a mesh of walls looks

@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import FloorPlan
-from pipeline.sources.occupancy_map.rooms import segment
+from pipeline.sources.occupancy_map.rooms import segment_rooms
 from tests.builders.matching import RoomScores, found_near, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, rose_maps, true_doors
 from tests.builders.shared import DATA, needs_shared
@@ -54,7 +54,7 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
         rows, whole, seconds, counts = [], [], [], np.zeros(3, int)
         for made in maps_of(kind):
             start = time.perf_counter()
-            parts = segment(made.free, CELL_M)
+            parts = segment_rooms(made.free, CELL_M)
             seconds.append(time.perf_counter() - start)
             label = parts.label_of_cells(made.free.shape)
             coloured = made.free if made.coloured is None else made.coloured

@@ -28,7 +28,7 @@ from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
 from pipeline.report_page import page, table
 from pipeline.sources import find, reader
-from pipeline.sources.meshes.formats import SUFFIXES, convention, load_scene
+from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.values import Level
 from tests.corpus.manifest import Verdict
 from tests.corpus.runs import Built
@@ -165,7 +165,7 @@ def _raw(path: Path) -> Mesh | None:
         return None
     try:
         mesh = load_scene(path).mesh
-        up = convention(path).up
+        up = frame_convention(path).up
     except Rejection:
         return None
     x, y, z = mesh.vertices.T

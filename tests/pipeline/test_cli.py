@@ -21,7 +21,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
 from pipeline.inspection import _number
 from pipeline.report import implausible
-from pipeline.sources.files import base_id
+from pipeline.sources.files import id_from_file_name
 from pipeline.sources.procedural import write_house
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
@@ -280,7 +280,7 @@ def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
     manifest.write_text("")
     path = one_room(tmp_path / "villa.ply")
     assert inspect(path, tmp_path / "before", "--config", str(manifest))[0] == 0
-    (tmp_path / "overrides.toml").write_text(f"[{base_id(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
+    (tmp_path / "overrides.toml").write_text(f"[{id_from_file_name(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
     assert inspect(path, tmp_path / "after", "--config", str(manifest))[0] == 1  # a hall of 100 m, 54 m high
 
 

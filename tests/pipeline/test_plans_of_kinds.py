@@ -13,8 +13,8 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.config import EvidenceConfig
 from pipeline.geometry.known_doors import find_leaves
 from pipeline.geometry.meshes import Bodies
-from pipeline.sources.meshes.formats import Convention
-from pipeline.sources.storeys.size import Wish, detect
+from pipeline.sources.meshes.formats import FrameConvention
+from pipeline.sources.storeys.axis_and_unit import SizeOptions, find_axis_and_unit
 from pipeline.stages.evidence import gather_evidence
 from pipeline.values import Mesh
 from tests.builders.houses import (
@@ -91,7 +91,7 @@ def test_a_slab_over_the_rooms_is_no_lintel() -> None:
 def test_faces_inside_walls_of_many_courses_do_not_make_a_storey_low() -> None:
     walls, doorway = flat(0.3, 0.3)
     mesh = joined(in_courses(walls, doorway, (0.0, 0.9, 1.2, 1.4, HEAD, CEILING)))
-    found = detect(mesh, Convention("z", None), Wish(), "house.ply")
+    found = find_axis_and_unit(mesh, FrameConvention("z", None), SizeOptions(), "house.ply")
     assert (found.up, found.metres) == ("z", 1.0)
 
 

@@ -8,11 +8,18 @@ from typing import Final
 import numpy as np
 import shapely
 
-from pipeline.sources.homes.details import Details, add_details, front_doors
-from pipeline.sources.homes.kinds import draw_wish
-from pipeline.sources.homes.shaping import WIDE_M, Doorways, Shaped, bend_rooms, doors, one_space
-from pipeline.sources.homes.slicing import Asked, lay_out
-from pipeline.sources.homes.values import Door, Home, NamedBox, Rect, Wish, on_grid
+from pipeline.sources.homes.corners import CornerWishes, add_corners, draw_front_doors
+from pipeline.sources.homes.shaping import (
+    WIDE_M,
+    DoorWishes,
+    ShapedRooms,
+    bend_rooms,
+    join_spaces_by_doors,
+    join_to_one_space,
+)
+from pipeline.sources.homes.slicing import WantedRectangles, slice_box
+from pipeline.sources.homes.values import Home, HomeDoor, HomeWish, NamedRoomBox, Rect, snap_wall_line
+from pipeline.sources.homes.wishes import draw_home_wish
 
 _DRAWS: Final = 12
 _TRIES: Final = 24
@@ -33,37 +40,37 @@ def make_home(index: int, seed: int) -> Home:
     """Make home ``index`` of a seed; a wish that cannot be met is drawn again."""
     rng = np.random.default_rng([seed, index, _SPREAD])
     for _ in range(_DRAWS):
-        home = _try_home(home_id(index, seed), draw_wish(rng), rng)
+        home = _try_home(home_id(index, seed), draw_home_wish(rng), rng)
         if home is not None:
             return home
     raise RuntimeError(f"home {index} of seed {seed}: no layout in {_DRAWS} wishes")
 
 
-def _try_home(name: str, wish: Wish, rng: np.random.Generator) -> Home | None:
+def _try_home(name: str, wish: HomeWish, rng: np.random.Generator) -> Home | None:
     """Lay out, bend rooms, then join them by doors, or None if the wish cannot be met."""
     width, height = (wish.long_m, wish.short_m) if rng.random() < 0.5 else (wish.short_m, wish.long_m)
     extent = wish.area_m2 / (width * height)
     alone = wish.spaces == 1 and extent < _PLAIN  # a room that is no rectangle consists of some
     areas = wish.areas_m2 if not alone else tuple(wish.area_m2 * rng.dirichlet(np.full(int(rng.integers(2, 4)), 2.0)))
     with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in areas)
-    asked = Asked(width + wish.wall_m, height + wish.wall_m, with_walls)
-    rects = lay_out(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
+    asked = WantedRectangles(width + wish.wall_m, height + wish.wall_m, with_walls)
+    rects = slice_box(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
     if rects is None:
         return None
     rects = [_on_grid(rect, wish.wall_m) for rect in rects]
-    found = one_space(rects, wish.wall_m) if alone else bend_rooms(rects, wish.corners, wish.wall_m, rng)
+    found = join_to_one_space(rects, wish.wall_m) if alone else bend_rooms(rects, wish.corners, wish.wall_m, rng)
     return _home_of(name, wish, found, rng)
 
 
 def _on_grid(rect: Rect, wall_m: float) -> Rect:
-    x1, y1, x2, y2 = (on_grid(value, wall_m) for value in rect)
+    x1, y1, x2, y2 = (snap_wall_line(value, wall_m) for value in rect)
     return x1, y1, x2, y2
 
 
-def _home_of(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> Home | None:
+def _home_of(name: str, wish: HomeWish, found: ShapedRooms, rng: np.random.Generator) -> Home | None:
     labels = [each[0] if each else None for each in wish.names]
-    asked = Doorways(wish.doors, -wish.corners, wish.wall_m)
-    joints = doors(found.rects, found.space_of, labels, asked, rng)
+    asked = DoorWishes(wish.doors, -wish.corners, wish.wall_m)
+    joints = join_spaces_by_doors(found.rects, found.space_of, labels, asked, rng)
     if joints is None:
         return None
     half = wish.wall_m / 2
@@ -74,22 +81,22 @@ def _home_of(name: str, wish: Wish, found: Shaped, rng: np.random.Generator) -> 
         shapely.union_all([shape for shape, k in zip(inner, owner, strict=True) if k == space], grid_size=1e-4)
         for space in range(wish.spaces)
     ]
-    ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
-    spaces = add_details(spaces, ways, Details(wish.corners, wish.oblique, wish.wall_m), rng)
+    ways = tuple(HomeDoor(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
+    spaces = add_corners(spaces, ways, CornerWishes(wish.corners, wish.oblique, wish.wall_m), rng)
     if not _passable(spaces, ways):
         return None
-    fronts = front_doors(spaces, wish.names, wish.wall_m, rng)
+    fronts = draw_front_doors(spaces, wish.names, wish.wall_m, rng)
     return Home(name, tuple(spaces), ways, fronts, _boxes(wish, spaces, rng), wish.rooms, wish.wall_m)
 
 
-def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
+def _passable(spaces: list[shapely.Polygon], ways: tuple[HomeDoor, ...]) -> bool:
     """Return whether a robot gets everywhere, in each space and through all doors."""
     free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
     places = shapely.buffer([*spaces, free], -_ROBOT_M)
     return all(isinstance(place, shapely.Polygon) and not place.is_empty for place in places)
 
 
-def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:
+def _boxes(wish: HomeWish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedRoomBox, ...]:
     """Return boxes: the first name of a space has its whole box, the others parts of it."""
     boxes = []
     for space, labels in zip(spaces, wish.names, strict=True):
@@ -100,5 +107,5 @@ def _boxes(wish: Wish, spaces: list[shapely.Polygon], rng: np.random.Generator) 
                 box = (x1 + (x2 - x1) * low, y1, x1 + (x2 - x1) * high, y2)
             else:
                 box = (x1, y1 + (y2 - y1) * low, x2, y1 + (y2 - y1) * high)
-            boxes.append(NamedBox(label, tuple(round(float(value), 3) for value in box)))  # type: ignore[arg-type]
+            boxes.append(NamedRoomBox(label, tuple(round(float(value), 3) for value in box)))  # type: ignore[arg-type]
     return tuple(boxes)

@@ -17,14 +17,14 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.values import Home
-from pipeline.sources.procedural.solids import prism
+from pipeline.sources.procedural.solids import prism_mesh
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
 from pipeline.values import MADE, Level, SourceRoom
 
 _MIN_M2: Final = 1e-4
 
 
-def level_of(home: Home) -> Level:
+def level_from_home(home: Home) -> Level:
     """Return the one level of a home."""
     return Level(
         id=home.id,
@@ -37,11 +37,11 @@ def level_of(home: Home) -> Level:
             SourceRoom((each.label,) if each.label else (), _labels(each.label), box=each.box) for each in home.boxes
         ),
         room_count=home.room_count,
-        provenance={"source": MADE, "style": "home", "sha256": digest(home)},
+        provenance={"source": MADE, "style": "home", "sha256": home_digest(home)},
     )
 
 
-def digest(home: Home) -> str:
+def home_digest(home: Home) -> str:
     """SHA-256 of what a home is, in hex digits."""
     parts = [shapely.to_wkb(shapely.normalize(space)) for space in home.spaces]
     parts += [repr((home.doors, home.fronts, home.boxes, home.wall_m, home.room_count)).encode()]
@@ -62,8 +62,8 @@ def _walls(home: Home) -> Mesh:
     open_ = shapely.union_all(gaps)
     standing = [(each, 0.0, WALL_TOP_M) for each in _pieces(shapely.difference(solid, open_))]
     crossed = _pieces(shapely.intersection(solid, open_))
-    meshes = [prism(*each) for each in standing]
-    meshes += [prism(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
+    meshes = [prism_mesh(*each) for each in standing]
+    meshes += [prism_mesh(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
     starts = np.cumsum([0] + [len(points) for points, _, _ in meshes[:-1]])
     return Mesh(
         np.concatenate([points for points, _, _ in meshes]),

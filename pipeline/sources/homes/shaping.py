@@ -11,9 +11,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.sources.homes.kinds import hub_of
-from pipeline.sources.homes.slicing import NEAR_M, borders
-from pipeline.sources.homes.values import Rect, on_grid
+from pipeline.sources.homes.slicing import NEAR_M, shared_borders
+from pipeline.sources.homes.values import Rect, snap_wall_line
+from pipeline.sources.homes.wishes import extra_doors
 
 CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face, or is flush with it."""
@@ -34,7 +34,7 @@ ENDS = {"Bathroom": 0.7, "Toilet": 0.9, "Storage": 0.8, "Wardrobe": 0.9, "Balcon
 
 
 @dataclass(frozen=True)
-class Joint:
+class WallGap:
     """A gap in the wall between rectangles ``pair``: its freed area."""
 
     pair: tuple[int, int]
@@ -42,7 +42,7 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Doorways:
+class DoorWishes:
     """What is asked of the doors: their widths, ascending.
 
     ``fewer`` are corners less than four a door where a jamb is flush with a room's side.
@@ -53,16 +53,16 @@ class Doorways:
     wall_m: float
 
 
-def doors(
-    rects: list[Rect], space_of: list[int], labels: list[str | None], asked: Doorways, rng: np.random.Generator
-) -> list[Joint] | None:
+def join_spaces_by_doors(
+    rects: list[Rect], space_of: list[int], labels: list[str | None], asked: DoorWishes, rng: np.random.Generator
+) -> list[WallGap] | None:
     """Join all spaces by a tree of doors, through the walls that people would choose, or None if some stay apart.
 
     The tree grows from a hub: of all walls between what is joined and what is not, the one is taken whose rooms are
     likeliest to have many doors; a room that has some gets more.
     """
     ways: dict[tuple[int, int], _Way] = {}
-    for pair, at in borders(rects).items():
+    for pair, at in shared_borders(rects).items():
         one, other = sorted((space_of[pair[0]], space_of[pair[1]]))
         if one != other and _widest_door(at, asked.wall_m) >= BORDER_M:
             known = ways.get((one, other))
@@ -72,7 +72,7 @@ def doors(
     reach = np.zeros(count)
     for one, other in ways:
         reach[[one, other]] += 1.0
-    pull = np.array([HUB * hub_of(label) + ENTERED * (label == ENTRANCE) for label in labels])
+    pull = np.array([HUB * extra_doors(label) + ENTERED * (label == ENTRANCE) for label in labels])
     pull += 0.5 * reach + rng.gumbel(size=count)
     inside, degree = {int(np.argmax(pull))}, np.zeros(count)
     found: list[_Way] = []
@@ -105,7 +105,7 @@ def _widest_door(at: tuple[float, float, float, bool], wall_m: float) -> float:
     return at[2] - at[1] - wall_m - 2 * CORNER_M
 
 
-def _place_joints(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.random.Generator) -> list[Joint]:
+def _place_joints(ways: list[_Way], rects: list[Rect], asked: DoorWishes, rng: np.random.Generator) -> list[WallGap]:
     """Deal the widths to the borders, the widest door first, and place each; some jambs are flush with a side wall."""
     widths: dict[int, float] = {}
     for width in asked.widths[::-1]:
@@ -125,7 +125,7 @@ def _place_joints(ways: list[_Way], rects: list[Rect], asked: Doorways, rng: np.
             low, high = low + CORNER_M, high - CORNER_M
             at = low + (high - low - widths[k]) * _draw_position(rng)
         at = round(at, 2)
-        found.append(Joint(pair, gap_in_wall(line, at, at + widths[k], asked.wall_m, upright=upright)))
+        found.append(WallGap(pair, wall_gap_rectangle(line, at, at + widths[k], asked.wall_m, upright=upright)))
     return found
 
 
@@ -154,7 +154,7 @@ def _cost(one: str | None, other: str | None, rng: np.random.Generator) -> float
     return 2.0 * ENDS.get(one or "", 0.0) * ENDS.get(other or "", 0.0) - float(rng.gumbel())
 
 
-def gap_in_wall(line: float, low: float, high: float, wall_m: float, *, upright: bool) -> Rect:
+def wall_gap_rectangle(line: float, low: float, high: float, wall_m: float, *, upright: bool) -> Rect:
     """Return the gap in a wall on a line, from one room's face to the other's and a little into both."""
     half = wall_m / 2 + 1e-3
     return (line - half, low, line + half, high) if upright else (low, line - half, high, line + half)
@@ -173,17 +173,17 @@ WIDE_M = 2.4
 
 
 @dataclass
-class Shaped:
+class ShapedRooms:
     """Rectangles, the space of each, and the gaps between those of one space."""
 
     rects: list[Rect]
     space_of: list[int]
-    gaps: list[Joint]
+    gaps: list[WallGap]
 
 
-def bend_rooms(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Generator) -> Shaped:
+def bend_rooms(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Generator) -> ShapedRooms:
     """Give rooms about so many corners beyond four each."""
-    found = Shaped(list(rects), list(range(len(rects))), [])
+    found = ShapedRooms(list(rects), list(range(len(rects))), [])
     left = corners * float(rng.uniform(*_SPENT))
     for _ in range(corners):
         if left < _CORNERS_OF_L:
@@ -196,26 +196,26 @@ def bend_rooms(rects: list[Rect], corners: int, wall_m: float, rng: np.random.Ge
     return found
 
 
-def one_space(rects: list[Rect], wall_m: float) -> Shaped:
+def join_to_one_space(rects: list[Rect], wall_m: float) -> ShapedRooms:
     """Join all rectangles to one space, each by a whole border, the longest ones; other walls between them stay."""
-    ways = sorted(borders(rects).items(), key=lambda way: way[1][1] - way[1][2])
+    ways = sorted(shared_borders(rects).items(), key=lambda way: way[1][1] - way[1][2])
     group = list(range(len(rects)))
     gaps = []
     for pair, (line, low, high, upright) in ways:
         one, other = group[pair[0]], group[pair[1]]
         if one != other:
             group = [one if g == other else g for g in group]
-            gap = gap_in_wall(line, low + wall_m / 2, high - wall_m / 2, wall_m, upright=upright)
-            gaps.append(Joint(pair, gap))
-    return Shaped(rects, [0] * len(rects), gaps)
+            gap = wall_gap_rectangle(line, low + wall_m / 2, high - wall_m / 2, wall_m, upright=upright)
+            gaps.append(WallGap(pair, gap))
+    return ShapedRooms(rects, [0] * len(rects), gaps)
 
 
-def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
+def _bend(found: ShapedRooms, wall_m: float, rng: np.random.Generator) -> bool:
     """Let a room that has a whole side in common with a smaller one go round it, or False if none is fit."""
     alone = {k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1}
     pairs = [
         pair if _area(found.rects[pair[0]]) < _area(found.rects[pair[1]]) else pair[::-1]
-        for pair, (_, low, high, upright) in borders(found.rects).items()
+        for pair, (_, low, high, upright) in shared_borders(found.rects).items()
         if alone >= {*pair} and all(_covers_side(found.rects[k], low, high, upright) for k in pair)
     ]
     for pick in rng.permutation(len(pairs)).tolist():
@@ -228,19 +228,19 @@ def _bend(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
             continue
         left, low = rng.random() < 0.5, rng.random() < 0.5
         cut_x, cut_y = (x1 + width if left else x2 - width), (y1 + height if low else y2 - height)
-        cut_x, cut_y = on_grid(cut_x, wall_m), on_grid(cut_y, wall_m)
+        cut_x, cut_y = snap_wall_line(cut_x, wall_m), snap_wall_line(cut_y, wall_m)
         found.rects[small] = _rect(x1 if left else x2, y1 if low else y2, cut_x, cut_y)
         found.rects[large] = _rect(x1 if left else x2, y2 if low else y1, cut_x, cut_y)
         found.rects.append(_rect(x2 if left else x1, y1, cut_x, y2))
         found.space_of.append(found.space_of[large])
-        _, start, end, _ = borders([found.rects[large], found.rects[-1]])[0, 1]
-        gap = gap_in_wall(cut_x, start + wall_m / 2, end - wall_m / 2, wall_m, upright=True)
-        found.gaps.append(Joint((large, len(found.rects) - 1), gap))
+        _, start, end, _ = shared_borders([found.rects[large], found.rects[-1]])[0, 1]
+        gap = wall_gap_rectangle(cut_x, start + wall_m / 2, end - wall_m / 2, wall_m, upright=True)
+        found.gaps.append(WallGap((large, len(found.rects) - 1), gap))
         return True
     return False
 
 
-def _divide_by_stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> bool:
+def _divide_by_stub(found: ShapedRooms, wall_m: float, rng: np.random.Generator) -> bool:
     """Divide a large room by a wall that leaves a wide gap at its end, or False if none is large enough."""
     alone = [k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1]  # no wall ends in a gap
     fit = [k for k in alone if min(_size(found.rects[k])) > WIDE_M + 0.6 + wall_m]
@@ -251,7 +251,7 @@ def _divide_by_stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> b
     x1, y1, x2, y2 = found.rects[k]
     upright, share = bool(rng.random() < 0.5), float(rng.uniform(0.25, 0.75))
     line, low, high = (x1 + (x2 - x1) * share, y1, y2) if upright else (y1 + (y2 - y1) * share, x1, x2)
-    line = on_grid(line, wall_m)
+    line = snap_wall_line(line, wall_m)
     halves = ((x1, y1, line, y2), (line, y1, x2, y2)) if upright else ((x1, y1, x2, line), (x1, line, x2, y2))
     if min(min(_size(half)) for half in halves) < WIDE_M / 2:
         return False
@@ -261,7 +261,7 @@ def _divide_by_stub(found: Shaped, wall_m: float, rng: np.random.Generator) -> b
     stub = round(float(rng.uniform(0.3, high - low - wall_m - WIDE_M)), 2)
     low, high = low + wall_m / 2, high - wall_m / 2
     low, high = (low + stub, high) if rng.random() < 0.5 else (low, high - stub)
-    found.gaps.append(Joint((k, len(found.rects) - 1), gap_in_wall(line, low, high, wall_m, upright=upright)))
+    found.gaps.append(WallGap((k, len(found.rects) - 1), wall_gap_rectangle(line, low, high, wall_m, upright=upright)))
     return True
 
 

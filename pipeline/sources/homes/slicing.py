@@ -25,7 +25,7 @@ _GOOD = 0.04
 
 
 @dataclass(frozen=True)
-class Asked:
+class WantedRectangles:
     """Rectangles of these areas (m2, walls included) in a box; what they leave free of it lies at its edge."""
 
     width_m: float
@@ -38,7 +38,7 @@ class Asked:
         return max(self.width_m * self.height_m - sum(self.areas_m2), 0.0)
 
 
-def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -> list[Rect] | None:
+def slice_box(asked: WantedRectangles, door_m: float, tries: int, rng: np.random.Generator) -> list[Rect] | None:
     """Return one rectangle an area, in order, all joined by borders of ``door_m`` and more, or None if none is found.
 
     Of several tries the one is taken that is nearest to the areas and to the box, with the fewest narrow rooms.
@@ -60,7 +60,7 @@ def lay_out(asked: Asked, door_m: float, tries: int, rng: np.random.Generator) -
     return None if best is None else best[1]
 
 
-def borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, float, float, bool]]:
+def shared_borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, float, float, bool]]:
     """Return the border of each two rectangles that have one: where its line is, from, to, whether it is upright."""
     x1, y1, x2, y2 = np.array(rects).T
     found = {}
@@ -83,10 +83,10 @@ def is_connected(count: int, ways: Iterable[tuple[int, int]]) -> bool:
 
 
 def _doorways(rects: list[Rect], door_m: float) -> list[tuple[int, int]]:
-    return [pair for pair, (_, low, high, _) in borders(rects).items() if high - low >= door_m]
+    return [pair for pair, (_, low, high, _) in shared_borders(rects).items() if high - low >= door_m]
 
 
-def _attempt(asked: Asked, rng: np.random.Generator) -> list[Rect]:
+def _attempt(asked: WantedRectangles, rng: np.random.Generator) -> list[Rect]:
     """Cut the box, with some of what is not house as rectangles of their own, and pull outer sides for the rest."""
     n, void = len(asked.areas_m2), asked.void_m2
     share = void / (asked.width_m * asked.height_m)
@@ -134,7 +134,7 @@ def _divide(
     _divide(halves[1], order[at + 1 :], sizes, placed, rng)
 
 
-def _pull(rects: list[Rect], pulls: np.ndarray, asked: Asked, rng: np.random.Generator) -> None:
+def _pull(rects: list[Rect], pulls: np.ndarray, asked: WantedRectangles, rng: np.random.Generator) -> None:
     """Move outer sides inward, each rectangle by its own area; one that lies inside keeps its own."""
     box = (0.0, 0.0, asked.width_m, asked.height_m)
     for k in np.flatnonzero(pulls > 0).tolist():
@@ -158,14 +158,14 @@ def _has_courtyard(rects: list[Rect]) -> bool:
     return bool(shapely.get_num_interior_rings(shapely.get_parts(whole)).any())
 
 
-def _fill_box(rects: list[Rect], asked: Asked) -> list[Rect]:
+def _fill_box(rects: list[Rect], asked: WantedRectangles) -> list[Rect]:
     """Fill the box again."""
     x1, y1, x2, y2 = _bounds(rects)
     sx, sy = asked.width_m / (x2 - x1), asked.height_m / (y2 - y1)
     return [((a - x1) * sx, (b - y1) * sy, (c - x1) * sx, (d - y1) * sy) for a, b, c, d in rects]
 
 
-def _cost(rects: list[Rect], asked: Asked) -> float:
+def _cost(rects: list[Rect], asked: WantedRectangles) -> float:
     """Return how far a layout is from what is asked, or 0 if it is just that."""
     sizes = np.array([[x2 - x1, y2 - y1] for x1, y1, x2, y2 in rects])
     areas, wanted = sizes.prod(axis=1), np.array(asked.areas_m2)

@@ -1,4 +1,4 @@
-"""Hold what is asked of a generated home (``Wish``), and its parts. Metres; x right, y up; the level frame of the plan.
+"""Hold what is asked of a generated home (``HomeWish``), and its parts. Metres, x right, y up, as in the level frame.
 
 Rooms are inner polygons, from wall face to wall face, joined by openings. Walls are what lies between and around.
 """
@@ -14,7 +14,7 @@ Rect: TypeAlias = tuple[float, float, float, float]
 """x1, y1, x2, y2."""
 
 
-def on_grid(value_m: float, wall_m: float) -> float:
+def snap_wall_line(value_m: float, wall_m: float) -> float:
     """Return where the centre line of a wall is when its faces lie on the 1 cm grid of plans, or a line as it is asked.
 
     Widths then come out of the pipeline as they were made.
@@ -23,7 +23,7 @@ def on_grid(value_m: float, wall_m: float) -> float:
 
 
 @dataclass(frozen=True)
-class Wish:
+class HomeWish:
     """What is asked of one home, drawn from the published statistics.
 
     ``spaces`` are what walls and doors part; ``rooms`` are counted by name and may share a space, ``labels`` name
@@ -47,7 +47,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Door:
+class HomeDoor:
     """A doorway through a wall: its freed area, and the two spaces that it joins; a front door leads outside, None."""
 
     rect: Rect
@@ -55,7 +55,7 @@ class Door:
 
 
 @dataclass(frozen=True)
-class NamedBox:
+class NamedRoomBox:
     """A room as a source names it; ``label`` None for a room without a name."""
 
     label: str | None
@@ -71,8 +71,8 @@ class Home:
 
     id: str
     spaces: tuple[shapely.Polygon, ...]
-    doors: tuple[Door, ...]
-    fronts: tuple[Door, ...]
-    boxes: tuple[NamedBox, ...]
+    doors: tuple[HomeDoor, ...]
+    fronts: tuple[HomeDoor, ...]
+    boxes: tuple[NamedRoomBox, ...]
     room_count: int
     wall_m: float

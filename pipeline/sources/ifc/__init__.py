@@ -33,21 +33,21 @@ from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred
 from pipeline.geometry.meshes import merge_meshes
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import prism, walls_around
-from pipeline.sources.files import base_id, level_id, list_files
-from pipeline.sources.ifc.model import Building, Part, load_building
+from pipeline.sources.drawn_storeys import extrude_polygon, walls_around
+from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
+from pipeline.sources.ifc.model import Building, ElementBody, load_building
 from pipeline.sources.ifc.rooms_and_openings import (
-    StandingWalls,
-    closed_holes,
-    footprint,
+    WallFootprints,
+    door_level_height,
+    find_openings,
+    find_rooms,
     is_room,
-    level_of_door,
-    openings_of,
-    rooms_of,
-    shadow,
+    largest_footprint,
+    project_to_plan,
+    window_hole_fillings,
 )
-from pipeline.sources.ifc.storeys import Standing, is_made, standing_storeys, with_storeys
-from pipeline.sources.storeys.levels import Shift, near_shift
+from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
+from pipeline.sources.storeys.levels import Shift, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
     CLEAR_M,
@@ -68,7 +68,7 @@ from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, Sou
 
 
 @dataclass(frozen=True, eq=False)
-class IfcLevel:
+class IfcLevelParts:
     """One level in project axes, metres; ``ceiling_m`` counts from ``floor_z``."""
 
     name: str
@@ -80,35 +80,35 @@ class IfcLevel:
     cover: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
     openings: tuple[SourceOpening, ...]
-    leaves: tuple[Part, ...]
-    furniture: tuple[Part, ...]
+    leaves: tuple[ElementBody, ...]
+    furniture: tuple[ElementBody, ...]
     named_openings: bool
     guesses: tuple[str, ...]
 
 
-def storey_levels(building: Building) -> list[IfcLevel]:
+def find_levels(building: Building) -> list[IfcLevelParts]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
-    building = with_storeys(building)
+    building = assign_to_storeys(building)
     if not building.walls:
         building = replace(building, walls=tuple(_walls_of_spaces(building)))
-    found = standing_storeys(building)
+    found = find_level_storeys(building)
     of_building = {storey.key: storey.building for storey in building.storeys}
     floors = [each.floor_z for each in found]
     return [_level(building, each, floors, of_building) for each in found]
 
 
-def _walls_of_spaces(building: Building) -> Iterator[Part]:
+def _walls_of_spaces(building: Building) -> Iterator[ElementBody]:
     """L7: walls around the rooms of each storey, as high as its highest room."""
     rooms = [space for space in building.spaces if is_room(space)]
     for key in dict.fromkeys(space.storey for space in rooms):
         here = [space for space in rooms if space.storey == key]
-        floors = [footprint(space.mesh) for space in here]
+        floors = [largest_footprint(space.mesh) for space in here]
         if _spaces_touch(floors):
             continue
         bottom, top = min(space.bottom for space in here), max(space.top for space in here)
         for wall in walls_around(floors, top - bottom):
-            mesh = prism(wall.shape, bottom, top)
-            yield Part(mesh=mesh, storey=key, kind="IfcWall")
+            mesh = extrude_polygon(wall.shape, bottom, top)
+            yield ElementBody(mesh=mesh, storey=key, kind="IfcWall")
 
 
 def _spaces_touch(floors: Sequence[Polygon]) -> bool:
@@ -120,21 +120,21 @@ def _spaces_touch(floors: Sequence[Polygon]) -> bool:
 
 
 def _level(
-    building: Building, standing: Standing, floors: Sequence[float], of_building: dict[int, int | None]
-) -> IfcLevel:
+    building: Building, standing: LevelStorey, floors: Sequence[float], of_building: dict[int, int | None]
+) -> IfcLevelParts:
     floor = standing.floor_z
     parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
     here = [
         part for part in parts if _runs_through(part, floor + RUNS_THROUGH_M, standing.above - RUNS_THROUGH_M)
     ]  # L1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
-    standing_walls = StandingWalls([part.mesh for part in here])
-    panes = closed_holes(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
+    standing_walls = WallFootprints([part.mesh for part in here])
+    panes = window_hole_fillings(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
     walls = merge_meshes([*(part.mesh for part in here), *beams, *panes])
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
-    return IfcLevel(
+    return IfcLevelParts(
         name=standing.storey.name,
         floor_z=floor,
         ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, CLEAR_M),
@@ -142,25 +142,25 @@ def _level(
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
         cover=_cover(building, floor),
-        rooms=rooms_of([space for space in building.spaces if _is_on(space, standing, floors)], standing_walls),
-        openings=openings_of(building.holes, standing_walls, floor, floors),
-        leaves=tuple(leaf for leaf in building.leaves if level_of_door(leaf.bottom, floors) == floor),
+        rooms=find_rooms([space for space in building.spaces if _is_on(space, standing, floors)], standing_walls),
+        openings=find_openings(building.holes, standing_walls, floor, floors),
+        leaves=tuple(leaf for leaf in building.leaves if door_level_height(leaf.bottom, floors) == floor),
         furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),
         named_openings=building.named_openings,
-        guesses=("levels",) if is_made(standing.storey) else (),
+        guesses=("levels",) if is_made_storey(standing.storey) else (),
     )
 
 
-def _runs_through(part: Part, low: float, high: float) -> bool:
+def _runs_through(part: ElementBody, low: float, high: float) -> bool:
     return part.bottom < high and part.top > low
 
 
-def _is_lintel(beam: Part, floor: float) -> bool:
+def _is_lintel(beam: ElementBody, floor: float) -> bool:
     """L2."""
     return floor + CLEAR_M <= beam.bottom < floor + HIGHEST_LINTEL_M
 
 
-def _is_wall(part: Part, floor: float) -> bool:
+def _is_wall(part: ElementBody, floor: float) -> bool:
     """L3."""
     if part.bottom > floor + KNEE_M or part.top < floor + CLEAR_M:
         return False
@@ -168,22 +168,22 @@ def _is_wall(part: Part, floor: float) -> bool:
     middle = (part.bottom + part.top) / 2
     foot, head = points[points[:, 2] < middle, :2], points[points[:, 2] >= middle, :2]
     leans = np.abs([*(foot.min(axis=0) - head.min(axis=0)), *(foot.max(axis=0) - head.max(axis=0))]).max()
-    corners = np.asarray(shapely.oriented_envelope(footprint(part.mesh)).boundary.coords)
+    corners = np.asarray(shapely.oriented_envelope(largest_footprint(part.mesh)).boundary.coords)
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
     return bool(leans < UPRIGHT_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
 
 
-def _is_on(part: Part, standing: Standing, floors: Sequence[float]) -> bool:
+def _is_on(part: ElementBody, standing: LevelStorey, floors: Sequence[float]) -> bool:
     """L4; the same holds for rooms."""
     if part.storey is not None:
         return part.storey in standing.keys
     return max((floor for floor in floors if floor <= part.bottom + KNEE_M), default=None) == standing.floor_z
 
 
-def _floor(building: Building, standing: Standing) -> Polygon | MultiPolygon | None:
+def _floor(building: Building, standing: LevelStorey) -> Polygon | MultiPolygon | None:
     """Slabs whose top lies at the floor, whichever storey contains them."""
     tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_FLOOR_M]
-    return _area(shapely.union_all([footprint(part.mesh) for part in tops], grid_size=ROUGH_M))
+    return _area(shapely.union_all([largest_footprint(part.mesh) for part in tops], grid_size=ROUGH_M))
 
 
 def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
@@ -191,13 +191,13 @@ def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon
     lower = [each for each in floors if each < floor - CLEAR_M]
     tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_FLOOR_M for each in lower)]
     near = [part for part in building.slabs if part.top > floor - SLABS_M[0] and part.bottom < floor + SLABS_M[1]]
-    shown, hidden = (shapely.union_all([shadow(part.mesh) for part in parts]) for parts in (tops, near))
+    shown, hidden = (shapely.union_all([project_to_plan(part.mesh) for part in parts]) for parts in (tops, near))
     return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
 
 
 def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
     """L8."""
-    over = [shadow(part.mesh) for part in building.slabs if part.bottom >= floor + CLEAR_M]
+    over = [project_to_plan(part.mesh) for part in building.slabs if part.bottom >= floor + CLEAR_M]
     return _area(shapely.union_all(over, grid_size=ROUGH_M))
 
 
@@ -220,8 +220,8 @@ def find(path: str, **options: str) -> Iterator[Input]:
     """
     if options:
         raise ConfigError(f"IFC files take no option, {', '.join(sorted(options))} given")
-    for file, name in list_files(path, SUFFIXES):
-        yield Input(base_id(name), "ifc", str(file), options=(("file", name),))
+    for file, name in list_files_by_suffix(path, SUFFIXES):
+        yield Input(id_from_file_name(name), "ifc", str(file), options=(("file", name),))
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -234,13 +234,13 @@ def read(item: Input) -> Iterator[Level]:
     """
     path = Path(item.path)
     building = load_building(path)
-    found = storey_levels(building)
+    found = find_levels(building)
     if not found:
         names = ", ".join(storey.name for storey in building.storeys[:8])
         storeys = f"any of its storeys ({names})" if names else "any floor, and there is no IfcBuildingStorey"
         detail = f"{path.name}: no wall of 1.8 m stands on {storeys}"
         raise Rejection("source", Reason.NO_LEVEL, detail, "export the walls too, or the building as a mesh")
-    shift = near_shift(np.concatenate([level.walls.vertices for level in found]))
+    shift = shift_to_origin(np.concatenate([level.walls.vertices for level in found]))
     digest = sha256_of(path)
     name = dict(item.options).get("file", path.name)
     for number, level in enumerate(found):
@@ -256,11 +256,11 @@ def read(item: Input) -> Iterator[Level]:
         yield _in_own_frame(level, shift, level_id(item.id, number, len(found)), number, provenance)
 
 
-def _in_own_frame(found: IfcLevel, shift: Shift, name: str, number: int, provenance: dict[str, str]) -> Level:
+def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, provenance: dict[str, str]) -> Level:
     """Move a level into its own frame: near the origin, the floor at z = 0."""
     x, y = shift[:2]
 
-    def move(part: Part) -> SourceObject:
+    def move(part: ElementBody) -> SourceObject:
         return SourceObject((*part.words, part.kind), Mesh(part.mesh.vertices - (x, y, found.floor_z), part.mesh.faces))
 
     return Level(

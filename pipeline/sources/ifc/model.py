@@ -165,7 +165,7 @@ NO_BUILDING = re.compile(
 
 
 @dataclass(frozen=True)
-class Elements:
+class ElementsByKind:
     """ifcopenshell's elements by what they are to a plan."""
 
     walls: list[Any]
@@ -185,47 +185,47 @@ class Elements:
             yield from kind
 
 
-def elements_of(model: Any) -> Elements:
+def sort_elements(model: Any) -> ElementsByKind:
     """Sort a model's elements."""
     walls = _walls(model)
     known = {element.id() for element in walls}
     loose = [e for name in LOOSE for e in _of_type(model, name) if e.id() not in known and _may_be_wall(e)]
     if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # E3
         walls, loose = walls + loose, []
-    return Elements(
+    return ElementsByKind(
         walls=walls,
         loose=loose,
         beams=_of_type(model, "IfcBeam"),
         slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab)],
         spaces=_rooms(_of_type(model, "IfcSpace")),
-        openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, hosts_of(each)))],
+        openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, opening_hosts(each)))],
         doors=_of_type(model, "IfcDoor"),
         furniture=[element for name in FURNITURE for element in _of_type(model, name)],
     )
 
 
-def words_of(element: Any) -> tuple[str, ...]:
+def element_words(element: Any) -> tuple[str, ...]:
     """Return the element's own words: its long name, its name, its type's, without repetition."""
     words = (getattr(element, name, None) for name in ("LongName", "Name", "ObjectType"))
     return tuple(dict.fromkeys(word.strip() for word in words if isinstance(word, str) and word.strip()))
 
 
-def hosts_of(opening: Any) -> list[Any]:
+def opening_hosts(opening: Any) -> list[Any]:
     """Return what an opening is a hole in."""
     return [each.RelatingBuildingElement for each in opening.VoidsElements if each.RelatingBuildingElement]
 
 
-def fillings_of(opening: Any) -> list[Any]:
+def opening_fillings(opening: Any) -> list[Any]:
     """Return what stands in an opening."""
     return [each.RelatedBuildingElement for each in opening.HasFillings if each.RelatedBuildingElement]
 
 
-def parent_of(element: Any, kind: str) -> Any:
+def find_parent(element: Any, kind: str) -> Any:
     """The nearest thing of a class that holds an element, has it as a part or has the hole that it fills, or None."""
     return next((each for each in _holders(element) if each is not None and each.is_a(kind)), None)
 
 
-def is_held_in_a_circle(element: Any) -> bool:
+def has_parent_cycle(element: Any) -> bool:
     """Return whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
     return next((True for each in _holders(element) if each is None), False)
 
@@ -297,7 +297,7 @@ def _walls(model: Any) -> list[Any]:
 def _is_in_roof(element: Any) -> bool:
     """Return whether a window lies in a roof or a slab."""
     openings = [each.RelatingOpeningElement for each in getattr(element, "FillsVoids", None) or ()]
-    wholes = [*_containers(element), *(host for opening in openings for host in hosts_of(opening))]
+    wholes = [*_containers(element), *(host for opening in openings for host in opening_hosts(opening))]
     return element.is_a("IfcWindow") and any(whole.is_a(name) for whole in wholes for name in COVERS)
 
 
@@ -305,7 +305,7 @@ def _may_be_wall(element: Any) -> bool:
     """E3; the parts of slabs and roofs are none, whatever their shape."""
     if any(whole.is_a(name) for whole in _containers(element) for name in COVERS):
         return False
-    return not any(NO_BUILDING.search(word) for word in words_of(element))
+    return not any(NO_BUILDING.search(word) for word in element_words(element))
 
 
 def _is_host(element: Any) -> bool:
@@ -339,7 +339,7 @@ def _is_room(space: Any, bodied: set[int]) -> bool:
 DEEPEST_PLACEMENT = 100  # placements within placements; more is a circle
 
 
-class Soundness:
+class SoundnessChecker:
     """Remembers what has been looked at: products share placements and representations."""
 
     def __init__(self) -> None:
@@ -348,7 +348,7 @@ class Soundness:
     def of(self, product: Any) -> bool:
         """Return whether a product, and the openings that are taken out of it, can be triangulated."""
         openings = [each.RelatedOpeningElement for each in getattr(product, "HasOpenings", None) or ()]
-        return all(self._is_whole(each) and not is_held_in_a_circle(each) for each in (product, *openings))
+        return all(self._is_whole(each) and not has_parent_cycle(each) for each in (product, *openings))
 
     def _is_whole(self, product: Any) -> bool:
         if not product or not product.is_a("IfcProduct"):
@@ -428,7 +428,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Part(Body):
+class ElementBody(Body):
     """The body of an element, its words and its class.
 
     ``storey`` is the step id of the storey that contains it, or None if there is none; ``building`` is then the step id
@@ -442,7 +442,7 @@ class Part(Body):
 
 
 @dataclass(frozen=True, eq=False)
-class Hole(Body):
+class WallHole(Body):
     """A way through a wall: the body of the opening, or of the door where it stands there without one.
 
     ``host``: the wall's triangles, or None if the source names none. ``along``: direction of the door's width in plan,
@@ -465,15 +465,15 @@ class Building:
     schema: str
     buildings: frozenset[int]
     storeys: tuple[Storey, ...]
-    walls: tuple[Part, ...]
-    loose: tuple[Part, ...]
-    beams: tuple[Part, ...]
-    slabs: tuple[Part, ...]
-    spaces: tuple[Part, ...]
-    holes: tuple[Hole, ...]
-    windows: tuple[Hole, ...]  # in walls, filled by windows; ``holes`` are all others
-    leaves: tuple[Part, ...]
-    furniture: tuple[Part, ...]
+    walls: tuple[ElementBody, ...]
+    loose: tuple[ElementBody, ...]
+    beams: tuple[ElementBody, ...]
+    slabs: tuple[ElementBody, ...]
+    spaces: tuple[ElementBody, ...]
+    holes: tuple[WallHole, ...]
+    windows: tuple[WallHole, ...]  # in walls, filled by windows; ``holes`` are all others
+    leaves: tuple[ElementBody, ...]
+    furniture: tuple[ElementBody, ...]
     named_openings: bool
 
 
@@ -502,7 +502,7 @@ def _building(model: Any, schema: str) -> Building:
     for library in _of_type(model, "IfcProjectLibrary"):  # T5
         model.remove(library)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
-    elements = elements_of(model)
+    elements = sort_elements(model)
     meshes = dict(_triangulate(model, elements.all()))
     fillings = _fillings(elements, meshes)
     french = _french_windows(elements, fillings, meshes)
@@ -524,7 +524,7 @@ def _building(model: Any, schema: str) -> Building:
 
 
 def _storey(storey: Any, metres: float) -> Storey:
-    building, matrix = parent_of(storey, "IfcBuilding"), _placement(storey, metres)
+    building, matrix = find_parent(storey, "IfcBuilding"), _placement(storey, metres)
     elevation = float(storey.Elevation or 0.0) * metres if matrix is None else float(matrix[2, 3])
     return Storey(storey.id(), storey.Name or "", elevation, building.id() if building else None)
 
@@ -533,7 +533,7 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
     """Yield (step id, triangles); one that has no body, or whose body cannot be made, is left out by the iterator."""
     import ifcopenshell.geom
 
-    sound = Soundness()
+    sound = SoundnessChecker()
     wanted = [each for each in {element.id(): element for element in elements}.values() if sound.of(each)]
     settings: Any = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
     iterator: Any = ifcopenshell.geom.iterator(settings, model, 1, include=wanted, geometry_library=KERNEL)
@@ -551,25 +551,25 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
             return
 
 
-def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[Part, ...]:
+def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[ElementBody, ...]:
     bodied = (each for each in sorted(elements, key=lambda each: each.id()) if each.id() in meshes)
     return tuple(_part(each, meshes[each.id()]) for each in bodied)
 
 
-def _part(element: Any, mesh: Mesh) -> Part:
+def _part(element: Any, mesh: Mesh) -> ElementBody:
     storey = _id_of_parent(element, "IfcBuildingStorey")
     building = _id_of_parent(element, "IfcBuilding") if storey is None else None
-    return Part(mesh, storey, words_of(element), element.is_a(), building)
+    return ElementBody(mesh, storey, element_words(element), element.is_a(), building)
 
 
 def _id_of_parent(element: Any, kind: str) -> int | None:
-    parent = parent_of(element, kind)
+    parent = find_parent(element, kind)
     return int(parent.id()) if parent else None
 
 
-def _fillings(elements: Elements, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
+def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
     """Return the doors and windows in each opening, by its step id (E7)."""
-    found = {opening.id(): fillings_of(opening) for opening in elements.openings}
+    found = {opening.id(): opening_fillings(opening) for opening in elements.openings}
     windows = [each for each in elements.walls if each.is_a("IfcWindow")]
     loose = [each for each in (*elements.doors, *windows) if not getattr(each, "FillsVoids", None)]
     bodies = [(each, body) for each in loose if (body := _body_of(each, meshes)) is not None]
@@ -599,10 +599,12 @@ def _is_door(element: Any) -> bool:
     """Return whether what fills an opening is a door (E7)."""
     if element.is_a("IfcDoor"):
         return True
-    return element.is_a("IfcWindow") and any(FRENCH_WINDOW.search(word) for word in words_of(element))
+    return element.is_a("IfcWindow") and any(FRENCH_WINDOW.search(word) for word in element_words(element))
 
 
-def _french_windows(elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh]) -> dict[int, Any]:
+def _french_windows(
+    elements: ElementsByKind, fillings: dict[int, list[Any]], meshes: dict[int, Mesh]
+) -> dict[int, Any]:
     """Return the windows that are leaves, by their step ids (E7)."""
     doors = [each for each in elements.openings if each.id() in meshes and _is_high(meshes[each.id()])]
     filling = [each for opening in doors for each in fillings[opening.id()]]
@@ -614,8 +616,8 @@ def _is_high(mesh: Mesh) -> bool:
 
 
 def _holes(
-    elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
-) -> Iterator[Hole]:
+    elements: ElementsByKind, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
+) -> Iterator[WallHole]:
     """Openings in walls that hold no window, then the doors that stand in no such opening."""
     done: set[int] = set()
     for opening in elements.openings:
@@ -625,21 +627,21 @@ def _holes(
         host = _host(opening, meshes)
         along, width = _door_frame(doors[0], metres) if doors else (None, None)
         done.update(door.id() for door in doors)
-        yield Hole(meshes[opening.id()], host, bool(doors), along, width)
+        yield WallHole(meshes[opening.id()], host, bool(doors), along, width)
     for door in elements.doors:
         if door.id() not in done:
             along, width = _door_frame(door, metres)
             body = meshes.get(door.id()) or _box(door, metres)
             if body is not None:
-                yield Hole(body, None, True, along, width)
+                yield WallHole(body, None, True, along, width)
 
 
 def _windows(
-    elements: Elements, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
-) -> Iterator[Hole]:
+    elements: ElementsByKind, fillings: dict[int, list[Any]], meshes: dict[int, Mesh], metres: float
+) -> Iterator[WallHole]:
     for each in elements.openings:
         if each.id() in meshes and _is_window(fillings[each.id()], meshes[each.id()]):
-            yield Hole(meshes[each.id()], _host(each, meshes), False, *_door_frame(fillings[each.id()][0], metres))
+            yield WallHole(meshes[each.id()], _host(each, meshes), False, *_door_frame(fillings[each.id()][0], metres))
 
 
 def _is_window(filling: list[Any], hole: Mesh) -> bool:
@@ -650,13 +652,13 @@ def _is_window(filling: list[Any], hole: Mesh) -> bool:
 
 def _host(opening: Any, meshes: dict[int, Mesh]) -> Mesh | None:
     """Return the wall that an opening is a hole in, where it has a body."""
-    return next((meshes[each.id()] for each in hosts_of(opening) if each.id() in meshes), None)
+    return next((meshes[each.id()] for each in opening_hosts(opening) if each.id() in meshes), None)
 
 
 def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
     from ifcopenshell.util.placement import get_local_placement
 
-    if not getattr(element, "ObjectPlacement", None) or not Soundness().of(element):
+    if not getattr(element, "ObjectPlacement", None) or not SoundnessChecker().of(element):
         return None
     matrix = np.array(get_local_placement(element.ObjectPlacement), np.float64)
     matrix[:3, 3] *= metres

@@ -41,8 +41,8 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.sources.ifc.model import Hole, Part
-from pipeline.sources.roles import is_outside_the_count, labels_for
+from pipeline.sources.ifc.model import ElementBody, WallHole
+from pipeline.sources.roles import is_attic_space, labels_for
 from pipeline.sources.tolerances import (
     BODY_CRACK_M,
     CAVITY_M,
@@ -76,7 +76,7 @@ from pipeline.tolerances import MOST
 from pipeline.values import Mesh, SourceOpening, SourceRoom
 
 
-def merge_parts(parts: Iterable[Part]) -> Mesh:
+def merge_parts(parts: Iterable[ElementBody]) -> Mesh:
     """Put the parts' triangles into one mesh."""
     meshes = [part.mesh for part in parts]
     if not meshes:
@@ -86,7 +86,7 @@ def merge_parts(parts: Iterable[Part]) -> Mesh:
     return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), faces)
 
 
-def block(rectangle: Polygon, low: float, high: float) -> Mesh:
+def extrude_rectangle(rectangle: Polygon, low: float, high: float) -> Mesh:
     """A plan rectangle from one height to another as a closed body."""
     ring = shapely.get_coordinates(shapely.orient_polygons(rectangle))[:4]
     points = np.concatenate([np.column_stack([ring, np.full(4, z)]) for z in (low, high)])
@@ -94,17 +94,17 @@ def block(rectangle: Polygon, low: float, high: float) -> Mesh:
     return Mesh(points, np.array([(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7), *sides], np.int64))
 
 
-def shadow(mesh: Mesh) -> BaseGeometry:
+def project_to_plan(mesh: Mesh) -> BaseGeometry:
     """Plan shadow of a body, all pieces."""
     return _union(mesh.vertices[mesh.faces])
 
 
-def footprint(mesh: Mesh) -> Polygon:
+def largest_footprint(mesh: Mesh) -> Polygon:
     """Plan shadow of a body, its largest piece; empty where it has none."""
-    return _largest(shadow(mesh))
+    return _largest(project_to_plan(mesh))
 
 
-def floor_of(mesh: Mesh) -> Polygon:
+def floor_polygon(mesh: Mesh) -> Polygon:
     """Return where a body stands on its floor: its flat lowest faces, its shadow where it has none; the largest piece.
 
     A room whose walls lean outwards is smaller on its floor than its shadow.
@@ -114,7 +114,7 @@ def floor_of(mesh: Mesh) -> Polygon:
     lengths = np.linalg.norm(normals, axis=1)
     low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + STEP_M
     flat = low & (np.abs(normals[:, 2]) > IFC_FLAT * np.maximum(lengths, TINY))
-    whole, floor = footprint(mesh), _largest(_union(triangles[flat]))
+    whole, floor = largest_footprint(mesh), _largest(_union(triangles[flat]))
     return floor if floor.area >= FLOOR_SHARE * whole.area else whole
 
 
@@ -132,7 +132,7 @@ def _largest(shape: BaseGeometry) -> Polygon:
     return max(pieces, key=lambda piece: piece.area, default=Polygon())
 
 
-def are_one(one: Polygon, other: Polygon, iou: float) -> bool:
+def are_same_area(one: Polygon, other: Polygon, iou: float) -> bool:
     """Return whether the intersection of two areas over their union is more than ``iou``."""
     shared = one.intersection(other).area
     return bool(shared > iou * (one.area + other.area - shared))
@@ -144,20 +144,20 @@ class _Found:
     shape: Polygon
 
 
-def is_room(space: Part) -> bool:
+def is_room(space: ElementBody) -> bool:
     """R2."""
-    return space.top - space.bottom >= CLEAR_M and not is_outside_the_count(space.words)
+    return space.top - space.bottom >= CLEAR_M and not is_attic_space(space.words)
 
 
-def rooms_of(spaces: Sequence[Part], walls: StandingWalls) -> tuple[SourceRoom, ...]:
+def find_rooms(spaces: Sequence[ElementBody], walls: WallFootprints) -> tuple[SourceRoom, ...]:
     """Return the rooms of a level in the order of the file, in project axes."""
-    found = [_Found(space.words, floor_of(space.mesh)) for space in spaces if is_room(space)]
+    found = [_Found(space.words, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
     found = _without_overlaps(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
     found = _at_walls(found, walls)
     return tuple(SourceRoom(each.words, labels_for(each.words), each.shape) for each in found)
 
 
-def _at_walls(found: list[_Found], walls: StandingWalls) -> list[_Found]:
+def _at_walls(found: list[_Found], walls: WallFootprints) -> list[_Found]:
     """R5; all of them where none stands at a wall."""
     shapes = [each.shape.buffer(THICKEST_WALL_M / 2, join_style="mitre") for each in found]
     groups = [group for group in shapely.get_parts(shapely.union_all(shapes)) if walls.reach(group)]
@@ -169,7 +169,7 @@ def _without_doubles(found: list[_Found]) -> list[_Found]:
     """R3."""
     kept: list[_Found] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if are_one(each.shape, other.shape, SAME_ROOM)), None)
+        at = next((k for k, other in enumerate(kept) if are_same_area(each.shape, other.shape, SAME_ROOM)), None)
         if at is None:
             kept.append(each)
         else:
@@ -208,15 +208,15 @@ def _is_within(small: Polygon, large: Polygon) -> bool:
 
 
 @dataclass(frozen=True)
-class Axis:
+class PlanDirection:
     """A unit direction in plan."""
 
     x: float
     y: float
 
-    def quarter_turn(self) -> Axis:
+    def quarter_turn(self) -> PlanDirection:
         """Return the direction a quarter turn to the left."""
-        return Axis(-self.y, self.x)
+        return PlanDirection(-self.y, self.x)
 
     def span(self, points: npt.NDArray[np.float64]) -> tuple[float, float]:
         """From where to where points (n, 2) reach along the axis."""
@@ -229,7 +229,7 @@ class Axis:
         return Polygon([u * a + v * c for a, c in zip((*along, *along[::-1]), np.repeat(across, 2), strict=True)])
 
 
-def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
+def wall_direction(hole: WallHole, standing: BaseGeometry) -> PlanDirection:
     """Return the direction of the wall at a hole; ``standing`` is the plan shape of the walls about it."""
     points = hole.mesh.vertices[:, :2]
     one = _side(hole)
@@ -240,27 +240,27 @@ def along_wall(hole: Hole, standing: BaseGeometry) -> Axis:
         if fits[0] != fits[1]:
             return sides[fits.index(True)]
     middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
-    wall = standing.union(footprint(hole.mesh))
+    wall = standing.union(largest_footprint(hole.mesh))
     runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
     if max(runs) > MORE_WALL * min(runs):  # D2
         return sides[runs.index(max(runs))]
     return sides[lengths.index(max(lengths))]
 
 
-def _side(hole: Hole) -> Axis:
+def _side(hole: WallHole) -> PlanDirection:
     """The direction of one side of the hole's body: the door's own where it is one, else the least rectangle's."""
-    shape = shapely.oriented_envelope(footprint(hole.mesh))
+    shape = shapely.oriented_envelope(largest_footprint(hole.mesh))
     if hole.along and (hole.host is None or not isinstance(shape, Polygon)):
         length = float(np.hypot(*hole.along))
-        return Axis(hole.along[0] / length, hole.along[1] / length)
+        return PlanDirection(hole.along[0] / length, hole.along[1] / length)
     if not isinstance(shape, Polygon) or shape.is_empty:
-        return Axis(1.0, 0.0)
+        return PlanDirection(1.0, 0.0)
     corners = np.asarray(shape.exterior.coords)
     side = (corners[1] - corners[0]) / max(float(np.hypot(*(corners[1] - corners[0]))), TINY)
-    return Axis(float(side[0]), float(side[1]))
+    return PlanDirection(float(side[0]), float(side[1]))
 
 
-def _run(wall: BaseGeometry, middle: tuple[float, float], side: Axis) -> float:
+def _run(wall: BaseGeometry, middle: tuple[float, float], side: PlanDirection) -> float:
     """Length of the wall through the hole's middle along a direction."""
     x, y = middle
     line = LineString(
@@ -277,12 +277,12 @@ Span = tuple[float, float]
 class _Place:
     """Where a hole lies: the wall's direction, and the hole's spans along it and across it."""
 
-    axis: Axis
+    axis: PlanDirection
     along: Span
     across: Span
 
 
-class StandingWalls:
+class WallFootprints:
     """The walls' plan shadows, made where a hole asks for them."""
 
     def __init__(self, meshes: Sequence[Mesh]) -> None:
@@ -305,20 +305,20 @@ class StandingWalls:
 
     def _shadow(self, k: int) -> BaseGeometry:
         if k not in self._shadows:
-            self._shadows[k] = shadow(self._meshes[k])
+            self._shadows[k] = project_to_plan(self._meshes[k])
         return self._shadows[k]
 
 
-def openings_of(
-    holes: Sequence[Hole], walls: StandingWalls, floor: float, floors: Sequence[float]
+def find_openings(
+    holes: Sequence[WallHole], walls: WallFootprints, floor: float, floors: Sequence[float]
 ) -> tuple[SourceOpening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
     return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
 
 
-def closed_holes(
-    windows: Sequence[Hole], holes: Sequence[Hole], walls: StandingWalls, low: float, high: float
+def window_hole_fillings(
+    windows: Sequence[WallHole], holes: Sequence[WallHole], walls: WallFootprints, low: float, high: float
 ) -> Iterator[Mesh]:
     """H5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall."""
     unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
@@ -328,17 +328,17 @@ def closed_holes(
             if not shapes and (found := _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)):
                 shapes = [found.polygon]
             for shape in shapes:
-                yield block(shape, *_closed_span(hole, low, high))
+                yield extrude_rectangle(shape, *_closed_span(hole, low, high))
 
 
-def _in_wall(hole: Hole) -> list[Polygon]:
+def _in_wall(hole: WallHole) -> list[Polygon]:
     """H5: what of a hole's body lies in its wall, where the body is deeper than any wall; empty where none is there."""
-    body = footprint(hole.mesh)
+    body = largest_footprint(hole.mesh)
     shorter = min(_sides(body))
     if hole.host is None or shorter <= THICKEST_WALL_M:
         return []
     found = []
-    for piece in shapely.get_parts(body.intersection(shadow(hole.host))):
+    for piece in shapely.get_parts(body.intersection(project_to_plan(hole.host))):
         thin, long = sorted(_sides(piece))
         if TINY < thin <= THICKEST_WALL_M and long >= MOST * shorter:
             found.append(shapely.oriented_envelope(piece))
@@ -354,7 +354,7 @@ def _sides(shape: BaseGeometry) -> tuple[float, float]:
     return float(one), float(other)
 
 
-def _closed_span(hole: Hole, low: float, high: float) -> Span:
+def _closed_span(hole: WallHole, low: float, high: float) -> Span:
     """H5: from where to where the body reaches that closes a hole."""
     if hole.bottom >= low + KNEE_M or hole.host is None:
         return hole.bottom, hole.top
@@ -362,23 +362,23 @@ def _closed_span(hole: Hole, low: float, high: float) -> Span:
     return min(hole.bottom, low), max(hole.top, min(top, high))
 
 
-def level_of_door(sill: float, floors: Sequence[float]) -> float | None:
+def door_level_height(sill: float, floors: Sequence[float]) -> float | None:
     """H3: the height of the level from which people enter a door that starts at ``sill``, or None."""
     below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= HALF_STOREY_M]
     return max(below, default=None)
 
 
-def _is_of(hole: Hole, floor: float, floors: Sequence[float]) -> bool:
+def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
     """H2, H3."""
     if hole.has_door:
-        return hole.top - hole.bottom >= HATCH_M and level_of_door(hole.bottom, floors) == floor
+        return hole.top - hole.bottom >= HATCH_M and door_level_height(hole.bottom, floors) == floor
     return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
 
 
-def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = SKIN_M) -> SourceOpening | None:
+def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = SKIN_M) -> SourceOpening | None:
     """H1; None for a niche, and for what is narrower than ``least_m`` and no door (H2)."""
     standing = walls.near(hole.mesh)
-    axis = along_wall(hole, standing)
+    axis = wall_direction(hole, standing)
     points = hole.mesh.vertices[:, :2]
     along, across = axis.span(points), axis.quarter_turn().span(points)
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
@@ -387,7 +387,7 @@ def _opening(hole: Hole, walls: StandingWalls, least_m: float, skin_m: float = S
     if along[1] - along[0] < (MIN_DEPTH_M if hole.has_door else least_m):
         return None
     place = _Place(axis, along, across)
-    host = standing if hole.host is None else shadow(hole.host)
+    host = standing if hole.host is None else project_to_plan(hole.host)
     if not hole.has_door and _is_niche(place, host):
         if _over(place, host) or _stands_behind(place, host):
             return None
@@ -453,7 +453,7 @@ def _merge_openings(found: list[SourceOpening]) -> Iterator[SourceOpening]:
     """H4."""
     kept: list[SourceOpening] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if are_one(each.polygon, other.polygon, SAME_HOLE)), None)
+        at = next((k for k, other in enumerate(kept) if are_same_area(each.polygon, other.polygon, SAME_HOLE)), None)
         if at is None:
             kept.append(each)
         else:

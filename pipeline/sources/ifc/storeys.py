@@ -37,8 +37,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.geometry.areas import buffer_mitred, fill_enclosed, unite
-from pipeline.sources.ifc.model import Building, Part, Storey
-from pipeline.sources.ifc.rooms_and_openings import footprint, is_room, merge_parts
+from pipeline.sources.ifc.model import Building, ElementBody, Storey
+from pipeline.sources.ifc.rooms_and_openings import is_room, largest_footprint, merge_parts
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AGREE_M,
@@ -57,7 +57,7 @@ from pipeline.sources.tolerances import (
 from pipeline.values import Mesh
 
 
-def with_storeys(building: Building) -> Building:
+def assign_to_storeys(building: Building) -> Building:
     """Return the building in which each wall, slab and space that stands on a floor is in a storey."""
     loose = [part for part in (*building.walls, *building.spaces) if part.storey is None]
     if not loose:
@@ -70,13 +70,13 @@ def with_storeys(building: Building) -> Building:
             made = Storey(-1 - len(floors), f"at {height:.2f} m", height, home)
             floors[made] = height
 
-    def to_storey_under(part: Part) -> Part:
+    def to_storey_under(part: ElementBody) -> ElementBody:
         if part.storey is not None:
             return part
         under = _storey_under(part, floors, only)
         return part if under is None else replace(part, storey=under.key)
 
-    def to_storey_at(slab: Part) -> Part:
+    def to_storey_at(slab: ElementBody) -> ElementBody:
         if slab.storey is not None:
             return slab
         tops = [each for each in _of_home(slab, floors, only) if abs(slab.top - floors[each]) <= OFF_FLOOR_M]
@@ -92,29 +92,29 @@ def with_storeys(building: Building) -> Building:
     )
 
 
-def is_made(storey: Storey) -> bool:
+def is_made_storey(storey: Storey) -> bool:
     """Return whether the storey is not the file's, but was made for what stands on no storey of the file."""
     return storey.key < 0
 
 
-def _home(part: Part, only: int | None) -> int | None:
+def _home(part: ElementBody, only: int | None) -> int | None:
     """N3."""
     return only if part.building is None else part.building
 
 
-def _of_home(part: Part, floors: dict[Storey, float], only: int | None) -> list[Storey]:
+def _of_home(part: ElementBody, floors: dict[Storey, float], only: int | None) -> list[Storey]:
     """Return the storeys of the building that a part is in."""
     home = _home(part, only)
     return [storey for storey in floors if home is None or storey.building in {home, None}]
 
 
-def _storey_under(part: Part, floors: dict[Storey, float], only: int | None) -> Storey | None:
+def _storey_under(part: ElementBody, floors: dict[Storey, float], only: int | None) -> Storey | None:
     """N1."""
     under = [each for each in _of_home(part, floors, only) if _stands_on(part.bottom, floors[each])]
     return max(under, key=lambda each: floors[each], default=None)
 
 
-def _floors_of(parts: Sequence[Part]) -> list[float]:
+def _floors_of(parts: Sequence[ElementBody]) -> list[float]:
     """N2."""
     found: list[float] = []
     for floor in sorted(part.bottom for part in parts if part.kind == "IfcSpace" and is_room(part)):
@@ -152,15 +152,15 @@ def floor_height(building: Building, storey: Storey) -> float:
     return float(np.median(agreeing))  # H2
 
 
-def _floor_of_walls(walls: Sequence[Part], storey: Storey) -> float:
+def _floor_of_walls(walls: Sequence[ElementBody], storey: Storey) -> float:
     """H1."""
     feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
     middle = float(np.median(feet)) if feet else storey.elevation_m
     return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
 
 
-def _slab(slab: Part) -> _Vote:
-    return _Vote(slab.top, min(footprint(slab.mesh).area / SLAB_M2, SLAB_VOTES))
+def _slab(slab: ElementBody) -> _Vote:
+    return _Vote(slab.top, min(largest_footprint(slab.mesh).area / SLAB_M2, SLAB_VOTES))
 
 
 def _support(votes: Sequence[_Vote], height: float) -> float:
@@ -168,7 +168,7 @@ def _support(votes: Sequence[_Vote], height: float) -> float:
 
 
 @dataclass(frozen=True)
-class Standing:
+class LevelStorey:
     """A storey that is a level: the height of its floor, and of the next; the storeys whose elements it takes.
 
     ``buildings`` are the step ids of the buildings that it lies in; ``above`` is infinite under no other level.
@@ -183,14 +183,14 @@ class Standing:
     above: float = np.inf
 
 
-def standing_storeys(building: Building) -> list[Standing]:
+def find_level_storeys(building: Building) -> list[LevelStorey]:
     """Return the storeys that are levels from the lowest to the highest."""
     rooms = [space for space in building.spaces if is_room(space)]
     doors = any(hole.has_door for hole in building.holes)
     like_m2 = np.inf if doors else STOREY_ENCLOSED * _most_enclosed(building, rooms)
     standing = (_standing(building, storey, rooms, bool(rooms) or doors, like_m2) for storey in building.storeys)
     candidates = [found for found in standing if found]
-    kept: list[Standing] = []
+    kept: list[LevelStorey] = []
     for candidate in sorted(candidates, key=lambda each: (not each.has_rooms, -each.own_walls_m, each.floor_z)):
         near = next((i for i, other in enumerate(kept) if _are_one(other, candidate)), None)
         if near is None:
@@ -203,8 +203,8 @@ def standing_storeys(building: Building) -> list[Standing]:
 
 
 def _standing(
-    building: Building, storey: Storey, rooms: Sequence[Part], named: bool, like_m2: float
-) -> Standing | None:
+    building: Building, storey: Storey, rooms: Sequence[ElementBody], named: bool, like_m2: float
+) -> LevelStorey | None:
     """S1, S2; walls that enclose more than ``like_m2`` are drawn like those of a storey with rooms."""
     own = [part for part in building.walls if part.storey == storey.key]
     floor = floor_height(building, storey)
@@ -219,22 +219,22 @@ def _standing(
     if not any(part.bottom < floor + CLEAR_M and part.top > floor + MARGIN_M for part in building.walls):
         return None
     keys, buildings = frozenset({storey.key}), frozenset({storey.building})
-    return Standing(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
+    return LevelStorey(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
 
 
-def _is_walled(building: Building, storey: Storey, own: Sequence[Part], floor: float) -> bool:
+def _is_walled(building: Building, storey: Storey, own: Sequence[ElementBody], floor: float) -> bool:
     """S2: whether walls of the storey stand around most of a slab that it holds at its floor."""
     slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
-    around = sum(footprint(part.mesh).length for part in slabs)
+    around = sum(largest_footprint(part.mesh).length for part in slabs)
     return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
 
 
-def _high(walls: Iterable[Part], floor: float) -> list[Part]:
+def _high(walls: Iterable[ElementBody], floor: float) -> list[ElementBody]:
     """S2: the walls that stand on a floor and are high enough for rooms."""
     return [part for part in walls if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
 
 
-def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
+def _most_enclosed(building: Building, rooms: Sequence[ElementBody]) -> float:
     """S2: square metres within the walls of a storey with rooms, of the largest one; infinite where there is none."""
     storeys = {space.storey for space in rooms}
     return max(
@@ -242,11 +242,11 @@ def _most_enclosed(building: Building, rooms: Sequence[Part]) -> float:
     )
 
 
-def _enclosed_area(walls: Iterable[Part]) -> float:
-    return float(fill_enclosed(unite(buffer_mitred(footprint(part.mesh), ROUGH_M) for part in walls)).area)
+def _enclosed_area(walls: Iterable[ElementBody]) -> float:
+    return float(fill_enclosed(unite(buffer_mitred(largest_footprint(part.mesh), ROUGH_M) for part in walls)).area)
 
 
-def _is_in(space: Part, storey: Storey, floor: float) -> bool:
+def _is_in(space: ElementBody, storey: Storey, floor: float) -> bool:
     return space.storey == storey.key or (space.storey is None and abs(space.bottom - floor) < OFF_FLOOR_M)
 
 
@@ -254,18 +254,18 @@ def _is_entered(mesh: Mesh, floor: float) -> bool:
     return abs(float(mesh.vertices[:, 2].min()) - floor) < OFF_FLOOR_M
 
 
-def _are_one(one: Standing, other: Standing) -> bool:
+def _are_one(one: LevelStorey, other: LevelStorey) -> bool:
     """S3."""
     return abs(one.floor_z - other.floor_z) < (SPLIT_LEVEL_M if one.has_rooms and other.has_rooms else CLEAR_M)
 
 
-def _above(one: Standing, levels: Sequence[Standing]) -> float:
+def _above(one: LevelStorey, levels: Sequence[LevelStorey]) -> float:
     """S4."""
     higher = (other.floor_z for other in levels if other.buildings & one.buildings)
     return min((height for height in higher if height >= one.floor_z + CLEAR_M), default=np.inf)
 
 
-def _wall_length(parts: Iterable[Part], floor: float) -> float:
+def _wall_length(parts: Iterable[ElementBody], floor: float) -> float:
     """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
     surfaces = Surfaces.of(merge_parts(parts))
     segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - MARGIN_M)

@@ -1,6 +1,6 @@
 """Read a COLLADA file (.dae): yield its triangles, placed as in the scene, named by node, geometry and material.
 
-``DaeMesh`` is the step before: the triangles of one material, still in the frame of their geometry.
+``PrimitiveMesh`` is the step before: the triangles of one material, still in the frame of their geometry.
 
 Only geometry is read, so that odd effects, inputs and pictures do no harm.
 """
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import HEAD_BYTES
-from pipeline.sources.meshes.scene import Part, Piece, transform_triangles, triangulate_polygons
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,7 +26,7 @@ MAX_NODES = 1_000_000
 MAX_DEEP = 200
 
 
-def load(path: Path, max_faces: int) -> Iterator[Piece]:
+def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:
     """Yield the triangles of the file's visual scene.
 
     Raises
@@ -41,11 +41,11 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             detail = f"{path.name} declares a document type, which COLLADA does not have"
             raise Rejection("source", Reason.UNREADABLE, detail, "export it again")
     root = Xml.parse(path).getroot()  # noqa: S314 - without a document type there are no entities to expand
-    by_id = Ids(root)
+    by_id = ElementsById(root)
     materials = {each.get("id", ""): each.get("name", each.get("id", "")) for each in root.iter() if _is_material(each)}
     count = 0
     for names, geometry, symbols, matrix in _instances(root, by_id):
-        for mesh in read_mesh(geometry, by_id):
+        for mesh in read_geometry(geometry, by_id):
             vertices, faces = transform_triangles(mesh.vertices, mesh.faces, matrix)
             count += len(faces)
             if count > max_faces:
@@ -53,20 +53,22 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
                 raise Rejection("source", Reason.TOO_LARGE, detail, "simplify the mesh, or leave its furniture out")
             target = symbols.get(mesh.material, mesh.material)
             name = geometry.get("name") or geometry.get("id") or ""
-            yield Piece(Part(names, name, materials.get(target, target)), vertices, faces)
+            yield NamedPiece(PartNames(names, name, materials.get(target, target)), vertices, faces)
 
 
-def _instances(root: Xml.Element, by_id: Ids) -> Iterator[tuple[tuple[str, ...], Xml.Element, dict[str, str], Floats]]:
+def _instances(
+    root: Xml.Element, by_id: ElementsById
+) -> Iterator[tuple[tuple[str, ...], Xml.Element, dict[str, str], Floats]]:
     """Yield (names from the root, geometry, material ids by symbol, place) of each instance in the scene."""
     instance = root.find(".//{*}scene/{*}instance_visual_scene")
     scene = by_id.target_of(instance, "visual_scene") if instance is not None else root.find(".//{*}visual_scene")
     if scene is None:  # a library of shapes that nobody places
         for each in root.iter():
-            if kind(each) == "geometry":
+            if tag_without_namespace(each) == "geometry":
                 yield (), each, {}, np.eye(4)
         return
     stack: list[tuple[Xml.Element, tuple[str, ...], Floats]] = [
-        (node, (), np.eye(4)) for node in reversed(children(scene, "node"))
+        (node, (), np.eye(4)) for node in reversed(children_by_tag(scene, "node"))
     ]
     seen = 0
     while stack:
@@ -76,28 +78,30 @@ def _instances(root: Xml.Element, by_id: Ids) -> Iterator[tuple[tuple[str, ...],
             raise ValueError(f"its nodes are nested more than {MAX_DEEP} deep, or more than {MAX_NODES:,}")
         matrix = above @ _matrix(node)
         path = (*names, node.get("name") or node.get("id") or "")
-        for placed_here in children(node, "instance_geometry", "instance_controller"):
+        for placed_here in children_by_tag(node, "instance_geometry", "instance_controller"):
             geometry = _geometry(by_id.target_of(placed_here, "geometry", "controller"), by_id)
             if geometry is not None:
                 yield path, geometry, _symbols(placed_here), matrix
-        inner = [by_id.target_of(each, "node") for each in children(node, "instance_node")] + children(node, "node")
+        inner = [by_id.target_of(each, "node") for each in children_by_tag(node, "instance_node")] + children_by_tag(
+            node, "node"
+        )
         stack += [(each, path, matrix) for each in reversed(inner) if each is not None]
 
 
-def _geometry(element: Xml.Element | None, by_id: Ids) -> Xml.Element | None:
+def _geometry(element: Xml.Element | None, by_id: ElementsById) -> Xml.Element | None:
     """Return the geometry itself, or the one that a controller bends."""
-    if element is None or kind(element) == "geometry":
+    if element is None or tag_without_namespace(element) == "geometry":
         return element
     skin = first_child(element, "skin", "morph")
     return None if skin is None else by_id.target_of(skin, "geometry", key="source")
 
 
 def _is_material(element: Xml.Element) -> bool:
-    return kind(element) == "material" and bool(element.get("id"))
+    return tag_without_namespace(element) == "material" and bool(element.get("id"))
 
 
 def _symbols(instance: Xml.Element) -> dict[str, str]:
-    bound = (each for each in instance.iter() if kind(each) == "instance_material")
+    bound = (each for each in instance.iter() if tag_without_namespace(each) == "instance_material")
     return {each.get("symbol", ""): each.get("target", "").removeprefix("#") for each in bound}
 
 
@@ -106,15 +110,15 @@ def _matrix(node: Xml.Element) -> Floats:
     matrix = np.eye(4)
     for element in node:
         step = np.eye(4)
-        match kind(element):
+        match tag_without_namespace(element):
             case "matrix":
-                step = floats(element, 16).reshape(4, 4)
+                step = parse_floats(element, 16).reshape(4, 4)
             case "translate":
-                step[:3, 3] = floats(element, 3)
+                step[:3, 3] = parse_floats(element, 3)
             case "scale":
-                step[:3, :3] = np.diag(floats(element, 3))
+                step[:3, :3] = np.diag(parse_floats(element, 3))
             case "rotate":
-                step[:3, :3] = _turn(floats(element, 4))
+                step[:3, :3] = _turn(parse_floats(element, 4))
             case _:
                 continue
         matrix = matrix @ step
@@ -140,7 +144,7 @@ Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class DaeMesh:
+class PrimitiveMesh:
     """Triangles of one material, in the geometry's own frame; ``material`` is the symbol that an instance binds."""
 
     vertices: Floats
@@ -148,30 +152,30 @@ class DaeMesh:
     material: str
 
 
-def kind(element: Xml.Element) -> str:
+def tag_without_namespace(element: Xml.Element) -> str:
     """Tag without its namespace."""
     return element.tag.rpartition("}")[2]
 
 
-def children(element: Xml.Element, *kinds: str) -> list[Xml.Element]:
+def children_by_tag(element: Xml.Element, *kinds: str) -> list[Xml.Element]:
     """Direct children of these kinds, in order."""
-    return [each for each in element if kind(each) in kinds]
+    return [each for each in element if tag_without_namespace(each) in kinds]
 
 
 def first_child(element: Xml.Element, *kinds: str) -> Xml.Element | None:
     """Return the first direct child of these kinds, or None."""
-    return next(iter(children(element, *kinds)), None)
+    return next(iter(children_by_tag(element, *kinds)), None)
 
 
-def floats(element: Xml.Element, count: int | None = None) -> Floats:
+def parse_floats(element: Xml.Element, count: int | None = None) -> Floats:
     """Return the numbers in an element's text; raise ValueError unless there are ``count`` numbers."""
     words = (element.text or "").split()
     if count is not None and len(words) != count:
-        raise ValueError(f"<{kind(element)}> holds {len(words)} numbers; expected {count}")
+        raise ValueError(f"<{tag_without_namespace(element)}> holds {len(words)} numbers; expected {count}")
     return np.array(list(map(float, words)), np.float64)
 
 
-class Ids:
+class ElementsById:
     """The elements of a file by kind and id: files use an id for a node and its geometry alike.
 
     Of two elements of one kind and id the first counts.
@@ -181,7 +185,7 @@ class Ids:
         self._found: dict[tuple[str, str], Xml.Element] = {}
         for element in root.iter():
             if name := element.get("id"):
-                self._found.setdefault((kind(element), name), element)
+                self._found.setdefault((tag_without_namespace(element), name), element)
 
     def of(self, name: str, *kinds: str) -> Xml.Element | None:
         """Return the element of an id that is of the first of these kinds, or None."""
@@ -192,7 +196,7 @@ class Ids:
         return self.of(instance.get(key, "").removeprefix("#"), *kinds)
 
 
-def read_mesh(geometry: Xml.Element, by_id: Ids) -> Iterator[DaeMesh]:
+def read_geometry(geometry: Xml.Element, by_id: ElementsById) -> Iterator[PrimitiveMesh]:
     """Yield the triangles of each primitive; lines, points and splines are left out.
 
     Raises
@@ -218,16 +222,16 @@ def read_mesh(geometry: Xml.Element, by_id: Ids) -> Iterator[DaeMesh]:
             raise ValueError(f"a face names vertex {int(corners.max()):,} of {len(vertices):,}")
         faces = triangulate_polygons(vertices, corners, counts)[0]
         used, packed = np.unique(faces, return_inverse=True)
-        yield DaeMesh(vertices[used], packed.reshape(-1, 3).astype(np.int64), primitive.get("material", ""))
+        yield PrimitiveMesh(vertices[used], packed.reshape(-1, 3).astype(np.int64), primitive.get("material", ""))
 
 
 def _polygons(primitive: Xml.Element) -> tuple[Indices, Indices] | None:
     """Return index rows (k, inputs), one a corner, and the corners of each polygon (p,); None for no surface."""
-    name = kind(primitive)
+    name = tag_without_namespace(primitive)
     if name not in {"triangles", "polylist", "polygons", "trifans", "tristrips"}:
         return None
-    width = 1 + max((int(each.get("offset", 0)) for each in children(primitive, "input")), default=0)
-    lists = [_indices(each, width) for each in primitive.iter() if kind(each) == "p"]
+    width = 1 + max((int(each.get("offset", 0)) for each in children_by_tag(primitive, "input")), default=0)
+    lists = [_indices(each, width) for each in primitive.iter() if tag_without_namespace(each) == "p"]
     rows = np.concatenate([np.empty((0, width), np.int64), *lists])
     if name == "triangles":
         return rows, np.full(len(rows) // 3, 3)
@@ -262,24 +266,24 @@ def _strip(rows: Indices) -> Indices:
     return faces.reshape(-1, rows.shape[1])
 
 
-def _inside(mesh: Xml.Element, name: str, by_id: Ids, wanted: str) -> Xml.Element:
+def _inside(mesh: Xml.Element, name: str, by_id: ElementsById, wanted: str) -> Xml.Element:
     """Return a mesh's own element of an id, or the file's; raise LookupError if there is none."""
-    own = next((each for each in mesh if each.get("id") == name and kind(each) == wanted), None)
+    own = next((each for each in mesh if each.get("id") == name and tag_without_namespace(each) == wanted), None)
     found = own if own is not None else by_id.of(name, wanted)
     if found is None:
         raise LookupError(f"no <{wanted}> of id {name[:60]!r}")
     return found
 
 
-def _position(primitive: Xml.Element, mesh: Xml.Element, by_id: Ids) -> tuple[int, str]:
+def _position(primitive: Xml.Element, mesh: Xml.Element, by_id: ElementsById) -> tuple[int, str]:
     """Return which index of a corner is its position's, and the id of the source of positions."""
-    for each in children(primitive, "input"):
+    for each in children_by_tag(primitive, "input"):
         if each.get("semantic") == "VERTEX":
             vertices = _inside(mesh, each.get("source", "").removeprefix("#"), by_id, "vertices")
-            for inner in children(vertices, "input"):
+            for inner in children_by_tag(vertices, "input"):
                 if inner.get("semantic") == "POSITION":
                     return int(each.get("offset", 0)), inner.get("source", "").removeprefix("#")
-    raise ValueError(f"<{kind(primitive)}> has no positions")
+    raise ValueError(f"<{tag_without_namespace(primitive)}> has no positions")
 
 
 def _source(source: Xml.Element) -> Floats:
@@ -287,7 +291,7 @@ def _source(source: Xml.Element) -> Floats:
     array = first_child(source, "float_array")
     if array is None:
         raise ValueError(f"the source {source.get('id')!r} holds no numbers")
-    values = floats(array)
+    values = parse_floats(array)
     accessor = source.find("./{*}technique_common/{*}accessor")
     stride = int(accessor.get("stride", 1)) if accessor is not None else 3
     start = int(accessor.get("offset", 0)) if accessor is not None else 0

@@ -1,6 +1,6 @@
 """Load a mesh file of any format as a ``Scene`` of named triangles; whatever is wrong with it becomes a Rejection.
 
-Axes and unit stay the file's own; ``convention`` returns what the format or the file says of them.
+Axes and unit stay the file's own; ``frame_convention`` returns what the format or the file says of them.
 
 Files of PLY, STL and OFF hold no names. The other formats have modules of their own.
 """
@@ -27,8 +27,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
 from pipeline.sources.files import HEAD_BYTES, check_file
 from pipeline.sources.meshes import collada, gltf, obj
-from pipeline.sources.meshes.scene import Part, Piece, Scene, triangulate_polygons
-from pipeline.sources.named_scene import without_starting_cube
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene, triangulate_polygons
+from pipeline.sources.named_scene import drop_default_cube
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
@@ -42,7 +42,7 @@ LARGEST_COORDINATE = 1e15
 
 
 @dataclass(frozen=True)
-class Convention:
+class FrameConvention:
     """What a format, or the file itself, says of its frame: up axis, and metres in one unit (None: it does not say).
 
     ``binding``: the axis is laid down (glTF's specification, COLLADA's ``up_axis``), not mere custom; ``declared``: by
@@ -55,7 +55,7 @@ class Convention:
     declared: bool = False
 
 
-def convention(path: Path) -> Convention:
+def frame_convention(path: Path) -> FrameConvention:
     """Return the format's convention; COLLADA and USDZ write their own into the file."""
     suffix = path.suffix.lower()
     if suffix == ".dae":
@@ -64,13 +64,13 @@ def convention(path: Path) -> Convention:
         up = re.search(rb"<up_axis>\s*([XYZ])_UP", head)
         unit = re.search(rb"<unit\b[^>]{0,200}?\bmeter\s*=\s*[\"']([^\"']{0,80})[\"']", head)
         metres = _metres(unit[1].decode("utf-8", "replace"), path) if unit else None
-        return Convention("z" if up and up[1] == b"Z" else "y", metres, up is not None, up is not None)
+        return FrameConvention("z" if up and up[1] == b"Z" else "y", metres, up is not None, up is not None)
     if suffix in {".glb", ".gltf"}:
-        return Convention("y", 1.0, binding=True)
+        return FrameConvention("y", 1.0, binding=True)
     if suffix == ".usdz":
-        up_axis, stated = roomplan_scan.frame_of(path)
-        return Convention(up_axis, stated, binding=True, declared=True)
-    return Convention("y" if suffix == ".obj" else "z", None)
+        up_axis, stated = roomplan_scan.usdz_up_and_unit(path)
+        return FrameConvention(up_axis, stated, binding=True, declared=True)
+    return FrameConvention("y" if suffix == ".obj" else "z", None)
 
 
 def _metres(text: str, path: Path) -> float:
@@ -93,7 +93,7 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         MISSING_FILE, EMPTY, TOO_LARGE, NOT_FINITE, or UNREADABLE (garbage, truncated, broken indices).
     """
     check_file(path)
-    declared = declared_faces(path)
+    declared = declared_face_count(path)
     if declared is not None and declared > max_faces and _can_hold(path, declared):
         raise _too_large(path, declared, max_faces)
     _check_size(path)
@@ -106,23 +106,23 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         found = " ".join(str(error).replace(f"{path.parent}/", "").split())[:200]
         detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
-    return without_starting_cube(_check_scene(path, scene, declared, max_faces))
+    return drop_default_cube(_check_scene(path, scene, declared, max_faces))
 
 
-def _reader(path: Path) -> Callable[[Path, int], Iterator[Piece]]:
+def _reader(path: Path) -> Callable[[Path, int], Iterator[NamedPiece]]:
     suffix = path.suffix.lower()
     if suffix in {".glb", ".gltf"}:
         return gltf.load
-    known = {".dae": collada.load, ".obj": obj.load, ".off": load_off, ".usdz": roomplan_scan.load}
+    known = {".dae": collada.load, ".obj": obj.load, ".off": load_off, ".usdz": roomplan_scan.load_usdz_pieces}
     return known.get(suffix, _load_plain)
 
 
-def _load_plain(path: Path, _max_faces: int) -> Iterator[Piece]:
+def _load_plain(path: Path, _max_faces: int) -> Iterator[NamedPiece]:
     """Yield the one mesh of a format that holds no names."""
     scene = trimesh.load_scene(path, process=False, skip_materials=True)
     for part in scene.geometry.values():
         if isinstance(part, trimesh.Trimesh):
-            yield Piece(Part(), np.asarray(part.vertices, np.float64), np.asarray(part.faces, np.int64))
+            yield NamedPiece(PartNames(), np.asarray(part.vertices, np.float64), np.asarray(part.faces, np.int64))
 
 
 def _can_hold(path: Path, declared: int) -> bool:
@@ -134,7 +134,7 @@ def _check_size(path: Path) -> None:
     """Refuse a PLY whose header announces more than the file can hold, before room is made for it."""
     if path.suffix.lower() == ".ply":
         with path.open("rb") as stream:
-            found = declared_ply(stream.read(HEAD_BYTES))
+            found = parse_ply_header(stream.read(HEAD_BYTES))
         if found and found[1] > path.stat().st_size:
             detail = f"{path.name} announces at least {found[1]:,} bytes and has {path.stat().st_size:,}"
             raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated: copy it again")
@@ -187,7 +187,7 @@ def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int)
 CHUNK_BYTES = 1 << 24
 
 
-def declared_faces(path: Path) -> int | None:
+def declared_face_count(path: Path) -> int | None:
     """Return the number of faces that the file itself announces, or None if its format announces none.
 
     Polygons count once here, so the loaded triangles may be more, but never fewer.
@@ -204,12 +204,12 @@ def declared_faces(path: Path) -> int | None:
 
 
 def _count_ply(head: bytes, _path: Path) -> int | None:
-    found = declared_ply(head)
+    found = parse_ply_header(head)
     return found[0] if found else None
 
 
 def _count_off(head: bytes, _path: Path) -> int | None:
-    return declared_off(head)
+    return parse_off_header(head)
 
 
 def _count_stl(head: bytes, path: Path) -> int | None:
@@ -263,7 +263,7 @@ SIZES = {
 ASCII_BYTES = 2  # a digit and what divides it from the next
 
 
-def declared_ply(head: bytes) -> tuple[int, int] | None:
+def parse_ply_header(head: bytes) -> tuple[int, int] | None:
     """Return (faces, bytes that all elements need at least) from the first bytes of a file; None without a header."""
     if not head.startswith(b"ply") or (end := head.find(b"end_header")) < 0:
         return None
@@ -285,7 +285,7 @@ def declared_ply(head: bytes) -> tuple[int, int] | None:
 WORDS = frozenset({b"OFF", b"COFF", b"NOFF", b"STOFF", b"CNOFF", b"STCNOFF"})
 
 
-def load_off(path: Path, _max_faces: int) -> Iterator[Piece]:
+def load_off(path: Path, _max_faces: int) -> Iterator[NamedPiece]:
     """Yield the file's one mesh.
 
     Raises
@@ -306,12 +306,12 @@ def load_off(path: Path, _max_faces: int) -> Iterator[Piece]:
     corners = np.array([corner for polygon in polygons for corner in polygon], np.int64)
     if len(corners) and not 0 <= corners.min() <= corners.max() < n_vertices:
         raise ValueError(f"a face names vertex {int(corners.max()):,} of {n_vertices:,}")
-    yield Piece(
-        Part(), vertices, triangulate_polygons(vertices, corners, np.array([len(each) for each in polygons]))[0]
+    yield NamedPiece(
+        PartNames(), vertices, triangulate_polygons(vertices, corners, np.array([len(each) for each in polygons]))[0]
     )
 
 
-def declared_off(head: bytes) -> int | None:
+def parse_off_header(head: bytes) -> int | None:
     """Return the number of faces that the first lines announce, or None if they are no OFF header."""
     try:
         return _counts(_lines(head))[1]

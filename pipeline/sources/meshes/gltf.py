@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import Part, Piece, transform_triangles
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,7 +29,7 @@ MAX_NODES = 1_000_000
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
-def read_tree(path: Path) -> tuple[dict[str, Any], bytes]:
+def read_json_and_binary(path: Path) -> tuple[dict[str, Any], bytes]:
     """Return a file's JSON tree and its binary chunk (empty for .gltf).
 
     Raises
@@ -60,7 +60,7 @@ def read_tree(path: Path) -> tuple[dict[str, Any], bytes]:
     return tree, binary
 
 
-def load(path: Path, max_faces: int) -> Iterator[Piece]:
+def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:
     """Yield the triangles of the file's scene; what is no triangle (points, lines) is left out.
 
     Raises
@@ -70,9 +70,9 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
     ValueError, LookupError, TypeError, struct.error, RecursionError
         Where the file is broken.
     """
-    tree, binary = read_tree(path)
+    tree, binary = read_json_and_binary(path)
     _check_extensions(tree, path)
-    arrays = Arrays(tree, binary, path, max_faces)
+    arrays = AccessorReader(tree, binary, path, max_faces)
     count = 0
     for names, mesh, matrix in _nodes(tree):
         for primitive in mesh["primitives"]:
@@ -84,7 +84,7 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             if count > max_faces:
                 detail = f"{path.name} has more than {max_faces:,} faces, instances counted"
                 raise Rejection("source", Reason.TOO_LARGE, detail, "simplify the mesh, or leave its furniture out")
-            yield Piece(Part(names, _name(mesh), _material(tree, primitive)), vertices, faces)
+            yield NamedPiece(PartNames(names, _name(mesh), _material(tree, primitive)), vertices, faces)
 
 
 def _check_extensions(tree: dict[str, Any], path: Path) -> None:
@@ -140,7 +140,7 @@ def _matrix(node: dict[str, Any]) -> Floats:
     return matrix
 
 
-def _triangles(arrays: Arrays, primitive: dict[str, Any]) -> tuple[Floats, npt.NDArray[np.int64]] | None:
+def _triangles(arrays: AccessorReader, primitive: dict[str, Any]) -> tuple[Floats, npt.NDArray[np.int64]] | None:
     mode = primitive.get("mode", TRIANGLES)
     if mode not in {TRIANGLES, STRIP, FAN} or "POSITION" not in primitive["attributes"]:
         return None
@@ -175,7 +175,7 @@ TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
-class Arrays:
+class AccessorReader:
     """Reads accessors of one file; each buffer is opened once."""
 
     def __init__(self, tree: dict[str, Any], binary: bytes, path: Path, max_faces: int) -> None:

@@ -1,9 +1,9 @@
-"""Read a Wavefront file (.obj): ``load`` any of them with its names, ``parse`` strictly the plain ones of SUNCG.
+"""Read a Wavefront file (.obj): any with its names (``load``), or strictly a plain one of SUNCG (``parse_plain_obj``).
 
 There are two readers because their contracts differ. ``load`` keeps the names of objects, groups and materials, accepts
-what programs write, and leaves out unused vertices. ``parse`` returns one mesh in file order, and refuses files that
-break off, have no faces, or have coordinates that are not finite, each with a reason of its own. It is also faster:
-0.24 ms against 0.52 ms for a wall of 300 faces (processor time on a loaded machine).
+what programs write, and leaves out unused vertices. ``parse_plain_obj`` returns one mesh in file order, and refuses
+files that break off, have no faces, or have coordinates that are not finite, each with a reason of its own. It is also
+faster: 0.24 ms against 0.52 ms for a wall of 300 faces (processor time on a loaded machine).
 
 R1  An object begins without a group: the last one belongs to the object before.
 R2  A group that follows faces of an object outside any group stands beside that object, not inside it.
@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import Part, Piece, triangulate_polygons
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, triangulate_polygons
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -32,11 +32,11 @@ class _Lines:
     """What stands on the lines: vertices, and for each named piece its faces and the vertices before them."""
 
     vertices: list[bytes] = field(default_factory=list)
-    faces: dict[Part, list[bytes]] = field(default_factory=dict)
-    before: dict[Part, list[int]] = field(default_factory=dict)
+    faces: dict[PartNames, list[bytes]] = field(default_factory=dict)
+    before: dict[PartNames, list[int]] = field(default_factory=dict)
 
 
-def load(path: Path, max_faces: int) -> Iterator[Piece]:
+def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:
     """Yield the triangles of each object, group and material, in the order of their first faces.
 
     Raises
@@ -56,13 +56,13 @@ def load(path: Path, max_faces: int) -> Iterator[Piece]:
             raise ValueError(f"a face names vertex {int(corners.max()) + 1:,} of {len(vertices):,}")
         faces = triangulate_polygons(vertices, corners, counts)[0]
         used, packed = np.unique(faces, return_inverse=True)
-        yield Piece(part, vertices[used], packed.reshape(-1, 3).astype(np.int64))
+        yield NamedPiece(part, vertices[used], packed.reshape(-1, 3).astype(np.int64))
 
 
 def _sort_lines(path: Path) -> _Lines:
     found = _Lines()
     names = {b"o": "", b"g": "", b"usemtl": ""}
-    part, rows, before = Part(), None, None
+    part, rows, before = PartNames(), None, None
     data = path.read_bytes().replace(b"\\\n", b" ").replace(b"\\\r\n", b" ").replace(b"\t", b" ")
     for line in data.splitlines():
         word, _, rest = line.lstrip().partition(b" ")
@@ -78,7 +78,7 @@ def _sort_lines(path: Path) -> _Lines:
                 names[b"o"] = names[b"g"] = ""  # R1, R2
             names[word] = rest.strip().decode("utf-8", "replace")
             groups = tuple(name for name in (names[b"o"], names[b"g"]) if name)
-            part, rows, before = Part(groups, "", names[b"usemtl"]), None, None
+            part, rows, before = PartNames(groups, "", names[b"usemtl"]), None, None
     return found
 
 
@@ -119,7 +119,7 @@ _SPACED = bytes.maketrans(b"/f", b"  ")
 _RUNS = {key: re.compile(rb"(?:" + key + rb".*\n)+") for key in (b"v ", b"f ")}
 
 
-def parse(data: bytes, name: str) -> Mesh:
+def parse_plain_obj(data: bytes, name: str) -> Mesh:
     """Return the triangles of an OBJ file.
 
     Parameters
@@ -156,7 +156,7 @@ def parse(data: bytes, name: str) -> Mesh:
     return mesh
 
 
-def material_file(data: bytes) -> str | None:
+def find_material_file(data: bytes) -> str | None:
     """Return the file that the OBJ's first ``mtllib`` names, or None if it names none."""
     start = data.find(b"mtllib ")
     if start < 0 or (start > 0 and data[start - 1 : start] not in b"\r\n"):

@@ -17,7 +17,7 @@ Owners = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
-class Part:
+class PartNames:
     """What a file calls a piece: ``groups`` from the outermost to the piece's own node, its mesh, its material."""
 
     groups: tuple[str, ...] = ()
@@ -31,10 +31,10 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class NamedPiece:
     """A part and its triangles: ``vertices`` (n, 3), ``faces`` (m, 3), both in the scene's frame."""
 
-    part: Part
+    part: PartNames
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int64]
 
@@ -45,16 +45,16 @@ class Scene:
 
     mesh: Mesh
     owner: Owners
-    parts: tuple[Part, ...]
+    parts: tuple[PartNames, ...]
     left_out: str = ""
     """What could not be read, in words."""
 
     @classmethod
-    def of(cls, pieces: Iterable[Piece]) -> Scene:
+    def of(cls, pieces: Iterable[NamedPiece]) -> Scene:
         """Put pieces together in their order."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
         owners = [np.empty(0, np.int32)]
-        parts: list[Part] = []
+        parts: list[PartNames] = []
         offset = 0
         for piece in pieces:
             vertices.append(piece.vertices)

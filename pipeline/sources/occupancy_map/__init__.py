@@ -35,12 +35,12 @@ from pipeline.geometry.areas import buffer_mitred, dot_product, drop_lines_and_p
 from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
-from pipeline.sources.files import LeftOut, check_file, single_input
-from pipeline.sources.occupancy_map.rooms import DRAWN_ROOM_M2, Segmentation, Way, boxes_of, segment
-from pipeline.sources.occupancy_map.wall_ends import area_of_cells
+from pipeline.sources.files import LeftOutParts, check_file, input_from_file
+from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells
+from pipeline.sources.occupancy_map.rooms import DRAWN_ROOM_M2, RoomConnection, Segmentation, label_boxes, segment_rooms
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Drawing, Storey, levels_of, room
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
 from pipeline.values import Input, Level
 
 Bools = npt.NDArray[np.bool_]
@@ -85,7 +85,7 @@ _REASONS: Final = {
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one map; option ``resolution`` is the side of a cell, metres, where its file does not say it."""
-    yield single_input(path, "occupancy_map", options)
+    yield input_from_file(path, "occupancy_map", options)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -107,13 +107,13 @@ def read(item: Input) -> Iterator[Level]:
             "give --resolution, the side of a cell in metres" if "side of a cell" in error.problem else error.advice
         )
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
-    drawing = Drawing("robot's map", (_storey(found, name),), LeftOut())
-    for level in levels_of(item, drawing, path, name):
+    drawing = Drawing("robot's map", (_storey(found, name),), LeftOutParts())
+    for level in levels_from_drawing(item, drawing, path, name):
         yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), prisms=True)
 
 
-def _storey(found: RobotMap, name: str) -> Storey:
-    parts = segment(found.free, found.resolution_m, walls_only=found.walls_only)
+def _storey(found: RobotMap, name: str) -> DrawnStorey:
+    parts = segment_rooms(found.free, found.resolution_m, walls_only=found.walls_only)
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
@@ -128,10 +128,10 @@ def _storey(found: RobotMap, name: str) -> Storey:
         about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
-    return Storey(
+    return DrawnStorey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
         holes=tuple(holes),
-        rooms=tuple(room("", outline) for outline in outlines),
+        rooms=tuple(named_room("", outline) for outline in outlines),
         about=about,
     )
 
@@ -165,7 +165,7 @@ class _Slot:
     has_door: bool
 
     @classmethod
-    def of(cls, way: Way, cell_m: float, height_m: float) -> _Slot:
+    def of(cls, way: RoomConnection, cell_m: float, height_m: float) -> _Slot:
         """Return the place of a way."""
         a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
         length = float(np.hypot(*(b - a)))
@@ -210,7 +210,7 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
     """R1, R2: return the rooms by their numbers, none nearer to another than a wall."""
     doorways = shapely.union_all([slot.shape for slot in slots])
     raw = {}
-    for number, (rows, cols) in sorted(boxes_of(parts.label)):
+    for number, (rows, cols) in sorted(label_boxes(parts.label)):
         mask = parts.label[rows, cols] == number
         trace = _exact_area if edges.exact else _trace_cells
         whole = _smooth(trace(mask, (cols.start, rows.start), parts.cell_m, height_m), edges)

@@ -1,8 +1,8 @@
 """Find gaps in the straight walls of a map, as end points in cells: ways through, at which ``rooms`` may part rooms.
 
-A wide doorway is hardly narrower than the corridor before it, so that the clearance does not show it (``narrows``). The
-corridor's wall does: its face is straight, before the gap and behind it. ROSE2 (Luperto et al., 2022) divides maps
-along the lines of their walls; here a line counts only where it has a gap.
+A wide doorway is hardly narrower than the corridor before it, so that the clearance does not show it
+(``narrow_places``). The corridor's wall does: its face is straight, before the gap and behind it. ROSE2 (Luperto et
+al., 2022) divides maps along the lines of their walls; here a line counts only where it has a gap.
 
 R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``FACE_M``
     long or longer; all faces within ``BAND_M`` of each other are on one line.

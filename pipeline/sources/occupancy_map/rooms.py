@@ -3,7 +3,7 @@
 R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
     than SCRAP_M2 of others join are noise.
 R2  Basins are joined, the least likely border first, as long as a border more probably does not separate rooms
-    (``odds``). A border of several narrow places is as likely as the least likely of them.
+    (``separation_odds``). A border of several narrow places is as likely as the least likely of them.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them.
@@ -13,7 +13,7 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed.
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
-    ends of walls (``wall_ends``) that part rooms of DRAWN_ROOM_M2 or more.
+    ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do.
 """
@@ -29,10 +29,18 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
 from pipeline.sources.occupancy_map.gaps import find_gaps
-from pipeline.sources.occupancy_map.narrows import Basins, Bools, Floats, Labels, Narrows, find_basins, measure_gaps
-from pipeline.sources.occupancy_map.odds import log_odds
-from pipeline.sources.occupancy_map.wall_ends import find_doorways
+from pipeline.sources.occupancy_map.narrow_places import (
+    Basins,
+    Bools,
+    Floats,
+    Labels,
+    NarrowPlaces,
+    find_basins,
+    measure_gaps,
+)
+from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 ALONE_M = 3.0
 SCRAP_M2 = 0.5
@@ -57,7 +65,7 @@ EDGE_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class RoomConnection:
     """A way between two rooms: their labels, the (across, down) of its jambs in cells, and its wall."""
 
     rooms: tuple[int, int]
@@ -75,7 +83,7 @@ class Segmentation:
     """
 
     label: Labels
-    ways: tuple[Way, ...]
+    ways: tuple[RoomConnection, ...]
     cell_m: float
     scale: int
     outside: frozenset[int] = frozenset()
@@ -94,7 +102,7 @@ class Segmentation:
         return found
 
 
-def segment(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmentation:
+def segment_rooms(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmentation:
     """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
 
     Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
@@ -104,12 +112,12 @@ def segment(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmenta
     if scale > 1:
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
-        label, ways = _divide_at_wall_ends(without_scraps(free, cell_m), cell_m)
+        label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
         return Segmentation(label, ways, cell_m, scale, _outside(label, free))
-    clear = without_clutter(free, cell_m)
+    clear = fill_clutter(free, cell_m)
     label, ways = _divide_cells(clear, np.zeros((0, 2, 2)), cell_m)
     outside = _outside(label, free)
-    gaps = find_gaps(clear, cell_m, direction_of(clear))
+    gaps = find_gaps(clear, cell_m, main_edge_direction(clear))
     gaps = gaps[_parts_a_room(gaps, np.where(np.isin(label, list(outside)), 0, label), cell_m)]
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, cell_m)
@@ -117,7 +125,7 @@ def segment(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmenta
     return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
 
 
-def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[Way, ...]]:
+def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
     """R8: return the rooms of the cells (rows, cols) and the ways between them."""
     doorways = find_doorways(clear, cell_m)
     while True:
@@ -135,7 +143,7 @@ def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[Way
         doorways = doorways[parts]
     width = np.hypot(*(jambs[:, 1] - jambs[:, 0]).T)
     ways = [
-        Way((int(min(pair)), int(max(pair))), jamb, float(wide * cell_m), float(deep * cell_m))
+        RoomConnection((int(min(pair)), int(max(pair))), jamb, float(wide * cell_m), float(deep * cell_m))
         for pair, jamb, wide, deep in zip(sides.tolist(), jambs, width, thick, strict=True)
     ]
     return label, tuple(sorted(ways, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
@@ -155,7 +163,7 @@ def _cells_inside(shapes: Floats, shape: tuple[int, ...]) -> Bools:
     return inside
 
 
-def _divide_cells(clear: Bools, gaps: Floats, cell_m: float) -> tuple[Labels, tuple[Way, ...]]:
+def _divide_cells(clear: Bools, gaps: Floats, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
     """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` (n, 2, 2) are closed."""
     closed = _cells_of_gaps(gaps, clear.shape) & clear
     basins = find_basins(clear & ~closed, cell_m)
@@ -202,7 +210,7 @@ def _parts_a_room(gaps: Floats, label: Labels, cell_m: float) -> Bools:
     sides = _beside(gaps, label, cell_m)
     found: Bools = (sides[:, 0] == sides[:, 1]) & (sides[:, 0] > 0)
     open_ = ~_cells_of_gaps(gaps[found], label.shape)
-    boxes = dict(boxes_of(label)) if found.any() else {}
+    boxes = dict(label_boxes(label)) if found.any() else {}
     for number in np.unique(sides[found, 0]).tolist():
         rows, cols = boxes[number]
         inside = ((label[rows, cols] == number) & open_[rows, cols]).view(np.uint8)
@@ -231,7 +239,7 @@ def _blocks(free: Bools, scale: int) -> Bools:
     return np.asarray(counts > scale * (scale - 1) - (scale == 2))
 
 
-def without_clutter(free: Bools, cell_m: float) -> Bools:
+def fill_clutter(free: Bools, cell_m: float) -> Bools:
     """Return the free cells and those under clutter, without scraps; R1."""
     _, pieces, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
     rows, cols = free.shape
@@ -239,10 +247,10 @@ def without_clutter(free: Bools, cell_m: float) -> Bools:
     inside = (left > 0) & (top > 0) & (left + wide < cols) & (top + high < rows)
     alone = inside & (np.hypot(wide, high) * cell_m < ALONE_M)
     alone[0] = False
-    return without_scraps(free | alone[pieces], cell_m)
+    return drop_scraps(free | alone[pieces], cell_m)
 
 
-def without_scraps(clear: Bools, cell_m: float) -> Bools:
+def drop_scraps(clear: Bools, cell_m: float) -> Bools:
     """Return the free cells without scraps; R1."""
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(clear.view(np.uint8), connectivity=4)
     large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
@@ -257,7 +265,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     narrows = basins.narrows
     while True:
         sides = root[narrows.sides]
-        odds = log_odds(narrows, peak[sides], area[sides])
+        odds = separation_log_odds(narrows, peak[sides], area[sides])
         apart = sides[:, 0] != sides[:, 1]
         low, high = sides[apart].min(axis=1), sides[apart].max(axis=1)
         least = np.full(len(peak), np.inf)
@@ -289,9 +297,9 @@ def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np
     return np.asarray(numbers[root])
 
 
-def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows) -> tuple[Way, ...]:
+def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConnection, ...]:
     """R4; ``rooms`` (n, 2) are the numbers of the rooms on the sides of narrow places."""
-    found: list[Way] = []
+    found: list[RoomConnection] = []
     middles: dict[tuple[int, int], list[Floats]] = {}
     apart = np.flatnonzero((rooms[:, 0] != rooms[:, 1]) & (rooms > 0).all(axis=1))
     for k in apart[np.argsort(-narrows.half_m[apart], kind="stable")].tolist():
@@ -301,14 +309,14 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: Narrows) -> tuple[Way, ...]:
         near = APART_M / (narrows.width_m[k] / max(float(np.hypot(*(jambs[1] - jambs[0]))), 1e-6))
         if all(np.hypot(*(middle - other)) > near for other in middles.setdefault(pair, [])):
             middles[pair].append(middle)
-            found.append(Way(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k])))
+            found.append(RoomConnection(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k])))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
 
 def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
     """R5: return the labels with furniture; nothing stands against a wall ``outside``."""
     filled = label.copy()
-    for number, (rows, cols) in boxes_of(label):
+    for number, (rows, cols) in label_boxes(label):
         if number in outside:
             continue
         margin = round(2 * DEEPEST_M / cell_m) + 2
@@ -316,12 +324,12 @@ def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> La
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
         room = label[part] == number
         other = (filled[part] > 0) & ~room
-        mended = _mend_room(room, other, direction_of(room), cell_m)
+        mended = _mend_room(room, other, main_edge_direction(room), cell_m)
         filled[part][mended & ~other] = number
     return filled
 
 
-def boxes_of(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
+def label_boxes(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
     """Return each label with the rows and columns that it lies in, the largest first."""
     import scipy.ndimage
 
@@ -331,7 +339,7 @@ def boxes_of(label: Labels) -> list[tuple[int, tuple[slice, slice]]]:
     return sorted(found, key=lambda each: -int(sizes[each[0]]))  # a large room's corner is not a small one's
 
 
-def direction_of(mask: Bools) -> float:
+def main_edge_direction(mask: Bools) -> float:
     """Return the direction, -45 to 45 degrees in radians, that the edges of a mask have, or nearly have."""
     smooth = cv2.GaussianBlur(np.pad(mask, 3).astype(np.float32), (0, 0), 1.5)
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)

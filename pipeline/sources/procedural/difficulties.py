@@ -1,7 +1,7 @@
 """Reshape the room polygons of a generated storey, and plant difficulties in it, such as a room without a door.
 
 Rooms round a corner, bays, cut corners and slanted wings; closed cells, rooms without a door, detached garages, open
-fronts. Cells stay disjoint. Lengths are in centimetres, in ``without_door`` and ``open_front`` in metres.
+fronts. Cells stay disjoint. Lengths are in centimetres, in ``remove_only_door`` and ``remove_outer_wall`` in metres.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy.typing as npt
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.values import Cell, Opening, Part, Spec, Use, Wall
+from pipeline.sources.procedural.values import Cell, Opening, Part, RoomSpec, Use, Wall
 
 
-def carve(cells: list[Cell], spec: Spec, rng: np.random.Generator, use: Use = "room") -> list[Cell]:
+def carve_small_room(cells: list[Cell], spec: RoomSpec, rng: np.random.Generator, use: Use = "room") -> list[Cell]:
     """Cut a small room out of a corner of a large rectangular one, which becomes an L; else change nothing."""
     hosts = [i for i, cell in enumerate(cells) if _is_box(cell) and min(_size(cell)) >= spec.side + 180]
     if not hosts:
@@ -33,7 +33,7 @@ def carve(cells: list[Cell], spec: Spec, rng: np.random.Generator, use: Use = "r
     return [*cells[:index], rest, *cells[index + 1 :], Cell(small, spec.words, use)]
 
 
-def merge(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
+def merge_two_living_rooms(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     """Throw two living rooms that share a wall together into one, which keeps the words of both."""
     social = {"Living_Room", "Kitchen", "Dining_Room", "Hall", "Entryway"}
     mine = [i for i, cell in enumerate(cells) if cell.words and set(cell.words) <= social and _is_box(cell)]
@@ -46,7 +46,7 @@ def merge(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return cells
 
 
-def jog(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
+def offset_front_rooms(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     """Let some rooms on the front (the lowest y) stand out by up to 1.2 m."""
     front = min(cell.polygon.bounds[1] for cell in cells)
     result = []
@@ -59,7 +59,7 @@ def jog(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return result
 
 
-def chamfer(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
+def cut_off_outer_corner(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     """Cut off an outer corner of the house, at 45 degrees or at any angle."""
     corners = []
     for index, cell in enumerate(cells):
@@ -89,7 +89,7 @@ def chamfer(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return cells
 
 
-def add_bay(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
+def add_bay_window(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     """Give a room a bay window with slanted sides."""
     for index in rng.permutation(len(cells)).tolist():
         cell = cells[index]
@@ -111,7 +111,7 @@ def add_bay(cells: list[Cell], rng: np.random.Generator) -> list[Cell]:
     return cells
 
 
-def add_slant(cells: list[Cell], wing_from: float, rng: np.random.Generator) -> list[Cell]:
+def slant_wing(cells: list[Cell], wing_from: float, rng: np.random.Generator) -> list[Cell]:
     """Let everything above ``wing_from`` lean to one side by 8 to 25 degrees."""
     lean = float(np.tan(np.radians(rng.uniform(8, 25)))) * (1 if rng.random() < 0.5 else -1)
     shear = [1, lean, 0, 1, -lean * wing_from, 0]
@@ -154,12 +154,12 @@ def add_shafts(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None
     n_before = len(cells)
     for _ in range(int(rng.integers(1, 4))):
         words = (("Aeration",), ())[int(rng.integers(2))]
-        spec = Spec(words, float(rng.uniform(0.5, 1.6)), int(rng.integers(55, 80)))
-        cells = _chimney(cells, spec, rng) if rng.random() < 0.3 else carve(cells, spec, rng, "shaft")
+        spec = RoomSpec(words, float(rng.uniform(0.5, 1.6)), int(rng.integers(55, 80)))
+        cells = _chimney(cells, spec, rng) if rng.random() < 0.3 else carve_small_room(cells, spec, rng, "shaft")
     return cells if len(cells) > n_before else None
 
 
-def _chimney(cells: list[Cell], spec: Spec, rng: np.random.Generator) -> list[Cell]:
+def _chimney(cells: list[Cell], spec: RoomSpec, rng: np.random.Generator) -> list[Cell]:
     """Stand a closed block in the middle of the widest room, with at least a metre all round."""
     rooms = [i for i, cell in enumerate(cells) if cell.use == "room" and not cell.polygon.interiors]
     circles = [shapely.maximum_inscribed_circle(cells[i].polygon, tolerance=5.0) for i in rooms]
@@ -190,7 +190,7 @@ def add_garage(cells: list[Cell], rng: np.random.Generator) -> list[Cell] | None
     return [*cells, Cell(box, ("Garage",), "garage")]
 
 
-def without_door(cells: list[Cell], doors: list[Opening], rng: np.random.Generator) -> list[Opening] | None:
+def remove_only_door(cells: list[Cell], doors: list[Opening], rng: np.random.Generator) -> list[Opening] | None:
     """Take the door of a room that has only one, or None if no room but corridors and closets has just one."""
     ends = [cell for door in doors for cell in door.cells]
     leaves = [
@@ -204,7 +204,7 @@ def without_door(cells: list[Cell], doors: list[Opening], rng: np.random.Generat
     return [door for door in doors if shut not in door.cells]
 
 
-def open_front(
+def remove_outer_wall(
     cells: list[Cell],
     walls: list[Wall],
     openings: list[Opening],

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import shapely
 
-from pipeline.sources.procedural.values import Cell, Item, Opening
+from pipeline.sources.procedural.values import Cell, Opening, PlacedItem
 
 # Width, height, depth of a box, metres; ids that SUNCG gives to no door.
 MODELS: Final = {
@@ -22,7 +22,7 @@ LEAF: Final = "122"
 LEAF_SIZE: Final = (0.8, 2.05, 0.04)
 
 
-def furnish(cells: list[Cell], openings: list[Opening], rng: np.random.Generator) -> list[Item]:
+def furnish_rooms(cells: list[Cell], openings: list[Opening], rng: np.random.Generator) -> list[PlacedItem]:
     """Put one or two pieces into each room and a leaf into each door."""
     items = []
     for index, cell in enumerate(cells):
@@ -34,18 +34,18 @@ def furnish(cells: list[Cell], openings: list[Opening], rng: np.random.Generator
             x1, y1, x2, y2 = inner.bounds
             centre = (float(rng.uniform(x1, x2)), float(rng.uniform(y1, y2)))
             if shapely.contains_xy(inner, *centre):
-                items.append(Item(model, centre, float(rng.integers(4)) * np.pi / 2, index))
+                items.append(PlacedItem(model, centre, float(rng.integers(4)) * np.pi / 2, index))
     for opening in openings:
         if opening.kind != "window":
             angle = float(np.arctan2(opening.direction[1], opening.direction[0]))
-            items.append(Item(LEAF, opening.centre, angle, opening.cells[0]))
+            items.append(PlacedItem(LEAF, opening.centre, angle, opening.cells[0]))
     return items
 
 
-def loose_items(rng: np.random.Generator) -> list[Item]:
+def furniture_without_house(rng: np.random.Generator) -> list[PlacedItem]:
     """Return furniture without a house round it."""
     models = rng.choice(sorted(MODELS), size=int(rng.integers(4, 15))).tolist()
     return [
-        Item(model, (float(x), float(y)), 0.0, None)
+        PlacedItem(model, (float(x), float(y)), 0.0, None)
         for model, (x, y) in zip(models, rng.uniform(0, 9, (len(models), 2)), strict=True)
     ]

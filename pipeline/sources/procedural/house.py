@@ -15,9 +15,9 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.furniture import loose_items
+from pipeline.sources.procedural.furniture import furniture_without_house
 from pipeline.sources.procedural.storey import make_storey
-from pipeline.sources.procedural.values import Cell, House, Item, Opening, Point, Storey, Wall
+from pipeline.sources.procedural.values import Cell, House, Opening, PlacedItem, Point, Storey, Wall
 
 # Each stroke joins points (column, row) written as two digits; rows count upward.
 _STROKES: Final = {
@@ -46,7 +46,7 @@ _STROKES: Final = {
 }
 
 
-def sign(rng: np.random.Generator) -> Storey:
+def make_lettering(rng: np.random.Generator) -> Storey:
     """Write three to seven characters with walls that stand free; one nameless room without a floor holds each.
 
     No ring encloses 2 m2: the largest, an O, is 1.0 by 1.8 m at most.
@@ -103,7 +103,7 @@ def planted_fault(index: int, seed: int) -> str:
     return SOUND if role in DUPLICATES and not _originals(index, seed) else role
 
 
-def original_of(index: int, seed: int) -> int:
+def original_index(index: int, seed: int) -> int:
     """Return the index of the sound house that a duplicate repeats."""
     choices = _originals(index, seed)
     return choices[int(np.random.default_rng([seed, index, 2]).integers(len(choices)))]
@@ -131,14 +131,14 @@ def make_house(index: int, seed: int) -> House:
     role = planted_fault(index, seed)
     rng = np.random.default_rng([seed, index])
     if role in DUPLICATES:
-        source = original_of(index, seed)
+        source = original_index(index, seed)
         return _copy_house(make_house(source, seed), role, scene_id(index, seed), rng)
     if role == "objects_only":
-        items = tuple(loose_items(rng))
+        items = tuple(furniture_without_house(rng))
         bare = Storey(items=items, difficulties=(role,), expected="rejected:no_layout")
         return _move_to_scene(House(scene_id(index, seed), (bare,)), rng)
     if role == "characters":
-        return _move_to_scene(House(scene_id(index, seed), (sign(rng),)), rng)
+        return _move_to_scene(House(scene_id(index, seed), (make_lettering(rng),)), rng)
     ground = make_storey(None if role == SOUND else role, rng)
     upper = [make_storey(None, rng) for _ in range(1, int(rng.choice(_STOREYS, p=_STOREY_SHARES)))]
     return _move_to_scene(House(scene_id(index, seed), (ground, *upper)), rng)
@@ -197,7 +197,7 @@ def _transform(storey: Storey, matrix: list[float]) -> Storey:
     def opening(o: Opening) -> Opening:
         return replace(o, centre=point(o.centre), direction=vector(o.direction))
 
-    def item(i: Item) -> Item:
+    def item(i: PlacedItem) -> PlacedItem:
         along = vector((float(np.cos(i.angle)), float(np.sin(i.angle))))
         return replace(i, centre=point(i.centre), angle=float(np.arctan2(along[1], along[0])))
 

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.values import Cell, Spec
+from pipeline.sources.procedural.values import Cell, RoomSpec
 
 # Plans with 1, 2, ... 30 rooms among 33,717 published ones.
 _ROOM_COUNTS: Final = np.fromstring(
@@ -64,13 +64,13 @@ _UNNAMED_SHARE, _TWICE_NAMED_SHARE = 0.06, 0.04
 _SPREAD = 0.28  # of a room's area about the usual one, as the standard deviation of its logarithm
 
 
-def draw_number(rng: np.random.Generator, least: int = 1) -> int:
+def draw_room_count(rng: np.random.Generator, least: int = 1) -> int:
     """Draw a number of rooms, ``least`` or more."""
     weights = _ROOM_COUNTS[least - 1 :]
     return least + int(rng.choice(len(weights), p=weights / weights.sum()))
 
 
-def draw_rooms(number: int, rng: np.random.Generator) -> list[Spec]:
+def draw_rooms(number: int, rng: np.random.Generator) -> list[RoomSpec]:
     """Draw ``number`` rooms: labels by published counts, none more often than a house of that size has it."""
     taken = [0] * len(_KINDS)
     specs = []
@@ -87,11 +87,11 @@ def draw_rooms(number: int, rng: np.random.Generator) -> list[Spec]:
         taken[index] += 1
         kind = _KINDS[index]
         area = kind.area * size * float(np.clip(rng.lognormal(0.0, _SPREAD), 0.6, 1.8))
-        specs.append(Spec(_words(kind.label, rng), area, kind.side))
+        specs.append(RoomSpec(_words(kind.label, rng), area, kind.side))
     return specs
 
 
-def corridor_words(rng: np.random.Generator) -> tuple[str, ...]:
+def draw_corridor_words(rng: np.random.Generator) -> tuple[str, ...]:
     """Draw what a corridor is called."""
     return (("Hallway",), ("Hallway",), ("Hallway",), ("Hall",), ("Room",), ())[int(rng.integers(6))]
 
@@ -111,10 +111,10 @@ def _words(label: str, rng: np.random.Generator) -> tuple[str, ...]:
 
 Rect: TypeAlias = tuple[int, int, int, int]
 """x1, y1, x2, y2 in cm."""
-Placed: TypeAlias = list[tuple[Rect, Spec]]
+Placed: TypeAlias = list[tuple[Rect, RoomSpec]]
 
 
-def divide(rect: Rect, specs: list[Spec], rng: np.random.Generator, across: bool | None = None) -> Placed:
+def divide_rectangle(rect: Rect, specs: list[RoomSpec], rng: np.random.Generator, across: bool | None = None) -> Placed:
     """Cut a rectangle in two again and again, mostly across its longer side; ``across`` fixes the first cut (x cut)."""
     if len(specs) == 1:
         return [(rect, specs[0])]
@@ -132,10 +132,10 @@ def divide(rect: Rect, specs: list[Spec], rng: np.random.Generator, across: bool
     else:
         cut = y1 + round((y2 - y1) * float(shares[index]))
         halves = (x1, y1, x2, cut), (x1, cut, x2, y2)
-    return divide(halves[0], first, rng) + divide(halves[1], rest, rng)
+    return divide_rectangle(halves[0], first, rng) + divide_rectangle(halves[1], rest, rng)
 
 
-def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
+def place_in_row(rect: Rect, specs: list[RoomSpec], rng: np.random.Generator) -> Placed:
     """Set rooms side by side in x, each as deep as the rectangle; rooms too small for that stand behind one another."""
     if not specs:
         return []
@@ -146,15 +146,15 @@ def row(rect: Rect, specs: list[Spec], rng: np.random.Generator) -> Placed:
     cuts = x1 + np.round(np.concatenate([[0.0], np.cumsum(areas) / areas.sum()]) * (x2 - x1)).astype(int)
     placed: Placed = []
     for group, left, right in zip(groups, cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
-        placed += divide((left, y1, right, y2), group, rng, across=False)
+        placed += divide_rectangle((left, y1, right, y2), group, rng, across=False)
     return placed
 
 
-def distribute_rooms(specs: list[Spec], shares: list[float], rng: np.random.Generator) -> list[list[Spec]]:
+def distribute_rooms(specs: list[RoomSpec], shares: list[float], rng: np.random.Generator) -> list[list[RoomSpec]]:
     """Distribute rooms over places, roughly in proportion to ``shares``; no place stays empty if that is possible."""
     total = sum(spec.area for spec in specs)
     left = np.array(shares) / sum(shares) * total
-    groups: list[list[Spec]] = [[] for _ in shares]
+    groups: list[list[RoomSpec]] = [[] for _ in shares]
     for i in sorted(range(len(specs)), key=lambda i: -specs[i].area * float(rng.uniform(0.8, 1.25))):
         k = int(np.argmax(left))
         groups[k].append(specs[i])
@@ -162,7 +162,7 @@ def distribute_rooms(specs: list[Spec], shares: list[float], rng: np.random.Gene
     return groups
 
 
-def misfit(placed: Placed) -> float:
+def misfit_score(placed: Placed) -> float:
     """Return how badly rooms fit, or 0 if each is wide enough and none is much longer than wide."""
     worst = 0.0
     for (x1, y1, x2, y2), spec in placed:
@@ -171,9 +171,9 @@ def misfit(placed: Placed) -> float:
     return worst
 
 
-def _group_specs(specs: list[Spec], depth: int) -> list[list[Spec]]:
+def _group_specs(specs: list[RoomSpec], depth: int) -> list[list[RoomSpec]]:
     groups = [[spec] for spec in specs if spec.area * 1e4 / depth >= spec.side]
-    behind: list[Spec] = []
+    behind: list[RoomSpec] = []
     for spec in specs:
         if spec.area * 1e4 / depth >= spec.side:
             continue
@@ -207,7 +207,7 @@ class _Block:
     feature: str
 
 
-def lay_out(specs: list[Spec], rng: np.random.Generator) -> tuple[list[Cell], int | None, str]:
+def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list[Cell], int | None, str]:
     """Place rooms; corridors take the place of some of them.
 
     Returns
@@ -228,7 +228,9 @@ def lay_out(specs: list[Spec], rng: np.random.Generator) -> tuple[list[Cell], in
     return _cells(best[1], best[2]), (best[1][0].height if len(best[1]) > 1 else None), best[3]
 
 
-def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[float, list[_Block], list[Rect], str]:
+def _attempt(
+    specs: list[RoomSpec], ring: bool, rng: np.random.Generator
+) -> tuple[float, list[_Block], list[Rect], str]:
     """Return one layout: how badly it fits, its blocks, where they stand, its name."""
     n_wings = int(rng.choice([0, 1, 2], p=[0.45, 0.42, 0.13])) if len(specs) >= 9 else int(rng.random() < 0.4)
     if len(specs) < (8 if ring else 5):
@@ -236,14 +238,14 @@ def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[f
     parts = distribute_rooms(specs, [1.0] + [rng.uniform(0.3, 0.55) for _ in range(n_wings)], rng)
     main = _ring(parts[0], rng) if ring and len(parts[0]) >= 6 else _block(parts[0], rng)
     blocks, places = [main], [(0, 0, main.width, main.height)]
-    penalty = max(misfit(main.placed), _excess_length(main))
+    penalty = max(misfit_score(main.placed), _excess_length(main))
     for k, part in enumerate(part for part in parts[1:] if part):
         width = int(main.width * rng.uniform(0.34, 0.38 if n_wings == 2 else 0.6))
         wing = _block(part, rng, width)
         left = 0 if k == 0 else main.width - width
         if n_wings == 1 and rng.random() < 0.4:  # a T
             left = int((main.width - width) * rng.uniform(0.25, 0.75))
-        penalty = max(penalty, misfit(wing.placed), _excess_length(wing), 220.0 - wing.height)
+        penalty = max(penalty, misfit_score(wing.placed), _excess_length(wing), 220.0 - wing.height)
         blocks.append(wing)
         places.append((left, main.height, left + width, main.height + wing.height))
     shape = ("", "wing ", "two wings ")[len(blocks) - 1]
@@ -251,25 +253,25 @@ def _attempt(specs: list[Spec], ring: bool, rng: np.random.Generator) -> tuple[f
 
 
 def _excess_length(block: _Block) -> float:
-    """Return how far a block is from a shape that people build, as ``misfit`` does: up to 2.2 times as long as wide."""
+    """Return how far a block is from a usual shape, as ``misfit_score`` does: up to 2.2 times as long as wide."""
     short, long = sorted((block.width, block.height))
     return 60.0 * (long / max(short, 1) - 2.2)
 
 
-def _block(specs: list[Spec], rng: np.random.Generator, width: int | None = None) -> _Block:
+def _block(specs: list[RoomSpec], rng: np.random.Generator, width: int | None = None) -> _Block:
     """Lay out one rectangle; ``width`` fixes one side of it."""
     area = sum(spec.area for spec in specs) * 1e4
     if width is None:
         width = round(np.sqrt(area * rng.uniform(0.75, 2.0)))
     if len(specs) < 5:
         height = round(area / width)
-        return _Block(width, height, divide((0, 0, width, height), specs, rng), [], "plain")
+        return _Block(width, height, divide_rectangle((0, 0, width, height), specs, rng), [], "plain")
     return _spine(specs, width, rng)
 
 
-def _spine(specs: list[Spec], width: int, rng: np.random.Generator) -> _Block:
+def _spine(specs: list[RoomSpec], width: int, rng: np.random.Generator) -> _Block:
     """Lay rooms along a corridor, on both sides of it or on one, and often a large one across an end."""
-    words = corridor_words(rng)
+    words = draw_corridor_words(rng)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))  # the corridor is a room, too
     lane = int(rng.integers(100, 165))
     height = round(sum(spec.area for spec in specs) * 1e4 / width) + lane
@@ -282,7 +284,9 @@ def _spine(specs: list[Spec], width: int, rng: np.random.Generator) -> _Block:
     return _Block(width, height, placed, [(shapely.box(*corridor), words)], "spine")
 
 
-def _straight(specs: list[Spec], width: int, height: int, lane: int, rng: np.random.Generator) -> tuple[Placed, Rect]:
+def _straight(
+    specs: list[RoomSpec], width: int, height: int, lane: int, rng: np.random.Generator
+) -> tuple[Placed, Rect]:
     """Place a corridor in x, and rooms along it."""
     placed: Placed = []
     start, end = 0, width
@@ -295,16 +299,18 @@ def _straight(specs: list[Spec], width: int, height: int, lane: int, rng: np.ran
         start, end = (across, width) if at_start else (0, width - across)
     depth = height - lane
     if depth < 470 or len(specs) < 3 or rng.random() < 0.12:
-        return placed + row((start, lane, end, height), specs, rng), (start, 0, end, lane)
+        return placed + place_in_row((start, lane, end, height), specs, rng), (start, 0, end, lane)
     low = round(depth * rng.uniform(0.38, 0.62))
     below, above = distribute_rooms(specs, [low, depth - low], rng)
-    placed += row((start, 0, end, low), below, rng) + row((start, low + lane, end, height), above, rng)
+    placed += place_in_row((start, 0, end, low), below, rng) + place_in_row(
+        (start, low + lane, end, height), above, rng
+    )
     return placed, (start, low, end, low + lane)
 
 
-def _ring(specs: list[Spec], rng: np.random.Generator) -> _Block:
+def _ring(specs: list[RoomSpec], rng: np.random.Generator) -> _Block:
     """Lay a corridor round a core of small rooms, and other rooms round it on two, three or four sides."""
-    words = corridor_words(rng)
+    words = draw_corridor_words(rng)
     specs = sorted(specs, key=lambda spec: spec.area)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))
     lane = int(rng.integers(95, 145))
@@ -322,11 +328,11 @@ def _ring(specs: list[Spec], rng: np.random.Generator) -> _Block:
     low, high = (round(sum(spec.area for spec in side) * 1e4 / width) for side in (below, above))
     y1, y2, x1, x2 = low, low + ring_h, wide_l, wide_l + ring_w
     hole = (x1 + lane, y1 + lane, x2 - lane, y2 - lane)
-    placed = divide(hole, core, rng)
-    placed += row((0, 0, width, low), below, rng) + row((0, y2, width, y2 + high), above, rng)
+    placed = divide_rectangle(hole, core, rng)
+    placed += place_in_row((0, 0, width, low), below, rng) + place_in_row((0, y2, width, y2 + high), above, rng)
     for side, rect in ((left, (0, y1, x1, y2)), (right, (x2, y1, width, y2))):
         if side:
-            placed += divide(rect, side, rng, across=False)
+            placed += divide_rectangle(rect, side, rng, across=False)
     corridor = shapely.box(x1, y1, x2, y2).difference(shapely.box(*hole))
     return _Block(width, y2 + high, placed, [(corridor, words)], "ring")
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
-from pipeline.sources.procedural.solids import prism, slab_mesh
-from pipeline.sources.procedural.values import WALL_TOP_M, House, Item, Opening, Storey, Wall
-from pipeline.sources.procedural.walls import holes_in, slabs_of
+from pipeline.sources.procedural.solids import prism_mesh, slab_mesh
+from pipeline.sources.procedural.values import WALL_TOP_M, House, Opening, PlacedItem, Storey, Wall
+from pipeline.sources.procedural.walls import slab_holes, wall_slabs
 
 _FLOOR_M = (0.0, 0.05)
 _CEILING_M = (2.69, 2.74)
@@ -61,17 +61,17 @@ def _room_parts(storey: Storey, level: int, room: int) -> list[tuple[str, list[_
     files = [("w", _wall_parts(walls, openings, f"{level}_{room}"))]
     if storey.has_floor:
         polygon = storey.cells[room].polygon
-        files.append(("f", [("Floor", *prism(polygon, *_FLOOR_M))]))
-        files.append(("c", [("Ceiling", *prism(polygon, *_CEILING_M))]))
+        files.append(("f", [("Floor", *prism_mesh(polygon, *_FLOOR_M))]))
+        files.append(("c", [("Ceiling", *prism_mesh(polygon, *_CEILING_M))]))
     return [(suffix, parts) for suffix, parts in files if parts]
 
 
 def _wall_parts(walls: list[Wall], openings: list[Opening], name: str) -> list[_Part]:
     parts = []
     for number, wall in enumerate(walls):
-        for slab in slabs_of(wall):
+        for slab in wall_slabs(wall):
             side = "Inside" if slab.inside else "Outside"
-            parts.append((f"Wall{side}#{name}_{number}", *slab_mesh(slab, holes_in(slab, openings))))
+            parts.append((f"Wall{side}#{name}_{number}", *slab_mesh(slab, slab_holes(slab, openings))))
     return parts
 
 
@@ -101,7 +101,7 @@ def _write_model(folder: Path, model: str) -> None:
     folder.mkdir(parents=True)
     width, height, depth = LEAF_SIZE if model == LEAF else MODELS[model]
     box = shapely.box(-width / 2, -depth / 2, width / 2, depth / 2)
-    _write_obj(folder / f"{model}.obj", [(f"Model#{model}", *prism(box, 0.0, height))], 0.0)
+    _write_obj(folder / f"{model}.obj", [(f"Model#{model}", *prism_mesh(box, 0.0, height))], 0.0)
 
 
 def _level(storey: Storey, index: int, foot: float) -> dict[str, Any]:
@@ -127,7 +127,7 @@ def _level(storey: Storey, index: int, foot: float) -> dict[str, Any]:
     return {"id": str(index), "bbox": _around(boxes) if boxes else None, "nodes": nodes}
 
 
-def _object(item: Item, node_id: str, foot: float) -> dict[str, Any]:
+def _object(item: PlacedItem, node_id: str, foot: float) -> dict[str, Any]:
     """Return an Object node; ``transform`` lists a 4 x 4 matrix column by column."""
     width, height, depth = LEAF_SIZE if item.model == LEAF else MODELS[item.model]
     c, s = float(np.cos(item.angle)), float(np.sin(item.angle))

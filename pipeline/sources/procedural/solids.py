@@ -60,7 +60,7 @@ def _grid(columns: int, rows: int, cut: frozenset[tuple[int, int]]) -> tuple[_In
 # The closed mesh of a slab over a polygon, with holes where the polygon has them.
 
 
-def prism(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
+def prism_mesh(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
     """Return the closed mesh of a slab over a polygon, from one height to another."""
     plan, top, sides = _triangulate(polygon)
     n = len(plan)

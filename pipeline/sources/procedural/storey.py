@@ -8,18 +8,18 @@ import numpy as np
 import shapely
 
 from pipeline.sources.procedural import difficulties
-from pipeline.sources.procedural.furniture import furnish
-from pipeline.sources.procedural.layout import draw_number, draw_rooms, lay_out
+from pipeline.sources.procedural.furniture import furnish_rooms
+from pipeline.sources.procedural.layout import draw_room_count, draw_rooms, lay_out_rooms
 from pipeline.sources.procedural.values import Cell, Storey, Wall
 from pipeline.sources.procedural.walls import (
+    are_all_cells_joined,
     build_walls,
-    edges_of,
-    entrances,
-    interior_doors,
-    joins_all,
-    outer_parts,
-    shared_parts,
-    windows,
+    cell_edges,
+    outer_edge_parts,
+    place_entrances,
+    place_interior_doors,
+    place_windows,
+    shared_edge_parts,
 )
 
 _OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.22, 0.45, 0.15
@@ -39,7 +39,7 @@ def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
 
 def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     drawn: list[Cell] | None
-    drawn, features = _cells(draw_number(rng, _MIN_ROOMS.get(difficulty or "", 1)), rng)
+    drawn, features = _cells(draw_room_count(rng, _MIN_ROOMS.get(difficulty or "", 1)), rng)
     if difficulty == "closed_cell":
         drawn = difficulties.add_shafts(drawn, rng)
     elif difficulty == "garage_apart":
@@ -47,31 +47,33 @@ def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     if drawn is None:
         return None
     cells = [replace(cell, polygon=shapely.transform(cell.polygon, lambda points: points / 100)) for cell in drawn]
-    edges = edges_of(cells)
-    shared = shared_parts(edges)
-    outer = outer_parts(edges, shared)
-    doors = interior_doors(cells, edges, shared, rng)
-    if not joins_all(cells, doors):
+    edges = cell_edges(cells)
+    shared = shared_edge_parts(edges)
+    outer = outer_edge_parts(edges, shared)
+    doors = place_interior_doors(cells, edges, shared, rng)
+    if not are_all_cells_joined(cells, doors):
         return None
     planted: tuple[str, ...] = (difficulty,) if difficulty else ()
     if difficulty == "no_door":
-        shut = difficulties.without_door(cells, doors, rng)
+        shut = difficulties.remove_only_door(cells, doors, rng)
         if shut is None:
             return None
         doors = shut
-    openings = doors + entrances(cells, edges, outer, rng)
-    openings += windows(cells, edges, outer, openings, rng)
+    openings = doors + place_entrances(cells, edges, outer, rng)
+    openings += place_windows(cells, edges, outer, openings, rng)
     walls = build_walls(edges, {each.edge for each in shared}, rng)
     if rng.random() < _DIVIDER_SHARE:
         dividers = _dividers(cells, rng)
         walls += dividers
         features += ["free_wall"] if dividers else []
     if difficulty in {"open_front", "half_open_front"}:
-        opened = difficulties.open_front(cells, walls, openings, outer, half=difficulty == "half_open_front", rng=rng)
+        opened = difficulties.remove_outer_wall(
+            cells, walls, openings, outer, half=difficulty == "half_open_front", rng=rng
+        )
         if opened is None:
             return None
         walls, openings = opened
-    items = furnish(cells, openings, rng)
+    items = furnish_rooms(cells, openings, rng)
     return Storey(tuple(cells), tuple(walls), tuple(openings), tuple(items), True, planted, tuple(features))
 
 
@@ -81,27 +83,27 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
     specs = draw_rooms(number + merged, rng)
     small = [spec for spec in specs if spec.area < 6]
     carved = small[0] if number > 3 and small and rng.random() < _CARVED_SHARE else None
-    cells, wing_from, layout = lay_out([spec for spec in specs if spec is not carved], rng)
+    cells, wing_from, layout = lay_out_rooms([spec for spec in specs if spec is not carved], rng)
     features = [layout]
     if carved:
-        cells = difficulties.carve(cells, carved, rng)
+        cells = difficulties.carve_small_room(cells, carved, rng)
     if merged:
-        cells = difficulties.merge(cells, rng)
+        cells = difficulties.merge_two_living_rooms(cells, rng)
     if number > 3 and rng.random() < 0.6:
-        cells = difficulties.jog(cells, rng)
+        cells = difficulties.offset_front_rooms(cells, rng)
     turned = False
     if rng.random() < _OBLIQUE_SHARE:
         draw = rng.random()
         before = cells
         if wing_from is not None and draw < 0.35:
-            cells = difficulties.add_slant(cells, wing_from, rng)
+            cells = difficulties.slant_wing(cells, wing_from, rng)
         elif draw < 0.5:
-            cells = difficulties.add_bay(cells, rng)
+            cells = difficulties.add_bay_window(cells, rng)
         elif draw < 0.6:
             turned = True
         else:
             for _ in range(int(rng.integers(1, 3))):
-                cells = difficulties.chamfer(cells, rng)
+                cells = difficulties.cut_off_outer_corner(cells, rng)
         features += ["oblique"] if turned or cells is not before else []
     return difficulties.turn_house(cells, rng, turned), features
 

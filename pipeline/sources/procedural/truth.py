@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from pipeline.sources.procedural.values import Opening, Storey
-from pipeline.sources.procedural.walls import solid_plan
+from pipeline.sources.procedural.walls import walls_area
 
 _OVERLAP_M = 5e-5
 _FACE_M = 0.2  # a door's strip reaches this far to either side of the wall's centre line
@@ -23,7 +23,7 @@ Ring = list[list[float]]
 
 
 @dataclass(frozen=True)
-class Area:
+class TrueArea:
     """A polygon in SUNCG's plan axes (X, Z), metres."""
 
     polygon: Ring
@@ -68,11 +68,11 @@ class Truth:
     expected: str
     difficulties: list[str]
     features: list[str]
-    outline: list[Area]
+    outline: list[TrueArea]
     rooms: list[TrueRoom]
     doors: list[TrueDoor]
-    filled: list[Area]
-    erased: list[Area]
+    filled: list[TrueArea]
+    erased: list[TrueArea]
     cuts: int
     room_num: int
     zones: None = None
@@ -101,7 +101,7 @@ def storey_truth(storey: Storey, truth_id: str, level: int, floor_z: float) -> T
             0,
             named,
         )
-    solid = solid_plan(storey.walls)
+    solid = walls_area(storey.walls)
     pieces = [_pieces(shapely.difference(cell.polygon, solid)) for cell in storey.cells]
     kept = [i for i, cell in enumerate(storey.cells) if cell.use in {"room", "corridor"}]
     number = {cell: room for room, cell in enumerate(kept)}
@@ -170,7 +170,7 @@ def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
     return sorted(found, key=lambda part: -part.area)
 
 
-def _area(polygon: shapely.Polygon) -> Area:
+def _area(polygon: shapely.Polygon) -> TrueArea:
     plain = shapely.simplify(shapely.orient_polygons(polygon), 2 * _OVERLAP_M)
     rings = [shapely.get_coordinates(ring)[:-1].round(4).tolist() for ring in (plain.exterior, *plain.interiors)]
-    return Area(rings[0], rings[1:])
+    return TrueArea(rings[0], rings[1:])

@@ -27,7 +27,7 @@ WINDOW_LOW_M, WINDOW_HEAD_M = 0.87, 2.23
 
 
 @dataclass(frozen=True)
-class Spec:
+class RoomSpec:
     """A room that is wanted: SUNCG's words for it, net area in m2, and the narrowest it may be, in cm."""
 
     words: tuple[str, ...]
@@ -74,7 +74,7 @@ class Wall:
 
 
 @dataclass(frozen=True)
-class Item:
+class PlacedItem:
     """A piece of furniture or a door leaf: model, where it stands (plan), how it is turned (radians), its cell."""
 
     model: str
@@ -90,7 +90,7 @@ class Storey:
     cells: tuple[Cell, ...] = ()
     walls: tuple[Wall, ...] = ()
     openings: tuple[Opening, ...] = ()
-    items: tuple[Item, ...] = ()
+    items: tuple[PlacedItem, ...] = ()
     has_floor: bool = True
     difficulties: tuple[str, ...] = ()
     features: tuple[str, ...] = ()

@@ -27,7 +27,7 @@ _NEAR_M = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Edges:
+class CellEdges:
     """All edges of all cells, each with its cell on the left; arrays of one row an edge."""
 
     cell: npt.NDArray[np.int64]
@@ -39,7 +39,7 @@ class Edges:
 
 
 @dataclass(frozen=True)
-class Shared:
+class SharedEdgePart:
     """The part of ``edge`` (of cell ``cells[0]``) that cell ``cells[1]`` shares."""
 
     edge: int
@@ -47,7 +47,7 @@ class Shared:
     part: Part
 
 
-def edges_of(cells: list[Cell]) -> Edges:
+def cell_edges(cells: list[Cell]) -> CellEdges:
     """List the edges of all cells, ring by ring."""
     owner, starts, ends, turns = [], [], [], []
     for index, cell in enumerate(cells):
@@ -63,10 +63,10 @@ def edges_of(cells: list[Cell]) -> Edges:
             turns.append(np.stack([turn, np.roll(turn, -1)], axis=1))
     start, end = np.concatenate(starts), np.concatenate(ends)
     length = np.hypot(*(end - start).T)
-    return Edges(np.array(owner), start, (end - start) / length[:, None], length, np.concatenate(turns))
+    return CellEdges(np.array(owner), start, (end - start) / length[:, None], length, np.concatenate(turns))
 
 
-def shared_parts(edges: Edges) -> list[Shared]:
+def shared_edge_parts(edges: CellEdges) -> list[SharedEdgePart]:
     """Return each piece of border that two cells share, once from either side."""
     d = edges.direction
     opposite = d @ d.T < -1 + 1e-6
@@ -77,12 +77,12 @@ def shared_parts(edges: Edges) -> list[Shared]:
     high = np.minimum(high, edges.length[:, None])
     meets = opposite & (off < _NEAR_M) & (high - low > _NEAR_M) & (edges.cell[:, None] != edges.cell[None, :])
     return [
-        Shared(i, (int(edges.cell[i]), int(edges.cell[j])), (float(low[i, j]), float(high[i, j])))
+        SharedEdgePart(i, (int(edges.cell[i]), int(edges.cell[j])), (float(low[i, j]), float(high[i, j])))
         for i, j in np.argwhere(meets).tolist()
     ]
 
 
-def outer_parts(edges: Edges, shared: list[Shared]) -> list[tuple[int, Part]]:
+def outer_edge_parts(edges: CellEdges, shared: list[SharedEdgePart]) -> list[tuple[int, Part]]:
     """Return the parts of edges that no other cell shares: (edge, part)."""
     inner: dict[int, list[Part]] = {}
     for each in shared:
@@ -130,7 +130,7 @@ class Slab:
         return self.plan(np.array([a, b, b, a]), np.array([low, low, high, high]))
 
 
-def build_walls(edges: Edges, inner: set[int], rng: np.random.Generator) -> list[Wall]:
+def build_walls(edges: CellEdges, inner: set[int], rng: np.random.Generator) -> list[Wall]:
     """Give every edge its wall; of those that lie between rooms (``inner``) a few are skewed or shifted."""
     walls = []
     for edge, length in enumerate(edges.length.tolist()):
@@ -149,7 +149,7 @@ def build_walls(edges: Edges, inner: set[int], rng: np.random.Generator) -> list
     return walls
 
 
-def slabs_of(wall: Wall) -> Iterator[Slab]:
+def wall_slabs(wall: Wall) -> Iterator[Slab]:
     """Yield the slabs of a wall that are built: inside and outside, piece by piece."""
     origin, axis = _frame(wall)
     at = -wall.ends[0]
@@ -160,7 +160,7 @@ def slabs_of(wall: Wall) -> Iterator[Slab]:
         at = high
 
 
-def solid_plan(walls: tuple[Wall, ...]) -> shapely.Geometry:
+def walls_area(walls: tuple[Wall, ...]) -> shapely.Geometry:
     """Return the plan area of all walls as if nothing were missing and no opening cut."""
     whole = [
         Slab(True, *_frame(wall), (-wall.ends[0], wall.length + wall.ends[1]), (-SLAB_M, SLAB_M)) for wall in walls
@@ -168,7 +168,7 @@ def solid_plan(walls: tuple[Wall, ...]) -> shapely.Geometry:
     return shapely.union_all(shapely.polygons(np.array([slab.corners() for slab in whole])))
 
 
-def holes_in(slab: Slab, openings: list[Opening]) -> list[Hole]:
+def slab_holes(slab: Slab, openings: list[Opening]) -> list[Hole]:
     """Return the holes that openings make in a slab, in order along it."""
     (x, y), (dx, dy) = slab.origin.tolist(), slab.axis.tolist()
     holes = []
@@ -203,7 +203,9 @@ _WET = {"Bathroom", "Toilet"}
 _NARROW = {"Bathroom", "Toilet", "Storage", "Wardrobe", "Boiler_room", "Balcony", "Loggia"}
 
 
-def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: np.random.Generator) -> list[Opening]:
+def place_interior_doors(
+    cells: list[Cell], edges: CellEdges, shared: list[SharedEdgePart], rng: np.random.Generator
+) -> list[Opening]:
     """Join all rooms by doors, each pair that people would join first, and some pairs more; shafts get none."""
     graph = nx.Graph()
     for each in shared:
@@ -222,7 +224,7 @@ def interior_doors(cells: list[Cell], edges: Edges, shared: list[Shared], rng: n
     return doors
 
 
-def joins_all(cells: list[Cell], doors: list[Opening]) -> bool:
+def are_all_cells_joined(cells: list[Cell], doors: list[Opening]) -> bool:
     """Return whether every cell that should have a door can be reached from every other."""
     graph = nx.Graph()
     graph.add_nodes_from(i for i, cell in enumerate(cells) if cell.use not in {"shaft", "garage"})
@@ -230,8 +232,8 @@ def joins_all(cells: list[Cell], doors: list[Opening]) -> bool:
     return bool(nx.is_connected(graph))
 
 
-def entrances(
-    cells: list[Cell], edges: Edges, outer: list[tuple[int, Part]], rng: np.random.Generator
+def place_entrances(
+    cells: list[Cell], edges: CellEdges, outer: list[tuple[int, Part]], rng: np.random.Generator
 ) -> list[Opening]:
     """Give the house a front door, sometimes a second one, and each garage its gate."""
     found = []
@@ -250,8 +252,8 @@ def entrances(
     return found
 
 
-def windows(
-    cells: list[Cell], edges: Edges, outer: list[tuple[int, Part]], taken: list[Opening], rng: np.random.Generator
+def place_windows(
+    cells: list[Cell], edges: CellEdges, outer: list[tuple[int, Part]], taken: list[Opening], rng: np.random.Generator
 ) -> list[Opening]:
     """Give most outer walls a window where no entrance is, long ones two."""
     found = []
@@ -271,7 +273,7 @@ def windows(
 
 
 def _place_opening(
-    edges: Edges, edge: int, part: Part, width: float, rng: np.random.Generator
+    edges: CellEdges, edge: int, part: Part, width: float, rng: np.random.Generator
 ) -> tuple[Point, Point, float]:
     """Return centre, direction and width of an opening somewhere in a part of an edge, narrower where there is no room.
 

@@ -21,7 +21,7 @@ from scipy.spatial import KDTree
 
 from pipeline.geometry.areas import dot_product
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces
+from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces_at_height
 from pipeline.sources.tolerances import (
     CABIN_FLOOR,
     CABIN_M,
@@ -55,7 +55,7 @@ MAX_CELLS = 40_000_000
 
 
 @dataclass(frozen=True)
-class Look:
+class InteriorMeasures:
     """What was seen of one level: lengths in metres, shares from 0 to 1."""
 
     outline_m: float
@@ -97,7 +97,7 @@ def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str) -> No
     """
     faults = []
     for walls, floor_m2 in levels:
-        fault = look_at(walls, floor_m2).fault
+        fault = measure_interior(walls, floor_m2).fault
         if not fault:
             return
         faults.append(fault)
@@ -105,14 +105,14 @@ def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str) -> No
         raise Rejection("source", Reason.NO_INTERIOR, f"{name}: {faults[0]}", ADVICE)
 
 
-def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
+def measure_interior(walls: Mesh, floor_m2: float | None = None) -> InteriorMeasures:
     """Look at one level's walls in plan."""
     surfaces = Surfaces.of(walls)
     upright = np.abs(surfaces.normal[:, 2]) < STEEP
-    sections = [cut_faces(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
+    sections = [cut_faces_at_height(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
     if not len(sections[0][0]):
-        return Look(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+        return InteriorMeasures(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
     size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
@@ -130,7 +130,7 @@ def look_at(walls: Mesh, floor_m2: float | None = None) -> Look:
     stands = grid.at(grid.grow(standing, grid.size_m), points)
     far = grid.grow(outside, DEEPEST_WALL_M + 2 * grid.size_m)
     outline = _length(grid, covered)
-    return Look(
+    return InteriorMeasures(
         outline,
         grid.area(covered),
         float(np.count_nonzero(stands & outer)) * SAMPLE_M,

@@ -103,7 +103,7 @@ from pipeline.values import Mesh
 EXACT_TRIANGLES = 20_000
 
 
-def floor_area(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
+def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
     """Unite plan triangles (k, 3, 2); beyond EXACT_TRIANGLES outline the grid's ``region`` instead."""
     if len(triangles) > EXACT_TRIANGLES:
         parts = _outlines(region, grid)
@@ -128,7 +128,7 @@ def _outlines(region: Cells, grid: PlanGrid) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class LevelLayer:
     """Level faces of about one height: where their lower and upper tenth of area lies, and the cells they cover."""
 
     bottom: float
@@ -141,13 +141,13 @@ class Layer:
 class FloorSurface:
     """A floor: the layer that gives its height, the cells walls enclose, the faces of all its steps."""
 
-    layer: Layer
+    layer: LevelLayer
     region: Cells
     area_m2: float
     faces: Bools
 
 
-def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[Layer]:
+def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[LevelLayer]:
     """Return the roomy level surfaces by height; either winding counts, since models disagree about it."""
     flats = surfaces.flats()
     if not flats.any():
@@ -178,7 +178,7 @@ def _peaks(heights: Floats, areas: Floats) -> list[float]:
     return peaks
 
 
-def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) -> Layer | None:
+def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) -> LevelLayer | None:
     if not faces.any():
         return None
     cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
@@ -187,10 +187,10 @@ def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) ->
         return None
     height, area = heights[faces], surfaces.area[faces]
     bottom, top = weighted_quantile(height, area, FLOOR_FACES[0]), weighted_quantile(height, area, FLOOR_FACES[1])
-    return Layer(bottom, top, faces, cells)
+    return LevelLayer(bottom, top, faces, cells)
 
 
-def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: PlanGrid) -> list[FloorSurface]:
+def find_floors(surfaces: Surfaces, walls: Bools, layers: list[LevelLayer], grid: PlanGrid) -> list[FloorSurface]:
     """Return the storeys' floors from the lowest to the highest; none where walls stand without a floor."""
     found = [_floor(surfaces, walls, layer, layers, grid) for layer in layers]
     floors = sorted((floor for floor in found if floor), key=lambda floor: -floor.area_m2)
@@ -209,13 +209,15 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[Layer], grid: Pla
     return sorted(kept, key=lambda floor: floor.layer.top)
 
 
-def _looks_up(surfaces: Surfaces, layer: Layer) -> float:
+def _looks_up(surfaces: Surfaces, layer: LevelLayer) -> float:
     """Share of a layer's area that is wound to look up."""
     area = surfaces.area[layer.faces]
     return float(area[surfaces.normal[layer.faces, 2] > 0].sum() / area.sum())
 
 
-def _floor(surfaces: Surfaces, walls: Bools, layer: Layer, layers: list[Layer], grid: PlanGrid) -> FloorSurface | None:
+def _floor(
+    surfaces: Surfaces, walls: Bools, layer: LevelLayer, layers: list[LevelLayer], grid: PlanGrid
+) -> FloorSurface | None:
     """Judge one layer: what of it is clear overhead and lies among walls, and how much of its rim they line."""
     free = layer.cells.copy()
     for other in layers:
@@ -256,7 +258,7 @@ def _fill_holes(mask: Cells) -> Cells:
     return np.asarray(cv2.drawContours(np.zeros_like(mask), contours, -1, 1, cv2.FILLED), np.uint8)
 
 
-def open_below(
+def open_area_below(
     surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
 ) -> Polygon | MultiPolygon | None:
     """Return that area of the plan for the level at ``height``, or None if it is empty."""
@@ -283,7 +285,7 @@ def _outline(mask: Cells, grid: PlanGrid) -> shapely.Geometry:
 class FoundLevel:
     """One level of a mesh: ``walls`` with the floor at z = 0; ``floor_z`` and ``ceiling_m`` (above it) in metres.
 
-    ``below`` is where nothing lies between the heights of this floor and of a lower one (``open_below``).
+    ``below`` is where nothing lies between the heights of this floor and of a lower one (``open_area_below``).
     """
 
     floor_z: float
@@ -339,7 +341,7 @@ def find_levels(
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
         part = mesh if len(heights) == 1 else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
-        below = open_below(surfaces, height, floors, grid)
+        below = open_area_below(surfaces, height, floors, grid)
         found.append(FoundLevel(height, ceiling, _lower(part, height), area, below))
     return tuple(found)
 
@@ -362,7 +364,7 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
     return kept
 
 
-def _is_named(surfaces: Surfaces, layer: Layer, named: Bools) -> bool:
+def _is_named(surfaces: Surfaces, layer: LevelLayer, named: Bools) -> bool:
     """Tell whether most of a layer's area is called so."""
     named_area = float(surfaces.area[layer.faces & named].sum())
     return named_area > NAMED_SHARE * float(surfaces.area[layer.faces].sum())
@@ -374,7 +376,7 @@ def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid)
     called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < SPLIT_LEVEL_M)
     flat = float(surfaces.area[called].sum())
     faces = called if flat > NAMED_SHARE * floor.area_m2 else floor.faces
-    return floor_area(surfaces.triangles(faces)[:, :, :2], floor.region, grid)
+    return floor_polygon(surfaces.triangles(faces)[:, :, :2], floor.region, grid)
 
 
 def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarray]:
@@ -423,12 +425,12 @@ def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSur
 
 def _ceiling(
     profile: WallProfile,
-    layers: list[Layer],
+    layers: list[LevelLayer],
     region: Cells,
     height: float,
     *,
     above: float | None,
-    through: Callable[[Layer], float],
+    through: Callable[[LevelLayer], float],
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
     end = above if above is not None else profile.end_above(height + CLEAR_M, height + WALL_FOOT_M)
@@ -450,7 +452,7 @@ def _ceiling(
     return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
 
 
-def _share_running_through(surfaces: Surfaces, walls: Bools, layer: Layer) -> float:
+def _share_running_through(surfaces: Surfaces, walls: Bools, layer: LevelLayer) -> float:
     """R3: return which share of the walls that reach a layer runs on through it, face by face."""
     below = layer.bottom - MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
@@ -476,7 +478,7 @@ def _lower(mesh: Mesh, height: float) -> Mesh:
 Shift = tuple[float, float, float]
 
 
-def near_shift(points: npt.NDArray[np.float64]) -> Shift:
+def shift_to_origin(points: npt.NDArray[np.float64]) -> Shift:
     """Return whole metres (x, y, z) to subtract from points (n, 3), so that they lie near the origin."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     if np.abs(middle).max() < FAR_M:

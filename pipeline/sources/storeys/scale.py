@@ -23,17 +23,17 @@ from pipeline.sources.tolerances import (
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
-def is_usual(heads: Sequence[float], metres: float) -> bool:
+def do_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
     """R1: tell whether the heads of openings, in file units above the floor, speak for a unit of so many metres."""
     return not heads or any(HEADS_M[0] <= head * metres <= HEADS_M[1] for head in heads)
 
 
-def has_usual_head(heads: Sequence[float], metres: float) -> bool:
+def has_door_high_head(heads: Sequence[float], metres: float) -> bool:
     """Tell whether an opening ends as high as doors do in most houses (R1), in a unit of so many metres."""
     return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR_HEAD for head in heads)
 
 
-def model_scale(storey: float, heads: Sequence[float]) -> float | None:
+def metres_from_heads(storey: float, heads: Sequence[float]) -> float | None:
     """R2: return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
     candidates += [
@@ -47,7 +47,7 @@ def model_scale(storey: float, heads: Sequence[float]) -> float | None:
     return best[1] if best and best[0] < NEAR_HEAD * 2 + SCALED else None
 
 
-def storey_scale(storey: float) -> float | None:
+def metres_from_storey(storey: float) -> float | None:
     """R3: return metres in a file's unit, or None if no usual scale gives a usual storey."""
     fitting = [scale for scale in SCALES if COMMON_STOREY_M[0] <= storey * scale <= COMMON_STOREY_M[1]]
     return min(fitting, key=lambda scale: abs(math.log(storey * scale / MEAN_STOREY_M)), default=None)
@@ -61,25 +61,25 @@ def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
 # What a person says of a house's size: its unit, its scale, the height of a storey.
 
 
-def check_sizes(
+def check_size_options(
     units: str = "auto", scale: str = "1", storey_height: str = "", resolution: str = "", **_others: str
 ) -> None:
     """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it."""
-    metres_of(units)
-    above_zero("scale", scale)
+    metres_per_unit(units)
+    parse_positive_option("scale", scale)
     for option, text in (("storey_height", storey_height), ("resolution", resolution)):
         if text:
-            above_zero(option, text)
+            parse_positive_option(option, text)
 
 
-def metres_of(units: str) -> float | None:
+def metres_per_unit(units: str) -> float | None:
     """Return the metres in one unit (m, cm, mm, in, ft, or a number of metres), None for "auto"."""
     if units == "auto":
         return None
-    return UNITS.get(units) or above_zero("units", units, f" or one of auto, {', '.join(UNITS)}")
+    return UNITS.get(units) or parse_positive_option("units", units, f" or one of auto, {', '.join(UNITS)}")
 
 
-def above_zero(option: str, text: str, also: str = "") -> float:
+def parse_positive_option(option: str, text: str, also: str = "") -> float:
     """Return an option's number; ``also`` is what else it may be, for the error."""
     try:
         number = float(text)

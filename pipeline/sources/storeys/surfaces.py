@@ -121,10 +121,10 @@ def _ramp_sum(at: Floats, start: Floats, weight: Floats) -> Floats:
 
 def cut_at_height(surfaces: Surfaces, walls: Bools, height: float) -> Floats:
     """Segments (k, 2, 2) in plan where the chosen faces cross a height; faces that only touch it give none."""
-    return cut_faces(surfaces, walls, height)[0]
+    return cut_faces_at_height(surfaces, walls, height)[0]
 
 
-def cut_faces(surfaces: Surfaces, walls: Bools, height: float) -> tuple[Floats, npt.NDArray[np.int64]]:
+def cut_faces_at_height(surfaces: Surfaces, walls: Bools, height: float) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return the segments that ``cut`` gives, and the face (k,) that each is of."""
     crossed = walls & (surfaces.low[:, 2] < height) & (surfaces.high[:, 2] > height)
     corners = surfaces.triangles(crossed)
@@ -241,7 +241,7 @@ class PlanGrid:
 MAX_LAYERS = 60  # a house of scanned faces has level ones at every height
 
 
-def storeys_apart(
+def find_storey_pairs(
     surfaces: Surfaces, flats: Bools, axis: int, layers: Floats, step: float
 ) -> list[tuple[float, float]]:
     """Pairs of heights of one place (a floor, and the ceiling over it) that only layers of other places lie between.

@@ -1,7 +1,7 @@
 """Read plans drawn as lines, areas and names, by one module per family of formats, and yield their levels.
 
-Each module of the table has two functions: ``claims(path, head)``, which tells by a file's name and its first bytes
-whether it is of that family, and ``draw(path)``, which reads it as a ``Drawing``.
+Each module of the table has two functions: ``can_read(path, head)``, which tells by a file's name and its first bytes
+whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any, Protocol, cast
 import shapely
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import HEAD_BYTES, base_id, check_file, single_input, slug
-from pipeline.sources.vector_plans.drawn import Drawing, levels_of
+from pipeline.sources.files import HEAD_BYTES, check_file, id_from_file_name, input_from_file, slug
+from pipeline.sources.vector_plans.drawing import Drawing, levels_from_drawing
 from pipeline.values import Input, Level
 
 FAMILIES = (
@@ -34,31 +34,31 @@ FAMILIES = (
     "tables",
 )
 MANY = "tables"
-"""The family whose files hold many plans: its module also has ``keys(path)``, and ``draw(path, key)``."""
+"""The family whose files hold many plans: its module has ``list_plan_names(path)`` and ``read_drawing(path, key)``."""
 _FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)
 """What numbers beyond all measure, and shapes that cross themselves, lead geometry to."""
 
 
-class Family(Protocol):
+class PlanFormat(Protocol):
     """What each module of ``pipeline.sources.vector_plans`` offers as functions of these names."""
 
-    def claims(self, path: Path, head: bytes) -> bool:
+    def can_read(self, path: Path, head: bytes) -> bool:
         """Return whether a file is of this family, by its name and its first bytes."""
         ...
 
-    def draw(self, path: Path) -> Drawing:
+    def read_drawing(self, path: Path) -> Drawing:
         """Read a file; raise Rejection if it cannot be read."""
         ...
 
 
-def is_drawn(path: Path, head: bytes) -> bool:
+def is_vector_plan(path: Path, head: bytes) -> bool:
     """Return whether one of the families knows a file."""
     return _family(path, head) is not None
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List one file, or the plans in it. An unreadable file is one input, so that its reader says why."""
-    single = single_input(path, "vector_plans", options)
+    single = input_from_file(path, "vector_plans", options)
     with Path(path).open("rb") as stream:
         head = stream.read(HEAD_BYTES)
     tables: Any = import_module(f"{__name__}.{MANY}")
@@ -67,11 +67,11 @@ def find(path: str, **options: str) -> Iterator[Input]:
         yield single
         return
     try:
-        keys = tables.keys(Path(path))
+        keys = tables.list_plan_names(Path(path))
     except Rejection:
         keys = [""]
     for key in keys or [""]:
-        yield replace(single, id=base_id(f"{single.id}_{slug(key)}") if key else single.id, key=key)
+        yield replace(single, id=id_from_file_name(f"{single.id}_{slug(key)}") if key else single.id, key=key)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -82,17 +82,17 @@ def read(item: Input) -> Iterator[Level]:
         head = stream.read(HEAD_BYTES)
     family = _family(path, head)
     if family is None:  # listed, and changed since
-        family = cast("Family", import_module(f"{__name__}.{FAMILIES[0]}"))
+        family = cast("PlanFormat", import_module(f"{__name__}.{FAMILIES[0]}"))
     many: Any = family
     try:
-        drawing = many.draw(path, item.key) if item.key else family.draw(path)
-        yield from levels_of(item, drawing, path, dict(item.options).get("file", path.name))
+        drawing = many.read_drawing(path, item.key) if item.key else family.read_drawing(path)
+        yield from levels_from_drawing(item, drawing, path, dict(item.options).get("file", path.name))
     except _FAULTS as error:
         what = " ".join(str(error).split())[:120]
         detail = f"{path.name} has numbers or parts that make no plan: {type(error).__name__}: {what}"
         raise Rejection("source", Reason.UNREADABLE, detail, "correct it, or leave it out") from error
 
 
-def _family(path: Path, head: bytes) -> Family | None:
-    modules = (cast("Family", import_module(f"{__name__}.{name}")) for name in FAMILIES)
-    return next((module for module in modules if module.claims(path, head)), None)
+def _family(path: Path, head: bytes) -> PlanFormat | None:
+    modules = (cast("PlanFormat", import_module(f"{__name__}.{name}")) for name in FAMILIES)
+    return next((module for module in modules if module.can_read(path, head)), None)

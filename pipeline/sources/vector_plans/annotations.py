@@ -25,8 +25,8 @@ from shapely import LineString, Polygon
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, clean
-from pipeline.sources.files import LeftOut, read_json_object
+from pipeline.sources.drawn_storeys import Hole, polygon_from_ring
+from pipeline.sources.files import LeftOutParts, read_json_object
 from pipeline.sources.tolerances import (
     DOOR_M,
     DOOR_WIDTH_M,
@@ -36,7 +36,7 @@ from pipeline.sources.tolerances import (
     SHEET_M,
     STOREY_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, room, way_through
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, named_room, passage_rectangle
 from pipeline.values import SourceRoom
 
 _MM = 0.001
@@ -44,7 +44,7 @@ _NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
 _ADVICE = "copy it again from the data set"
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By the keys that only they have."""
     if path.suffix.lower() != ".json":
         return False
@@ -56,16 +56,16 @@ def claims(path: Path, head: bytes) -> bool:
     )
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read an annotation; raise Rejection if it cannot be read or has no room."""
     found = read_json_object(path, _ADVICE)
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     if "redraw" in found or "scale_meters_per_coordinate" in found:
         return _zind(found, path, left_out)
     return Drawing("structured3d", (_structured3d(found, path, left_out),), left_out)
 
 
-def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Storey:
+def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> DrawnStorey:
     """R1."""
     try:
         points = np.array([each["coordinate"] for each in found["junctions"]], np.float64).reshape(-1, 3) * _MM
@@ -92,13 +92,13 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> St
                 floor = next(plane for plane in members if planes[plane]["type"] == "floor")
                 sides = list(edges(floor))
                 shape = _close_sides(sides)
-                rooms.append(room(kind if kind != "undefined" else "", shape))
+                rooms.append(named_room(kind if kind != "undefined" else "", shape))
                 heights.append(float(np.median([side[:, 2] for side in sides])))
         except (KeyError, TypeError, ValueError, OverflowError, IndexError, StopIteration, AttributeError):
             left_out.add(f"semantics {number} cannot be read")
     height = float(np.median(heights)) if heights else 0.0
     made = [hole for shape, low, top in holes if (hole := _across(shape, low - height, top - height)) is not None]
-    return Storey(rooms=tuple(rooms), holes=tuple(made), height_m=height)
+    return DrawnStorey(rooms=tuple(rooms), holes=tuple(made), height_m=height)
 
 
 def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
@@ -113,11 +113,11 @@ def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
 def _across(shape: Any, low: float, top: float) -> Hole | None:
     if isinstance(shape, LineString):
         shape = shape.buffer(SHEET_M / 2, cap_style="flat")
-    found = way_through(shape)
+    found = passage_rectangle(shape)
     return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
 
-def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
+def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> Drawing:
     """R2, R3."""
     floors, scales = found.get("redraw"), found.get("scale_meters_per_coordinate")
     if not isinstance(floors, dict) or not floors:
@@ -149,7 +149,7 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
             hole = _across(line, 0.0, DOOR_M) if line.length > NARROWEST_DOOR_M else None
             holes += [Hole(hole.shape, 0.0, DOOR_M, leaf, hole.across)] if hole else []
         storeys.append(
-            Storey(
+            DrawnStorey(
                 rooms=tuple(drawn),
                 holes=tuple(holes),
                 height_m=STOREY_HEIGHT_M * number,
@@ -159,9 +159,9 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOut) -> Drawing:
     return Drawing("zind", tuple(storeys), left_out, ("scale",) if guessed else ())
 
 
-def _room(key: str, found: Any, scale: float, left_out: LeftOut) -> SourceRoom | None:
+def _room(key: str, found: Any, scale: float, left_out: LeftOutParts) -> SourceRoom | None:
     try:
-        shape = clean(np.array(found["vertices"], np.float64)[:, :2] * scale)
+        shape = polygon_from_ring(np.array(found["vertices"], np.float64)[:, :2] * scale)
     except (KeyError, TypeError, ValueError, OverflowError, IndexError):
         shape = None
     if shape is None:
@@ -169,7 +169,7 @@ def _room(key: str, found: Any, scale: float, left_out: LeftOut) -> SourceRoom |
         return None
     pins = found.get("pins")
     words = [str(pin.get("label") or "") for pin in pins if isinstance(pin, dict)] if isinstance(pins, list) else []
-    return room(next((word for word in words if word), ""), shape)
+    return named_room(next((word for word in words if word), ""), shape)
 
 
 def _segments(found: Any) -> Iterator[tuple[Point, Point]]:

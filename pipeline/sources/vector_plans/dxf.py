@@ -28,7 +28,7 @@ from shapely import Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LARGEST_BYTES, LeftOut
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts
 from pipeline.sources.tolerances import (
     DRAWING_M,
     DRAWN_UNITS_M,
@@ -39,8 +39,14 @@ from pipeline.sources.tolerances import (
     SWING_M,
     WALL_THICKNESS_M,
 )
-from pipeline.sources.vector_plans.drawn import Drawing, Point
-from pipeline.sources.vector_plans.features import Features, kind_of, nest_rings, ring, storey_of
+from pipeline.sources.vector_plans.drawing import Drawing, Point
+from pipeline.sources.vector_plans.named_features import (
+    DrawnFeatures,
+    kind_from_name,
+    nest_rings,
+    polygon_from_points,
+    storey_from_features,
+)
 
 MOST_ENTITIES = 1_000_000
 DEEPEST_BLOCK = 20
@@ -59,12 +65,12 @@ _OTHERS = re.compile(
 )
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its name."""
     return path.suffix.lower() == ".dxf" and bool(head)
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a drawing.
 
     Raises
@@ -84,7 +90,7 @@ def draw(path: Path) -> Drawing:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
         )
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
         document, _ = recover.read(io.BytesIO(path.read_bytes()))
@@ -107,14 +113,14 @@ def draw(path: Path) -> Drawing:
     ) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    drawn = Features()
+    drawn = DrawnFeatures()
     del every
     for kind, entity in found:
         try:
             _add(drawn, kind, entity, scale)
         except (DXFError, ValueError, TypeError, AttributeError, ArithmeticError) as error:
             left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
-    storey = storey_of(drawn)
+    storey = storey_from_features(drawn)
     if not storey.walls and not storey.rooms:
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
         detail = f"{path.name}: expected layers that are called wall or room, found {layers or 'none'}"
@@ -124,7 +130,7 @@ def draw(path: Path) -> Drawing:
 
 
 def _entities(
-    space: Any, document: Any, left_out: LeftOut, within: tuple[str, ...], numbers: Iterator[int]
+    space: Any, document: Any, left_out: LeftOutParts, within: tuple[str, ...], numbers: Iterator[int]
 ) -> Iterator[tuple[str, Any, bool]]:
     """R2, R3: yield the kind of an entity, the entity, and whether it stands in a block."""
     for entity in space:
@@ -134,7 +140,7 @@ def _entities(
             )
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
-            kind = kind_of(str(entity.dxf.get("layer", "0"))) or (kind_of(within[-1]) if within else "")
+            kind = kind_from_name(str(entity.dxf.get("layer", "0"))) or (kind_from_name(within[-1]) if within else "")
             yield kind, entity, bool(within)
             continue
         block = str(entity.dxf.name)
@@ -145,9 +151,9 @@ def _entities(
             left_out.add(f"block {block[:60]} is not there")
             continue
         layer = str(entity.dxf.get("layer", "0"))
-        name = block if kind_of(block) or not kind_of(layer) else layer
+        name = block if kind_from_name(block) or not kind_from_name(layer) else layer
         for kind, part, _ in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
-            yield kind or kind_of(name), part, True
+            yield kind or kind_from_name(name), part, True
 
 
 def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
@@ -231,7 +237,7 @@ def _points(entity: Any) -> list[tuple[float, float]]:
     return []
 
 
-def _add(drawn: Features, kind: str, entity: Any, scale: float) -> None:
+def _add(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
     shape = entity.dxftype()
     if shape in _TEXTS:
         drawn.texts += _lines_of_text(entity, scale)
@@ -260,7 +266,7 @@ def _swing(arc: Any, scale: float) -> Iterator[tuple[Point, Point, Point]]:
         yield centre, ends[0], ends[1]
 
 
-def _add_line(drawn: Features, kind: str, entity: Any, scale: float) -> None:
+def _add_line(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
     shape = entity.dxftype()
     points: list[Point] = [(x * scale, y * scale) for x, y in _points(entity)]
     if not np.isfinite(np.asarray(points, np.float64)).all():
@@ -268,7 +274,7 @@ def _add_line(drawn: Features, kind: str, entity: Any, scale: float) -> None:
     closed = len(points) > 2 and (
         shape in {"SOLID", "TRACE", "3DFACE"} or bool(getattr(entity, "is_closed", False)) or points[0] == points[-1]
     )
-    area = ring(points) if closed else None
+    area = polygon_from_points(points) if closed else None
     if kind == "wall" and area is not None:
         drawn.wall_areas.append(area)
     elif kind == "wall":
@@ -291,7 +297,9 @@ def _filled(entity: Any, scale: float) -> list[Polygon]:
 
     rings = []
     for path in from_hatch(entity):
-        area = ring([(point.x * scale, point.y * scale) for point in path.flattening(1e9, segments=_PIECES)])
+        area = polygon_from_points(
+            [(point.x * scale, point.y * scale) for point in path.flattening(1e9, segments=_PIECES)]
+        )
         if area is not None:
             rings.append(area)
     return nest_rings(rings)

@@ -20,10 +20,10 @@ from shapely import Polygon
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LARGEST_BYTES, LeftOut, decode_document
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, decode_document
 from pipeline.sources.tolerances import EARTH_M, HIGHEST_OBJECT_M, SPECK_M2, STOREY_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.vector_plans.features import Features, kind_of, storey_of
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.named_features import DrawnFeatures, kind_from_name, storey_from_features
 
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _ADVICE = "export it again as GeoJSON"
@@ -38,19 +38,19 @@ class _Collection(msgspec.Struct):
 _DECODER = msgspec.json.Decoder(_Collection)
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its name, or by its type."""
     return path.suffix.lower() == ".geojson" or (path.suffix.lower() == ".json" and b'"FeatureCollection"' in head)
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a collection; raise Rejection if it cannot be read or no feature is called wall or room."""
     if path.stat().st_size > LARGEST_BYTES:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
         )
     found = decode_document(_DECODER, path.read_bytes(), path.name, _ADVICE)
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
     for number, feature in enumerate(found.features):
         made = _feature(feature)
@@ -64,7 +64,7 @@ def draw(path: Path) -> Drawing:
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
     to_metres = _to_metres(shapes, found.crs)
     storeys = [
-        storey_of(
+        storey_from_features(
             _features_of([(kind, shapely.transform(s, to_metres), about) for kind, s, about in level]),
             STOREY_HEIGHT_M * n,
         )
@@ -82,7 +82,7 @@ def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
     said = [
         str(holder.get(key, "")) for holder in (about, feature) for key in _KEYS if key != "type" or holder is about
     ]
-    kind = next((each for word in said if (each := kind_of(word))), "")
+    kind = next((each for word in said if (each := kind_from_name(word))), "")
     if any(word in {"label_box", "free_space"} for word in said):
         kind = ""
     if not kind:
@@ -126,8 +126,8 @@ def _to_metres(shapes: list[Any], crs: Any) -> Any:
     return lambda points: (np.radians(points) - at) * factor
 
 
-def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> Features:
-    drawn = Features()
+def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatures:
+    drawn = DrawnFeatures()
     for kind, shape, about in level:
         parts = list(_parts(shape))
         drawn_areas = [shapely.make_valid(part) for part in parts if isinstance(part, Polygon)]

@@ -25,10 +25,24 @@ import shapely
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, prism
-from pipeline.sources.files import LeftOut, read_json_object
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    extrude_polygon,
+    merge_parallel_holes,
+    polygon_from_ring,
+    unite_rooms,
+)
+from pipeline.sources.files import LeftOutParts, read_json_object
 from pipeline.sources.tolerances import HEAD_M, LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M
-from pipeline.sources.vector_plans.drawn import Drawing, Storey, hole_at, room, solid_between, strip
+from pipeline.sources.vector_plans.drawing import (
+    Drawing,
+    DrawnStorey,
+    door_hole,
+    named_room,
+    wall_along_line,
+    walls_between_faces,
+)
 from pipeline.values import SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -39,7 +53,7 @@ _ADVICE: Final = "copy it again from the data set"
 _FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its name and some of its keys, or by more of them."""
     if path.suffix.lower() != ".json":
         return False
@@ -49,31 +63,31 @@ def claims(path: Path, head: bytes) -> bool:
     return drawn and len(keys) >= least
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a floor plan; raise Rejection if it cannot be read, or has neither walls nor rooms."""
     found = read_json_object(path, _ADVICE)
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     walls = list(_each(found, "walls", _wall, left_out))
     rooms = tuple(_each(found, "rooms", _room, left_out))
     if not walls and not rooms:
         detail = f"{path.name}: expected walls with a location, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "leave the scene out")
-    body = solid_between([shape for shape, _ in walls]) if walls else []
+    body = walls_between_faces([shape for shape, _ in walls]) if walls else []
     top = float(np.median([height for _, height in walls])) if walls else 0.0
     holes = [hole for hole in _each(found, "holes", lambda each: _hole(each, body), left_out) if hole is not None]
     things = (thing for thing in _each(found, "ins", _thing, left_out) if thing is not None)
-    storey = Storey(
+    storey = DrawnStorey(
         walls=tuple(Wall(part, 0.0, top) for part in body),
-        holes=tuple(one_each(holes)),
+        holes=tuple(merge_parallel_holes(holes)),
         rooms=rooms,
-        floor=floor_of([each.polygon for each in rooms if each.polygon is not None]),
+        floor=unite_rooms([each.polygon for each in rooms if each.polygon is not None]),
         furniture=tuple(things),
         all_named=bool(holes),
     )
     return Drawing("interiorgs", (storey,), left_out)
 
 
-def _each(found: Mapping[str, Any], key: str, made: Callable[[Any], Part], left_out: LeftOut) -> Iterator[Part]:
+def _each(found: Mapping[str, Any], key: str, made: Callable[[Any], Part], left_out: LeftOutParts) -> Iterator[Part]:
     """R5: yield what is made of each part under a key."""
     parts = found.get(key)
     for number, part in enumerate(parts if isinstance(parts, list) else ()):
@@ -105,7 +119,7 @@ def _wall(said: Any) -> tuple[Polygon, float]:
         raise ValueError(f"a wall {thick:g} m thick and {height:g} m high")
     thick = thick if 0 < thick < THICKEST_LINE_M else LINE_WALL_M
     more = (b - a) / max(float(np.hypot(*(b - a))), 1e-9) * thick / 2
-    shape = strip((a - more).tolist(), (b + more).tolist(), thick)
+    shape = wall_along_line((a - more).tolist(), (b + more).tolist(), thick)
     if shape is None:
         raise ValueError("a wall without a length")
     return shape, height
@@ -113,11 +127,11 @@ def _wall(said: Any) -> tuple[Polygon, float]:
 
 def _room(said: Any) -> SourceRoom:
     """R3."""
-    shape = clean(_points(said["profile"], 3)[:, :2])
+    shape = polygon_from_ring(_points(said["profile"], 3)[:, :2])
     if shape is None:
         raise ValueError("a room without an area")
     word = said.get("room_type")
-    return room(word if isinstance(word, str) else "", shape)
+    return named_room(word if isinstance(word, str) else "", shape)
 
 
 def _hole(said: Any, walls: list[Polygon]) -> Hole | None:
@@ -131,7 +145,7 @@ def _hole(said: Any, walls: list[Polygon]) -> Hole | None:
     thick = float(said["thickness"])
     thick = thick if 0 < thick < THICKEST_LINE_M else LINE_WALL_M
     low, top = float(heights.min()), float(heights.max())
-    return hole_at(a.tolist(), b.tolist(), walls, has_door=True, bottom_m=low, top_m=top, thick_m=thick)
+    return door_hole(a.tolist(), b.tolist(), walls, has_door=True, bottom_m=low, top_m=top, thick_m=thick)
 
 
 def _thing(said: Any) -> SourceObject | None:
@@ -144,4 +158,4 @@ def _thing(said: Any) -> SourceObject | None:
     hangs = low >= HEAD_M or (x2 - x1) * (y2 - y1) > LARGEST_THING_M2
     if hangs or any(filling in word.lower() for filling in _FILLINGS):
         return None
-    return SourceObject((word,), prism(shapely.box(x1, y1, x2, y2), low, high))
+    return SourceObject((word,), extrude_polygon(shapely.box(x1, y1, x2, y2), low, high))

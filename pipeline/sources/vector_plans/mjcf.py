@@ -24,26 +24,32 @@ from scipy.spatial.transform import Rotation
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import Element, LeftOut, file_inside, parse_xml
+from pipeline.sources.files import Element, LeftOutParts, file_inside, parse_xml
 from pipeline.sources.tolerances import TINY
-from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, mesh_beside, storeys_of
-from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.scene_bodies import (
+    SceneBody,
+    body_from_triangles,
+    box_mesh,
+    load_mesh_beside,
+    storeys_from_bodies,
+)
 
 MOST_GEOMS = 200_000
 Matrix = npt.NDArray[np.float64]
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its root element."""
     return path.suffix.lower() in {".xml", ".mjcf"} and b"<mujoco" in head
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a scene; raise Rejection if it cannot be read or nothing of it is named as a wall or a room."""
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     scene = _Scene(path, left_out)
     bodies = list(scene.bodies())
-    storeys = storeys_of(bodies)
+    storeys = storeys_from_bodies(bodies)
     if not any(storey.walls or storey.rooms for storey in storeys):
         detail = f"{path.name}: expected geoms named wall or room|, found {len(bodies)} of other names"
         raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")
@@ -51,7 +57,7 @@ def draw(path: Path) -> Drawing:
 
 
 class _Scene:
-    def __init__(self, path: Path, left_out: LeftOut) -> None:
+    def __init__(self, path: Path, left_out: LeftOutParts) -> None:
         self.path, self.folder, self.left_out = path, real_path(path.parent), left_out
         self._read: set[Path] = set()
         self._count = 0
@@ -99,13 +105,13 @@ class _Scene:
         for child in element.findall("default"):
             self._class(child, own, depth + 1)
 
-    def bodies(self) -> Iterator[Body]:
+    def bodies(self) -> Iterator[SceneBody]:
         """Yield every geom, and every site that is named as a passage, at its place."""
         for root in self.roots:
             for world in root.findall("worldbody"):
                 yield from self._inside(world, np.eye(4), (), "main")
 
-    def _inside(self, element: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> Iterator[Body]:
+    def _inside(self, element: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> Iterator[SceneBody]:
         childclass = element.get("childclass", childclass)
         for child in element:
             if child.tag in {"body", "frame"}:
@@ -125,7 +131,7 @@ class _Scene:
                 if found is not None:
                     yield found
 
-    def _one(self, child: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> Body | None:
+    def _one(self, child: Element, at: Matrix, names: tuple[str, ...], childclass: str) -> SceneBody | None:
         defaults = self.classes.get(child.get("class", childclass), self.classes.get("main", {})).get(child.tag, {})
         said = {**defaults, **child.attrib}
         name = child.get("name", "") or said.get("mesh", "")
@@ -137,10 +143,10 @@ class _Scene:
             place = at @ self._pose(said)
             if kind == "box":
                 size = _numbers(said.get("size", ""), 3)
-                made = body(called, *box_mesh(place, np.array(size)))
+                made = body_from_triangles(called, *box_mesh(place, np.array(size)))
             elif kind == "mesh":
                 points, faces = self._mesh(said.get("mesh", ""))
-                made = body(called, points @ place[:3, :3].T + place[:3, 3], faces)
+                made = body_from_triangles(called, points @ place[:3, :3].T + place[:3, 3], faces)
             else:
                 return None
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
@@ -194,7 +200,7 @@ class _Scene:
             except QhullError:
                 raise ValueError("its mesh is flat") from None
         name = element.get("file", "")
-        points, faces = mesh_beside(self.folder, f"{self.mesh_folder}/{name}" if self.mesh_folder else name)
+        points, faces = load_mesh_beside(self.folder, f"{self.mesh_folder}/{name}" if self.mesh_folder else name)
         return points * scale, faces
 
 

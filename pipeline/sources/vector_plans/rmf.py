@@ -27,11 +27,19 @@ from shapely import Polygon
 
 from houseexpo.files import decode_yaml
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Wall, clean, floor_of
-from pipeline.sources.files import DEEPEST, LeftOut
+from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
+from pipeline.sources.files import DEEPEST, LeftOutParts
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strips
+from pipeline.sources.vector_plans.drawing import (
+    Drawing,
+    DrawnStorey,
+    Point,
+    door_hole,
+    named_room,
+    walls_along_lines,
+    walls_between_faces,
+)
 from pipeline.values import SourceRoom
 
 LARGEST_BUILDING_BYTES = 1 << 26
@@ -43,7 +51,7 @@ _ADVICE = "save it again with traffic_editor"
 _LIFT = "Lift"
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its name, or by the keys that a level has."""
     if path.suffix.lower() not in {".yaml", ".yml"}:
         return False
@@ -52,7 +60,7 @@ def claims(path: Path, head: bytes) -> bool:
     )
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a building; raise Rejection if it cannot be read, or no level of it has a wall."""
     building = _document(path)
     levels = building.get("levels")
@@ -62,7 +70,7 @@ def draw(path: Path) -> Drawing:
     if not any(isinstance(level, Mapping) and level.get("walls") for level in levels.values()):
         detail = f"{path.name}: expected walls on a level, found none; it is a traffic map of lanes"
         raise Rejection("source", Reason.NO_LEVEL, detail, "draw its walls in traffic_editor, or leave it out")
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     usable = {str(name): level for name, level in levels.items() if isinstance(level, Mapping)}
     reference = str(building.get("reference_level_name", next(iter(usable), "")))
     scales = _scales(usable, reference, system, path, left_out)
@@ -79,7 +87,7 @@ def draw(path: Path) -> Drawing:
 class _Sheet:
     """One level: its vertices in metres, y up, and what refers to them."""
 
-    def __init__(self, name: str, level: Mapping[str, Any], scale: float, up: float, left_out: LeftOut) -> None:
+    def __init__(self, name: str, level: Mapping[str, Any], scale: float, up: float, left_out: LeftOutParts) -> None:
         self.where = f"level {name[:40]}"
         self.name, self.level, self.left_out = name, level, left_out
         self.scale, self.up = scale, up
@@ -93,21 +101,21 @@ class _Sheet:
             elif len(vertex) > 3 and isinstance(vertex[3], str) and vertex[3]:
                 self.names.append((vertex[3], point))
 
-    def storey(self, lifts: list[SourceRoom], lift_doors: list[tuple[Point, Point]]) -> Storey:
+    def storey(self, lifts: list[SourceRoom], lift_doors: list[tuple[Point, Point]]) -> DrawnStorey:
         """Draw the level."""
         by_thickness: dict[float, list[tuple[Point, Point]]] = {}
         for a, b, parameters in self.edges("walls"):
             by_thickness.setdefault(_parameter(parameters, "thickness", LINE_WALL_M), []).append((a, b))
-        bodies = [part for thick, lines in sorted(by_thickness.items()) for part in strips(lines, thick)]
-        walls = solid_between(bodies)
-        found = [hole_at(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
-        found += [hole_at(a, b, walls, has_door=True) for a, b in lift_doors]
+        bodies = [part for thick, lines in sorted(by_thickness.items()) for part in walls_along_lines(lines, thick)]
+        walls = walls_between_faces(bodies)
+        found = [door_hole(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
+        found += [door_hole(a, b, walls, has_door=True) for a, b in lift_doors]
         floors = self._floors()
-        return Storey(
+        return DrawnStorey(
             walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
             holes=tuple(hole for hole in found if hole is not None),
             rooms=(*self._rooms(floors), *lifts),
-            floor=floor_of([*floors, *(hole.shape for hole in found if hole is not None)]) if floors else None,
+            floor=unite_rooms([*floors, *(hole.shape for hole in found if hole is not None)]) if floors else None,
             height_m=_number(self.level.get("elevation"), 0.0),
             all_named=False,
             about={"level_name": self.name},
@@ -118,17 +126,19 @@ class _Sheet:
         named = [(name, at) for name, at in self.names if labels_for((name,))]
         inside = [[k for k, (_, at) in enumerate(named) if shapely.contains_xy(floor, *at)] for floor in floors]
         if max(map(len, inside), default=0) > 1 or sum(map(len, inside)) < 2:
-            return [room(name, at=at) for name, at in named]
-        of_floors = [room(named[found[0]][0], floor) for floor, found in zip(floors, inside, strict=True) if found]
+            return [named_room(name, at=at) for name, at in named]
+        of_floors = [
+            named_room(named[found[0]][0], floor) for floor, found in zip(floors, inside, strict=True) if found
+        ]
         taken = {k for found in inside for k in found}
-        return of_floors + [room(name, at=at) for k, (name, at) in enumerate(named) if k not in taken]
+        return of_floors + [named_room(name, at=at) for k, (name, at) in enumerate(named) if k not in taken]
 
     def _floors(self) -> list[Polygon]:
         shapes = []
         for floor in _as_list(self.level.get("floors")):
             corners = floor.get("vertices") if isinstance(floor, Mapping) else None
             ring = [self._at(index) for index in _as_list(corners)]
-            shape = clean([point for point in ring if point is not None])
+            shape = polygon_from_ring([point for point in ring if point is not None])
             shapes += [shape] if shape is not None else []
         return shapes
 
@@ -163,7 +173,9 @@ def _unreadable(path: Path, what: str) -> Rejection:
     return Rejection("source", Reason.UNREADABLE, f"{path.name} {what}", _ADVICE)
 
 
-def _scales(levels: Mapping[str, Any], reference: str, system: str, path: Path, left_out: LeftOut) -> dict[str, float]:
+def _scales(
+    levels: Mapping[str, Any], reference: str, system: str, path: Path, left_out: LeftOutParts
+) -> dict[str, float]:
     """R1: metres a unit of each level."""
     if system in {"cartesian_meters"}:
         return dict.fromkeys(levels, 1.0)

@@ -26,10 +26,25 @@ import numpy as np
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, floor_of, one_each, storey_heights
-from pipeline.sources.files import LARGEST_BYTES, LeftOut
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    group_storey_heights,
+    merge_parallel_holes,
+    polygon_from_ring,
+    unite_rooms,
+)
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts
 from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M, TINY, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, room, solid_between, strip
+from pipeline.sources.vector_plans.drawing import (
+    Drawing,
+    DrawnStorey,
+    Point,
+    door_hole,
+    named_room,
+    wall_along_line,
+    walls_between_faces,
+)
 from pipeline.values import SourceRoom
 
 _ADVICE: Final = "copy it again from the data set"
@@ -48,12 +63,12 @@ class _Line:
     holes: Sequence[Any]
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By the format's name, or the version of its architecture."""
     return path.suffix.lower() == ".json" and (b'"sceneState"' in head or b'"arch@' in head)
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a scene; raise Rejection if it cannot be read or has no wall and no floor."""
     if path.stat().st_size > LARGEST_BYTES:
         raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", _ADVICE)
@@ -68,7 +83,7 @@ def draw(path: Path) -> Drawing:
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
     if not 0 < scale < LONGEST_SITE_M or len(up) != 3:
         raise Rejection("source", Reason.BAD_UNITS, f"{path.name}: a metre is {scale} of its lengths", _ADVICE)
-    y_up, left_out = abs(up[1]) > abs(up[2]), LeftOut()
+    y_up, left_out = abs(up[1]) > abs(up[2]), LeftOutParts()
     names = dict(_names(arch))
     walls, rooms = [], []
     for number, element in enumerate(elements):
@@ -78,11 +93,11 @@ def draw(path: Path) -> Drawing:
             if kind in {"wall", "railing"}:
                 walls.append(_wall(element, points, arch, scale))
             elif kind == "floor":
-                shape = clean(points[:, :2])
+                shape = polygon_from_ring(points[:, :2])
                 if shape is None:
                     raise ValueError("a floor without an area")
                 word = names.get(str(element.get("roomId", "")), "")
-                rooms.append((float(np.median(points[:, 2])), room(word, shape)))
+                rooms.append((float(np.median(points[:, 2])), named_room(word, shape)))
         except _FAULTS as error:
             left_out.add(f"element {number}: {type(error).__name__}: {str(error)[:60]}")
     if not walls and not rooms:
@@ -128,25 +143,25 @@ def _wall(element: Mapping[str, Any], points: np.ndarray, arch: Mapping[str, Any
     return _Line((ax, ay), (bx, by), min(az, bz), height, thick, holes if isinstance(holes, list) else ())
 
 
-def _storeys(walls: Sequence[_Line], rooms: Sequence[tuple[float, SourceRoom]], scale: float) -> Iterator[Storey]:
+def _storeys(walls: Sequence[_Line], rooms: Sequence[tuple[float, SourceRoom]], scale: float) -> Iterator[DrawnStorey]:
     """R4."""
-    heights = np.array(storey_heights([height for height, _ in rooms] or [wall.foot_m for wall in walls]))
+    heights = np.array(group_storey_heights([height for height, _ in rooms] or [wall.foot_m for wall in walls]))
     for number, height in enumerate(heights.tolist()):
         here = [wall for wall in walls if int(np.argmin(np.abs(heights - wall.foot_m))) == number]
         named = tuple(each for foot, each in rooms if int(np.argmin(np.abs(heights - foot))) == number)
         yield _storey(here, named, height, scale)
 
 
-def _storey(lines: Sequence[_Line], rooms: tuple[SourceRoom, ...], height: float, scale: float) -> Storey:
+def _storey(lines: Sequence[_Line], rooms: tuple[SourceRoom, ...], height: float, scale: float) -> DrawnStorey:
     shapes = [shape for line in lines if (shape := _longer(line)) is not None]
     top = float(np.median([line.height_m for line in lines])) if lines else WALL_HEIGHT_M
-    body = solid_between(shapes) if shapes else []
+    body = walls_between_faces(shapes) if shapes else []
     holes = [hole for line in lines for each in line.holes if (hole := _hole(line, each, body, scale)) is not None]
-    return Storey(
+    return DrawnStorey(
         walls=tuple(Wall(part, 0.0, top) for part in body),
-        holes=tuple(one_each(holes)),
+        holes=tuple(merge_parallel_holes(holes)),
         rooms=rooms,
-        floor=floor_of([each.polygon for each in rooms if each.polygon is not None]),
+        floor=unite_rooms([each.polygon for each in rooms if each.polygon is not None]),
         height_m=height,
         all_named=bool(holes),
     )
@@ -158,7 +173,7 @@ def _longer(line: _Line) -> Polygon | None:
     if length <= 0:
         return None
     more = np.subtract(line.b, line.a) / length * line.depth_m / 2
-    return strip((np.asarray(line.a) - more).tolist(), (np.asarray(line.b) + more).tolist(), line.depth_m)
+    return wall_along_line((np.asarray(line.a) - more).tolist(), (np.asarray(line.b) + more).tolist(), line.depth_m)
 
 
 def _hole(line: _Line, said: Any, walls: Sequence[Polygon], scale: float) -> Hole | None:
@@ -172,7 +187,7 @@ def _hole(line: _Line, said: Any, walls: Sequence[Polygon], scale: float) -> Hol
         return None
     along = np.subtract(line.b, line.a) / max(math.dist(line.a, line.b), TINY)
     a, b = (np.asarray(line.a) + along * at for at in (start, end))
-    return hole_at(
+    return door_hole(
         a.tolist(), b.tolist(), walls, has_door=kind == "door", bottom_m=float(low), top_m=float(high),
         thick_m=line.depth_m,
     )  # fmt: skip

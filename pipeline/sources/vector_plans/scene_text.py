@@ -24,10 +24,10 @@ import numpy as np
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, prism
-from pipeline.sources.files import LeftOut
+from pipeline.sources.drawn_storeys import Hole, Wall, extrude_polygon
+from pipeline.sources.files import LeftOutParts
 from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, SHORTEST_M, THICKEST_LINE_M, TINY
-from pipeline.sources.vector_plans.drawn import Drawing, Point, Storey, hole_at, strips
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, walls_along_lines
 from pipeline.values import SourceObject
 
 LARGEST_SCRIPT_BYTES = 1 << 24
@@ -40,7 +40,7 @@ _FIELDS: Final = {
 }
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By a line of either language."""
     return path.suffix.lower() in {".txt", ".csv"} and (
         re.search(rb"(?m)^\s*make_wall\s*,", head) is not None
@@ -48,13 +48,13 @@ def claims(path: Path, head: bytes) -> bool:
     )
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a layout; raise Rejection if it has no wall."""
     if path.stat().st_size > LARGEST_SCRIPT_BYTES:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a layout"
         )
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     lines: dict[str, tuple[Point, Point]] = {}
     thick: dict[float, list[tuple[Point, Point]]] = {}
     feet, tops = [], []
@@ -75,10 +75,10 @@ def draw(path: Path) -> Drawing:
         detail = f"{path.name}: expected walls, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "leave the file out")
     foot, top = float(np.median(feet)), float(np.median(tops))
-    walls = [part for wide, found_ in sorted(thick.items()) for part in strips(found_, wide)]
+    walls = [part for wide, found_ in sorted(thick.items()) for part in walls_along_lines(found_, wide)]
     holes = [hole for each in things if (hole := _door(each, lines, walls, foot, left_out)) is not None]
     objects = [thing for each in things if (thing := _thing(each, foot)) is not None]
-    storey = Storey(
+    storey = DrawnStorey(
         walls=tuple(Wall(wall, 0.0, top) for wall in walls),
         holes=tuple(holes),
         furniture=tuple(objects),
@@ -88,7 +88,7 @@ def draw(path: Path) -> Drawing:
     return Drawing("layout text", (storey,), left_out)
 
 
-def _things(text: str, left_out: LeftOut) -> Iterator[tuple[str, str, dict[str, str]]]:
+def _things(text: str, left_out: LeftOutParts) -> Iterator[tuple[str, str, dict[str, str]]]:
     """Yield (name, kind, fields) of each line."""
     for number, line in enumerate(text.splitlines()):
         spatial, aria = _SPATIAL.match(line), _ARIA.match(line)
@@ -109,7 +109,7 @@ def _door(
     lines: dict[str, tuple[Point, Point]],
     walls: list[Polygon],
     foot: float,
-    left_out: LeftOut,
+    left_out: LeftOutParts,
 ) -> Hole | None:
     """R2."""
     name, kind, said = each
@@ -126,7 +126,7 @@ def _door(
     on = a + along * float((at - a) @ along)
     step = along * width / 2
     bottom = max(0.0, middle - height / 2 - foot)
-    return hole_at(
+    return door_hole(
         tuple(on - step), tuple(on + step), walls, has_door=True, bottom_m=bottom, top_m=middle + height / 2 - foot
     )
 
@@ -141,7 +141,9 @@ def _thing(each: tuple[str, str, dict[str, str]], foot: float) -> SourceObject |
     cos, sin = math.cos(turn), math.sin(turn)
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(size[:2]) / 2
     shape = Polygon(corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y))
-    return SourceObject((said.get("class", name),), prism(shape, z - size[2] / 2 - foot, z + size[2] / 2 - foot))
+    return SourceObject(
+        (said.get("class", name),), extrude_polygon(shape, z - size[2] / 2 - foot, z + size[2] / 2 - foot)
+    )
 
 
 def _number(said: dict[str, str], field: str) -> float:

@@ -23,10 +23,15 @@ import numpy.typing as npt
 from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import Element, LeftOut, parse_xml
+from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.tolerances import DOOR_WIDTH_M, STOREY_HEIGHT_M
-from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.vector_plans.features import Features, kind_of, ring, storey_of
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.named_features import (
+    DrawnFeatures,
+    kind_from_name,
+    polygon_from_points,
+    storey_from_features,
+)
 
 _OWN: Final = b'<g id="free-space">'
 _KINDS: Final = {
@@ -49,7 +54,7 @@ _NAMES: Final = {
 }
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its name, and by the groups of either."""
     if path.suffix.lower() != ".svg":
         return False
@@ -62,12 +67,12 @@ def claims(path: Path, head: bytes) -> bool:
     )
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a plan; raise Rejection if it cannot be read, has no walls or rooms, or no door that gives its scale."""
     data = path.read_bytes()
     root = parse_xml(data, path.name)
     own = _OWN in data
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     floors: dict[int, list[tuple[str, str, npt.NDArray[np.float64]]]] = {}
     for floor, kind, word, points in _shapes(root, own):
         floors.setdefault(floor, []).append((kind, word, points))
@@ -81,17 +86,18 @@ def draw(path: Path) -> Drawing:
             raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
         scale = DOOR_WIDTH_M / float(np.median(doors))
     storeys = [
-        storey_of(_features(found, scale), STOREY_HEIGHT_M * n) for n, (_, found) in enumerate(sorted(floors.items()))
+        storey_from_features(_features(found, scale), STOREY_HEIGHT_M * n)
+        for n, (_, found) in enumerate(sorted(floors.items()))
     ]
     if not any(storey.walls or storey.rooms for storey in storeys):
         raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected groups of walls, found none", "leave it out")
     return Drawing("svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own else ("scale",))
 
 
-def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: float) -> Features:
-    drawn = Features()
+def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: float) -> DrawnFeatures:
+    drawn = DrawnFeatures()
     for kind, word, points in found:
-        area = ring(points * (scale, -scale))
+        area = polygon_from_points(points * (scale, -scale))
         if area is None:
             continue
         if kind == "wall":
@@ -104,7 +110,7 @@ def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: floa
     return _cut_holes(drawn)
 
 
-def _cut_holes(drawn: Features) -> Features:
+def _cut_holes(drawn: DrawnFeatures) -> DrawnFeatures:
     """Rooms of our export have their holes as further rings: a ring inside a room of the same name is one of these."""
     kept: list[tuple[Polygon, tuple[str, ...], str]] = []
     for area, words, label in sorted(drawn.rooms, key=lambda each: -each[0].area):
@@ -134,7 +140,7 @@ def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArr
             continue
         if own:
             mark = element.get("id", "")
-            kind = "skipped" if mark == "free-space" else kind_of(mark) or kind
+            kind = "skipped" if mark == "free-space" else kind_from_name(mark) or kind
             title = element.findtext("title", "")
             word = title or word
         elif words or element.get("id"):

@@ -31,10 +31,10 @@ from shapely import Polygon
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut
+from pipeline.sources.files import LeftOutParts
 from pipeline.sources.tolerances import LARGEST_FLOOR_M2, SAME_M, SPECK_M2
-from pipeline.sources.vector_plans.drawn import Drawing
-from pipeline.sources.vector_plans.features import Features, storey_of
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.named_features import DrawnFeatures, storey_from_features
 
 LARGEST_TABLE_BYTES = 1 << 31
 MOST_ROWS = 10_000_000
@@ -66,7 +66,7 @@ _COLLECTION: Final = (b"\x01\x07\x00\x00\x00", b"\x00\x00\x00\x00\x07")
 _RESPLAN_ROOMS: Final = ("living", "bedroom", "bathroom", "kitchen", "balcony", "storage", "stair", "veranda")
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By the columns of the table, or by the first bytes of a pickle that names shapely."""
     suffix = path.suffix.lower()
     if suffix == ".csv":
@@ -75,12 +75,12 @@ def claims(path: Path, head: bytes) -> bool:
     return suffix in {".pkl", ".pickle"} and head[:1] == b"\x80"
 
 
-def keys(path: Path) -> list[str]:
+def list_plan_names(path: Path) -> list[str]:
     """Return the names of the plans in a file; raise Rejection if it cannot be read."""
     return list(_plans(path))
 
 
-def draw(path: Path, key: str = "") -> Drawing:
+def read_drawing(path: Path, key: str = "") -> Drawing:
     """Read one plan of a file; raise Rejection if it cannot be read or has no such plan."""
     plans = _plans(path)
     found = plans.get(key) if key else next(iter(plans.values()), None)
@@ -126,7 +126,7 @@ def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
 
 
 def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
-    left_out, drawn = LeftOut(), Features()
+    left_out, drawn = LeftOutParts(), DrawnFeatures()
     texts = [text if text.upper().count("COLLECTION") < 2 else "" for _, _, text in rows]  # nested ones end GEOS
     shapes = shapely.from_wkt(texts, on_invalid="ignore")
     for number, ((kind, subtype, _), shape) in enumerate(zip(rows, shapes, strict=True)):
@@ -143,7 +143,7 @@ def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
         elif kind == "feature":
             drawn.objects += [(subtype.lower(), area, 1.0) for area in areas]
     drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=SAME_M))
-    return Drawing("swiss-dwellings", (storey_of(drawn),), left_out)
+    return Drawing("swiss-dwellings", (storey_from_features(drawn),), left_out)
 
 
 def _resplan(found: Any, path: Path, key: str) -> Drawing:
@@ -159,10 +159,10 @@ def _resplan(found: Any, path: Path, key: str) -> Drawing:
     def areas(name: str) -> list[Polygon]:
         return [shapely.transform(part, lambda points: points * scale) for part in _areas(plan.get(name))]
 
-    drawn = Features(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=SAME_M)))
+    drawn = DrawnFeatures(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=SAME_M)))
     drawn.door_areas = [(part, True) for name in ("door", "front_door") for part in areas(name)]
     drawn.rooms = [(part, (name,), _ROOMS[name]) for name in _RESPLAN_ROOMS for part in areas(name)]
-    return Drawing("resplan", (storey_of(drawn),), LeftOut())
+    return Drawing("resplan", (storey_from_features(drawn),), LeftOutParts())
 
 
 def _areas(shape: Any) -> list[Polygon]:

@@ -22,18 +22,18 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.files import real_path
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOut, report
+from pipeline.sources.files import LeftOutParts, record_file
 from pipeline.sources.meshes.scene import triangulate_polygons
-from pipeline.sources.vector_plans.bodies import (
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.scene_bodies import (
     MANY_FACES,
-    Body,
-    body,
+    SceneBody,
+    body_from_many_triangles,
+    body_from_triangles,
+    body_kind,
     box_mesh,
-    dense_body,
-    kind_of_body,
-    storeys_of,
+    storeys_from_bodies,
 )
-from pipeline.sources.vector_plans.drawn import Drawing
 
 MOST_FACES = 200_000_000
 """Instances counted as often as they stand. They are read one mesh at a time; a file of 1 GB may have 60 million."""
@@ -44,12 +44,12 @@ _ADVICE = "export the scene again, with all its layers beside it"
 _LABEL = re.compile(r"semantics:labels:\w+|semantic:\w+:params:semanticData|semanticLabel")
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By what the file begins with, or its name."""
     return path.suffix.lower() in _LAYERS and (head.startswith((b"#usda", b"PXR-USDC")) or not head)
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a scene.
 
     Raises
@@ -64,7 +64,7 @@ def draw(path: Path) -> Drawing:
     except ImportError:
         said = f"{path.name} needs usd-core, which is not installed: {install_command('scans')}"
         raise MissingDependencyError(said) from None
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     try:
         _check_layers(Sdf, path)
         stage = Usd.Stage.Open(str(real_path(path)), Usd.Stage.LoadAll)
@@ -73,7 +73,7 @@ def draw(path: Path) -> Drawing:
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
         detail = f"{path.name} cannot be read as USD: {type(error).__name__}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    storeys = storeys_of(bodies)
+    storeys = storeys_from_bodies(bodies)
     if not any(storey.walls or storey.rooms for storey in storeys):
         detail = f"{path.name}: expected prims that are named or labelled as walls, found {len(bodies)} others"
         raise Rejection("source", Reason.NO_LEVEL, detail, "label the walls, or save the scene as .usdz or .glb")
@@ -96,7 +96,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
             raise ValueError(file.name)
         for asset in sorted(filter(None, layer.GetCompositionAssetDependencies())):  # "" is the layer itself
             inner = real_path(file.parent / asset)
-            report(inner)
+            record_file(inner)
             if ":" in asset or folder not in inner.parents or not inner.is_file():
                 told = f"refers to {Path(asset).name[:80]!r}, which is not beside it"
                 raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
@@ -107,7 +107,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
                 raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
 
 
-def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) -> Iterator[Body]:
+def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOutParts) -> Iterator[SceneBody]:
     metres = float(geometry.GetStageMetersPerUnit(stage)) if geometry.StageHasAuthoredMetersPerUnit(stage) else 0.01
     z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
     cache, count = geometry.XformCache(), 0
@@ -138,12 +138,14 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOut) 
             continue
         names = tuple(part for part in reversed(str(prim.GetPath()).split("/")) if part)
         label, words = _label(prim)
-        if kind_of_body((label, *names) if label else names) == "skipped":
+        if body_kind((label, *names) if label else names) == "skipped":
             continue
-        is_furniture = kind_of_body((label, *names) if label else names) == "furniture" and not canonical(label)
-        made = (dense_body if is_furniture and len(faces) > MANY_FACES else body)(names, placed, faces)
+        is_furniture = body_kind((label, *names) if label else names) == "furniture" and not canonical(label)
+        made = (body_from_many_triangles if is_furniture and len(faces) > MANY_FACES else body_from_triangles)(
+            names, placed, faces
+        )
         if made is not None:
-            yield Body(names, made.shape, made.low_m, made.high_m, label, words)
+            yield SceneBody(names, made.shape, made.low_m, made.high_m, label, words)
 
 
 def _triangles(geometry: Any, prim: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -31,10 +31,17 @@ from scipy.spatial.transform import Rotation
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import DEEPEST, LeftOut
+from pipeline.sources.files import DEEPEST, LeftOutParts
 from pipeline.sources.roles import labels_for
-from pipeline.sources.vector_plans.bodies import Body, body, box_mesh, kind_of_body, mesh_beside, storeys_of
-from pipeline.sources.vector_plans.drawn import Drawing
+from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.scene_bodies import (
+    SceneBody,
+    body_from_triangles,
+    body_kind,
+    box_mesh,
+    load_mesh_beside,
+    storeys_from_bodies,
+)
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -95,21 +102,23 @@ class _Node:
         return tuple(each for each in (self.name, *said) if each)
 
 
-def claims(path: Path, head: bytes) -> bool:
+def can_read(path: Path, head: bytes) -> bool:
     """By its suffix or its first line."""
     return path.suffix.lower() == ".wbt" or head.startswith(b"#VRML_SIM")
 
 
-def draw(path: Path) -> Drawing:
+def read_drawing(path: Path) -> Drawing:
     """Read a world; raise Rejection if it cannot be read or nothing of it is named as a wall."""
     if path.stat().st_size > LARGEST_WORLD:
         detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_WORLD >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
     text = path.read_bytes().decode("utf-8", errors="replace")
-    left_out = LeftOut()
+    left_out = LeftOutParts()
     nodes = _Parser(text, path.name).world()
     world = _World(path, text, nodes, left_out)
-    storeys = [replace(storey, all_named=False, unnamed_gaps=True) for storey in storeys_of(list(world.bodies()))]  # R5
+    storeys = [
+        replace(storey, all_named=False, unnamed_gaps=True) for storey in storeys_from_bodies(list(world.bodies()))
+    ]  # R5
     if not any(storey.walls or storey.rooms for storey in storeys):
         detail = f"{path.name}: expected Wall nodes or solids named wall, found {len(nodes)} nodes of other names"
         raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")
@@ -226,7 +235,7 @@ class _Parser:
 
 
 class _World:
-    def __init__(self, path: Path, text: str, nodes: list[_Node], left_out: LeftOut) -> None:
+    def __init__(self, path: Path, text: str, nodes: list[_Node], left_out: LeftOutParts) -> None:
         self.folder, self.nodes, self.left_out = real_path(path.parent), nodes, left_out
         self.unread: Counter[str] = Counter()
         said = next((node.fields.get("coordinateSystem") for node in nodes if node.kind == "WorldInfo"), None)
@@ -235,7 +244,7 @@ class _World:
         self.z_up = str(said[0]).upper().endswith("U") if said else newer  # R2: ENU, or NUE
         self._upright = np.eye(3) if self.z_up else np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
-    def bodies(self) -> Iterator[Body]:
+    def bodies(self) -> Iterator[SceneBody]:
         """Every body of the world, z up."""
         shown = sum(node.count for node in self.nodes)
         if shown > MOST_NODES:  # nodes that are used again and again
@@ -258,7 +267,7 @@ class _World:
             elif node.kind not in _NOT_SHAPES:
                 self.unread[node.kind] += 1  # R4
 
-    def _structure(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
+    def _structure(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
         """R1."""
         default = DEFAULT_WINDOW_M if node.kind == "Window" else DEFAULT_WALL_M
         size = self._by_axes(node.numbers("size", self._in_order(default)))
@@ -281,14 +290,16 @@ class _World:
         """Thickness, width and height of a size as the file has it."""
         return size if self.z_up else size[[2, 0, 1]]
 
-    def _box(self, names: tuple[str, ...], at: Floats, size: tuple[float, float, float], foot: float) -> Iterator[Body]:
+    def _box(
+        self, names: tuple[str, ...], at: Floats, size: tuple[float, float, float], foot: float
+    ) -> Iterator[SceneBody]:
         """A box of this thickness, width and height that stands so high over its place."""
         half = np.array(self._in_order(size)) / 2
         lift = np.eye(4)
         lift[2 if self.z_up else 1, 3] = foot + size[2] / 2
         yield from self._body(names, *box_mesh(at @ lift, half))
 
-    def _proto_bodies(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
+    def _proto_bodies(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
         """PROTO nodes of one box, a floor, or a floor with four walls."""
         if node.kind == "SolidBox":
             yield from self._body(names, *box_mesh(at, node.numbers("size", (2.0, 2.0, 2.0)) / 2))
@@ -309,7 +320,7 @@ class _World:
         """A box's thickness, width and height that reaches so far along x and along the other level axis."""
         return (size[0], size[1], height) if self.z_up else (size[1], size[0], height)
 
-    def _shape(self, shape: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[Body]:
+    def _shape(self, shape: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
         """R3."""
         try:
             if shape.kind == "Box":
@@ -324,7 +335,7 @@ class _World:
             elif shape.kind == "ElevationGrid":
                 yield from self._body(names, *self._grid(shape, at))
             elif shape.kind == "Mesh":
-                points, faces = mesh_beside(self.folder, " ".join(map(str, shape.fields.get("url", [])[:1])))
+                points, faces = load_mesh_beside(self.folder, " ".join(map(str, shape.fields.get("url", [])[:1])))
                 yield from self._body(names, _move(at, points), faces)
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
             self.left_out.add(f"{shape.kind} {' '.join(names)[:60]}: {error}")
@@ -352,17 +363,17 @@ class _World:
         middle[0, 3], middle[1 if self.z_up else 2, 3] = wide / 2, deep / 2
         return self._plane(at @ middle, wide, deep)
 
-    def _body(self, names: tuple[str, ...], points: Floats, faces: Ints) -> Iterator[Body]:
+    def _body(self, names: tuple[str, ...], points: Floats, faces: Ints) -> Iterator[SceneBody]:
         if not np.isfinite(points).all():
             self.left_out.add(f"{' '.join(names)[:60]}: its place is not finite")
             return
-        kind = kind_of_body(names)
-        made = body(names, points @ self._upright.T, faces)
+        kind = body_kind(names)
+        made = body_from_triangles(names, points @ self._upright.T, faces)
         if made is None:
             return
         word = re.sub(r"[_\d()]+", " ", names[0]).strip().capitalize() if names else ""
         if kind == "floor" and labels_for((word,)):
-            made = Body(made.names, made.shape, made.low_m, made.high_m, word)
+            made = SceneBody(made.names, made.shape, made.low_m, made.high_m, word)
         yield made
 
 

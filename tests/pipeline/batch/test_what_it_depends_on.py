@@ -14,7 +14,7 @@ import trimesh
 from houseexpo.floorplan import FloorPlan
 from pipeline.batch import recipe
 from pipeline.config import PipelineConfig
-from pipeline.sources.files import record_files
+from pipeline.sources.files import record_opened_files
 from pipeline.sources.procedural import write_house
 from pipeline.values import Level
 from tests.builders.batch import boxed, contents, lines, one_room, run_build
@@ -119,7 +119,7 @@ def test_only_files_of_the_house_are_recorded(tmp_path: Path) -> None:
     (tmp_path / "house" / "a.bin").touch()
     (tmp_path / "house" / "code.py").touch()
     (tmp_path / "outside").touch()
-    with record_files(tmp_path / "house") as names:
+    with record_opened_files(tmp_path / "house") as names:
         (tmp_path / "house" / "a.bin").read_bytes()
         (tmp_path / "house" / "code.py").read_bytes()
         (tmp_path / "outside").read_bytes()

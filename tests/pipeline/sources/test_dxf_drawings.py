@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 import shapely
+from pipeline.sources.vector_plans.features import kind_of
 
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.vector_plans.features import kind_of
 from pipeline.values import Level
 from tests.builders.houses import kinds, plan_of
 

@@ -15,13 +15,21 @@ from houseexpo.plan.room_labels import LABELS
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, made_count, reader
-from pipeline.sources.homes.details import Details, add_details, front_doors
+from pipeline.sources.homes.corners import CornerWishes, add_corners, draw_front_doors
 from pipeline.sources.homes.home import home_id, make_home
-from pipeline.sources.homes.kinds import COUNTED, NUMBERS, STRATA, TABLE, draw_house, draw_wish, stratum_of
-from pipeline.sources.homes.level import digest, level_of
-from pipeline.sources.homes.shaping import Doorways, bend_rooms, doors, one_space
-from pipeline.sources.homes.slicing import Asked, borders, is_connected, lay_out
-from pipeline.sources.homes.values import Door, Home, Wish, on_grid
+from pipeline.sources.homes.level import home_digest, level_from_home
+from pipeline.sources.homes.shaping import DoorWishes, bend_rooms, join_spaces_by_doors, join_to_one_space
+from pipeline.sources.homes.slicing import WantedRectangles, is_connected, shared_borders, slice_box
+from pipeline.sources.homes.values import Home, HomeDoor, HomeWish, snap_wall_line
+from pipeline.sources.homes.wishes import (
+    COUNTED,
+    NUMBERS,
+    STRATA,
+    TABLE,
+    draw_home_wish,
+    draw_house_profile,
+    stratum_index,
+)
 from pipeline.sources.procedural import scene_id
 from research.home_traces import has_hole, longest_stair
 
@@ -38,9 +46,9 @@ def free(home: Home) -> shapely.Geometry:
 
 
 def test_the_same_seed_and_index_give_the_same_home_whatever_others_are_made(homes: list[Home]) -> None:
-    assert digest(make_home(7, SEED)) == digest(homes[7])
-    assert len({digest(home) for home in homes}) == COUNT
-    assert digest(make_home(7, SEED + 1)) != digest(homes[7])
+    assert home_digest(make_home(7, SEED)) == home_digest(homes[7])
+    assert len({home_digest(home) for home in homes}) == COUNT
+    assert home_digest(make_home(7, SEED + 1)) != home_digest(homes[7])
 
 
 def test_a_home_is_one_piece_without_a_ring(homes: list[Home]) -> None:
@@ -75,7 +83,7 @@ def test_labels_are_those_of_the_data_set(homes: list[Home]) -> None:
 def test_the_pipeline_reads_what_was_made(homes: list[Home]) -> None:
     entrances, nooks = 0, 0  # behind a narrow place of a space the pipeline sees a room
     for home in homes[:6]:
-        (plan,) = plan_level(level_of(home), PipelineConfig(), np.random.default_rng(0))
+        (plan,) = plan_level(level_from_home(home), PipelineConfig(), np.random.default_rng(0))
         assert isinstance(plan, FloorPlan)
         assert plan.area == pytest.approx(free(home).area, rel=0.01)
         nooks += len(plan.rooms) - len(home.spaces)
@@ -105,7 +113,7 @@ def test_an_unknown_style_is_refused(source: str) -> None:
 
 
 def test_rectangles_fill_the_box_that_is_asked_for() -> None:
-    rects = lay_out(Asked(8.0, 6.0, (20.0, 16.0, 8.0, 4.0)), 0.9, 40, np.random.default_rng(3))
+    rects = slice_box(WantedRectangles(8.0, 6.0, (20.0, 16.0, 8.0, 4.0)), 0.9, 40, np.random.default_rng(3))
     assert rects is not None
     assert sum((x2 - x1) * (y2 - y1) for x1, y1, x2, y2 in rects) == pytest.approx(48.0)
     assert shapely.total_bounds(shapely.box(*np.array(rects).T)).tolist() == pytest.approx([0.0, 0.0, 8.0, 6.0])
@@ -113,7 +121,7 @@ def test_rectangles_fill_the_box_that_is_asked_for() -> None:
 
 def test_what_is_not_house_lies_at_the_edge() -> None:
     for seed in range(5):
-        rects = lay_out(Asked(10.0, 10.0, (20.0, 20.0, 12.0, 8.0)), 0.9, 40, np.random.default_rng(seed))
+        rects = slice_box(WantedRectangles(10.0, 10.0, (20.0, 20.0, 12.0, 8.0)), 0.9, 40, np.random.default_rng(seed))
         assert rects is not None
         whole = shapely.union_all(shapely.box(*np.array(rects).T), grid_size=1e-6)
         assert not shapely.get_num_interior_rings(whole)
@@ -122,20 +130,20 @@ def test_what_is_not_house_lies_at_the_edge() -> None:
 
 
 def test_a_box_that_is_nearly_full_has_no_recess_of_centimetres() -> None:
-    rects = lay_out(Asked(8.0, 6.0, (20.0, 16.0, 8.0, 3.5)), 0.9, 40, np.random.default_rng(3))
+    rects = slice_box(WantedRectangles(8.0, 6.0, (20.0, 16.0, 8.0, 3.5)), 0.9, 40, np.random.default_rng(3))
     assert rects is not None
     assert sum((x2 - x1) * (y2 - y1) for x1, y1, x2, y2 in rects) == pytest.approx(48.0)
 
 
 def test_borders_of_rectangles() -> None:
     rects = [(0.0, 0.0, 2.0, 2.0), (2.0, 1.0, 4.0, 3.0), (0.0, 2.0, 2.0, 3.0)]
-    assert borders(rects) == {
+    assert shared_borders(rects) == {
         (0, 1): (2.0, 1.0, 2.0, True),
         (0, 2): (2.0, 0.0, 2.0, False),
         (1, 2): (2.0, 2.0, 3.0, True),
     }
-    assert is_connected(3, borders(rects))
-    assert not is_connected(4, borders(rects))
+    assert is_connected(3, shared_borders(rects))
+    assert not is_connected(4, shared_borders(rects))
 
 
 def test_a_room_goes_round_a_smaller_one_and_keeps_its_area() -> None:
@@ -160,13 +168,15 @@ def test_no_wall_reaches_into_a_small_room() -> None:
     assert bend_rooms([(0.0, 0.0, 3.0, 2.9)], 8, 0.1, np.random.default_rng(0)).gaps == []
 
 
-DOORWAYS = Doorways((0.8,), 0, 0.1)
+DOORWAYS = DoorWishes((0.8,), 0, 0.1)
 
 
 def test_rooms_that_share_too_little_wall_are_not_joined() -> None:
     rng = np.random.default_rng(0)
-    assert doors([(0.0, 0.0, 4.0, 4.0), (4.0, 3.5, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng) is None
-    found = doors([(0.0, 0.0, 4.0, 4.0), (4.0, 2.0, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng)
+    assert (
+        join_spaces_by_doors([(0.0, 0.0, 4.0, 4.0), (4.0, 3.5, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng) is None
+    )
+    found = join_spaces_by_doors([(0.0, 0.0, 4.0, 4.0), (4.0, 2.0, 8.0, 8.0)], [0, 1], [None, None], DOORWAYS, rng)
     assert found is not None
     (door,) = found
     assert 2.05 <= door.gap[1] < door.gap[3] <= 3.95
@@ -175,8 +185,8 @@ def test_rooms_that_share_too_little_wall_are_not_joined() -> None:
 
 def test_a_side_wall_runs_on_past_a_door_where_fewer_corners_are_asked_for() -> None:
     rects = [(0.0, 0.0, 4.0, 4.0), (4.0, 0.0, 8.0, 4.0)]
-    asked = Doorways(DOORWAYS.widths, 4, 0.1)
-    found = doors(rects, [0, 1], [None, None], asked, np.random.default_rng(0))
+    asked = DoorWishes(DOORWAYS.widths, 4, 0.1)
+    found = join_spaces_by_doors(rects, [0, 1], [None, None], asked, np.random.default_rng(0))
     assert found is not None
     (_, low, _, high) = found[0].gap
     assert min(low - 0.05, 3.95 - high) == pytest.approx(0.0)
@@ -185,13 +195,13 @@ def test_a_side_wall_runs_on_past_a_door_where_fewer_corners_are_asked_for() -> 
 def test_where_no_door_fits_another_of_the_home_does_or_a_narrower_one() -> None:
     rects = [(0.0, 0.0, 4.0, 4.0), (4.0, 3.0, 8.0, 8.0), (8.0, 3.0, 12.0, 8.0)]  # the first border takes 0.78 m
     for widths, expected in (((0.74, 1.84), [0.74, 1.84]), ((1.2, 1.84), [0.78, 1.84])):
-        found = doors(rects, [0, 1, 2], [None] * 3, Doorways(widths, 0, 0.1), np.random.default_rng(0))
+        found = join_spaces_by_doors(rects, [0, 1, 2], [None] * 3, DoorWishes(widths, 0, 0.1), np.random.default_rng(0))
         assert found is not None
         assert sorted(joint.gap[3] - joint.gap[1] for joint in found) == pytest.approx(expected)
 
 
 def test_a_house_of_one_room_is_joined_by_whole_borders() -> None:
-    found = one_space([(0.0, 0.0, 4.0, 8.0), (4.0, 0.0, 9.0, 4.0)], 0.1)
+    found = join_to_one_space([(0.0, 0.0, 4.0, 8.0), (4.0, 0.0, 9.0, 4.0)], 0.1)
     assert found.space_of == [0, 0]
     assert [gap.gap[1::2] for gap in found.gaps] == [pytest.approx((0.05, 3.95))]
 
@@ -201,15 +211,15 @@ def test_details_give_the_corners_that_are_asked_for() -> None:
     for corners in (0, 4, 7, 12):
         found = []
         for seed in range(8):
-            ((space,),) = (add_details([room], (), Details(corners, 0.0, 0.1), np.random.default_rng(seed)),)
+            ((space,),) = (add_corners([room], (), CornerWishes(corners, 0.0, 0.1), np.random.default_rng(seed)),)
             found.append(shapely.get_num_coordinates(shapely.simplify(space, 0.03)) - 5)
         assert np.median(found) == pytest.approx(corners, abs=0.5)
 
 
 def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
-    room, door = shapely.box(0.0, 0.0, 2.4, 2.0), Door((1.0, -0.1, 1.75, 0.0), (0, 1))
+    room, door = shapely.box(0.0, 0.0, 2.4, 2.0), HomeDoor((1.0, -0.1, 1.75, 0.0), (0, 1))
     for seed in range(12):
-        ((space,),) = (add_details([room], (door,), Details(12, 0.0, 0.1), np.random.default_rng(seed)),)
+        ((space,),) = (add_corners([room], (door,), CornerWishes(12, 0.0, 0.1), np.random.default_rng(seed)),)
         place = shapely.buffer(space, -0.22)
         assert isinstance(place, shapely.Polygon)
         assert place.distance(shapely.box(*door.rect)) == pytest.approx(0.22, abs=0.01)
@@ -218,12 +228,12 @@ def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
 def test_front_doors_lead_outside_and_not_through_a_wall_that_ends_in_the_room() -> None:
     room = shapely.box(0.0, 0.0, 9.0, 7.0).difference(shapely.box(4.0, -1.0, 4.1, 5.0))
     for seed in range(12):
-        for front in front_doors([room], (("Hall",),), 0.1, np.random.default_rng(seed)):
+        for front in draw_front_doors([room], (("Hall",),), 0.1, np.random.default_rng(seed)):
             assert not shapely.box(*front.rect).within(shapely.box(0.1, 0.1, 8.9, 6.9))
 
 
 def test_faces_of_walls_lie_on_the_grid_of_plans(homes: list[Home]) -> None:
-    assert on_grid(3.0, 0.11) - 0.055 == pytest.approx(round(on_grid(3.0, 0.11) - 0.055, 2))
+    assert snap_wall_line(3.0, 0.11) - 0.055 == pytest.approx(round(snap_wall_line(3.0, 0.11) - 0.055, 2))
     for home in homes:
         jambs = np.array(
             [door.rect[1::2] if door.rect[3] - door.rect[1] > 0.45 else door.rect[::2] for door in home.doors]
@@ -262,7 +272,7 @@ def test_a_courtyard_is_seen() -> None:
 @pytest.mark.slow
 def test_a_wish_is_drawn_from_the_published_statistics() -> None:
     rng = np.random.default_rng(1)
-    wishes = [draw_wish(rng) for _ in range(400)]
+    wishes = [draw_home_wish(rng) for _ in range(400)]
     assert np.median([wish.area_m2 for wish in wishes]) == pytest.approx(113, rel=0.15)
     assert np.median([wish.rooms for wish in wishes]) == pytest.approx(7, abs=1)
     assert all(wish.short_m <= wish.long_m for wish in wishes)
@@ -270,13 +280,13 @@ def test_a_wish_is_drawn_from_the_published_statistics() -> None:
 
 
 @pytest.fixture(scope="module")
-def wishes() -> list[Wish]:
+def wishes() -> list[HomeWish]:
     rng = np.random.default_rng(3)
-    return [draw_wish(rng) for _ in range(1000)]
+    return [draw_home_wish(rng) for _ in range(1000)]
 
 
 @pytest.mark.slow
-def test_a_wish_has_one_door_less_than_spaces_and_no_more_names_than_labels(wishes: list[Wish]) -> None:
+def test_a_wish_has_one_door_less_than_spaces_and_no_more_names_than_labels(wishes: list[HomeWish]) -> None:
     for wish in wishes:
         assert len(wish.doors) == wish.spaces - 1
         assert len(wish.names) == len(wish.areas_m2) == wish.spaces
@@ -286,7 +296,7 @@ def test_a_wish_has_one_door_less_than_spaces_and_no_more_names_than_labels(wish
 
 
 @pytest.mark.slow
-def test_doors_of_a_home_are_of_few_makes(wishes: list[Wish]) -> None:
+def test_doors_of_a_home_are_of_few_makes(wishes: list[HomeWish]) -> None:
     five = [wish.doors for wish in wishes if len(wish.doors) == 5]
     assert 2.0 < np.mean([len(set(doors)) for doors in five]) < 3.4
     every = np.array([width for wish in wishes for width in wish.doors])
@@ -294,7 +304,7 @@ def test_doors_of_a_home_are_of_few_makes(wishes: list[Wish]) -> None:
 
 
 @pytest.mark.slow
-def test_labels_that_go_together_are_drawn_together(wishes: list[Wish]) -> None:
+def test_labels_that_go_together_are_drawn_together(wishes: list[HomeWish]) -> None:
     labels = [{label for names in wish.names for label in names} for wish in wishes]
     hallway = [house for house in labels if "Hallway" in house]
     assert len(hallway) > 60
@@ -308,13 +318,13 @@ def test_as_many_labels_are_drawn_as_go_with_the_spaces() -> None:
     rng = np.random.default_rng(1)
     known = {tuple(row[:-1]) for row in json.loads(TABLE.read_text())["houses"]}
     for _ in range(200):
-        house = draw_house(rng)
+        house = draw_house_profile(rng)
         assert (house.spaces, house.rooms, len(house.labels), house.nameless) in known
 
 
 @pytest.mark.slow
 def test_strata() -> None:
-    assert [stratum_of(n) for n in (0, 1, 2, 7, 8, 9, 11, 12, 70)] == [0, 0, 1, 6, 6, 7, 7, 8, 8]
+    assert [stratum_index(n) for n in (0, 1, 2, 7, 8, 9, 11, 12, 70)] == [0, 0, 1, 6, 6, 7, 7, 8, 8]
 
 
 @pytest.mark.slow

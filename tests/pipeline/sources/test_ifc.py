@@ -18,7 +18,7 @@ from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.wall_sections import section_from_segments as wall_section
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import ifc, mesh_file
-from pipeline.sources.ifc.model import Soundness, open_model
+from pipeline.sources.ifc.model import SoundnessChecker, open_model
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level
 from tests.builders.formats.ifc import TinyBuilding, tiny_house
@@ -449,14 +449,14 @@ def wall():
 
 
 def test_every_product_of_a_whole_building_is_sound():
-    house, sound = tiny_house(), Soundness()
+    house, sound = tiny_house(), SoundnessChecker()
     assert all(sound.of(product) for product in house.model.by_type("IfcElement"))
 
 
 def test_a_placement_in_a_circle_is_not(wall):
     _, element = wall
     element.ObjectPlacement.PlacementRelTo = element.ObjectPlacement
-    assert not Soundness().of(element)
+    assert not SoundnessChecker().of(element)
 
 
 def test_parts_that_hold_each_other_are_not(wall):
@@ -464,19 +464,19 @@ def test_parts_that_hold_each_other_are_not(wall):
     other = house.element("IfcWall", None, (0, 0, 0, 4, 0.2, 2.5), "other")
     loose = house.element("IfcWall", None, (0, 0, 0, 4, 0.2, 2.5), "loose")
     house.part_of(other, loose)
-    assert Soundness().of(loose)
+    assert SoundnessChecker().of(loose)
     house.part_of(loose, other)
-    assert not Soundness().of(loose)
-    assert Soundness().of(element)
+    assert not SoundnessChecker().of(loose)
+    assert SoundnessChecker().of(element)
 
 
 def test_a_wall_with_a_damaged_opening_is_not(wall):
     house, element = wall
     house.opening(element, (1, 0, 0, 2, 0.2, 2.1), None)
-    assert Soundness().of(element)
+    assert SoundnessChecker().of(element)
     opening = house.model.by_type("IfcOpeningElement")[0]
     opening.ObjectPlacement.PlacementRelTo = opening.ObjectPlacement
-    assert not Soundness().of(element)
+    assert not SoundnessChecker().of(element)
 
 
 def written(tmp_path: Path, edition: str, schema: str) -> Path:

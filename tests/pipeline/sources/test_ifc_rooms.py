@@ -14,7 +14,7 @@ from houseexpo.exports import export
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.wall_sections import section_from_segments
 from pipeline.sources import ifc
-from pipeline.sources.ifc.rooms_and_openings import floor_of
+from pipeline.sources.ifc.rooms_and_openings import floor_polygon
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
 from tests.builders.formats.ifc import Box, TinyBuilding
@@ -112,15 +112,15 @@ def leaning(inwards: float) -> Mesh:
 
 @pytest.mark.parametrize("inwards", [-0.5, 0.0, 0.5])
 def test_a_room_is_where_it_stands_on_the_floor(inwards):
-    assert floor_of(leaning(inwards)).bounds == pytest.approx((0.0, 0.0, 4.0, 3.0), abs=1e-6)
-    assert floor_of(leaning(inwards)).area == pytest.approx(12.0, abs=1e-4)
+    assert floor_polygon(leaning(inwards)).bounds == pytest.approx((0.0, 0.0, 4.0, 3.0), abs=1e-6)
+    assert floor_polygon(leaning(inwards)).area == pytest.approx(12.0, abs=1e-4)
 
 
 def test_a_room_of_many_slivers_is_one_piece():
     xs = np.cumsum(np.full(40, 0.1)) + np.tile([0.0, 1e-7], 20)
     vertices = np.array([(x, y, z) for x in xs for y in (0.0, 3.0) for z in (0.0, 2.5)])
     floor = [(4 * i, 4 * i + 4, 4 * i + 2) for i in range(39)] + [(4 * i + 2, 4 * i + 4, 4 * i + 6) for i in range(39)]
-    shape = floor_of(Mesh(vertices, np.array(floor, np.int64)))
+    shape = floor_polygon(Mesh(vertices, np.array(floor, np.int64)))
     assert shape.area == pytest.approx(3.9 * 3.0, abs=1e-3)
 
 

@@ -4,7 +4,7 @@ import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, mesh_file, reader
-from pipeline.sources.storeys.interior import check_interior, look_at
+from pipeline.sources.storeys.interior import check_interior, measure_interior
 from pipeline.values import Mesh
 from tests.builders.meshes import as_trimesh, city, joined, one_level, sheet, slab, storey, walls_alone, y_up
 
@@ -20,7 +20,7 @@ def block(x: float = 0.0, outward: bool = True) -> list[trimesh.Trimesh]:
 
 
 def fault(*parts: list[trimesh.Trimesh]) -> str:
-    return look_at(joined([each for part in parts for each in part])).fault
+    return measure_interior(joined([each for part in parts for each in part])).fault
 
 
 def test_a_closed_sheet_seen_from_outside_is_a_facade():
@@ -59,12 +59,12 @@ def test_a_hill_is_neither():
     index = np.arange(41 * 41).reshape(41, 41)
     a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]))
     hill = Mesh(points, np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])]).astype(np.int64))
-    assert look_at(hill).fault
+    assert measure_interior(hill).fault
 
 
 @pytest.mark.parametrize("walls", [one_level(), walls_alone()], ids=["on a slab", "alone"])
 def test_rooms_of_solid_walls_are_an_inside(walls):
-    assert not look_at(walls).fault
+    assert not measure_interior(walls).fault
 
 
 def test_one_closed_room_of_solid_walls_is_an_inside():
@@ -91,7 +91,7 @@ def test_leaning_walls_around_a_small_floor_are_a_cabin():
     body.apply_scale((2.2, 2.6, 1.3))
     body.apply_translation((0.0, 0.0, 1.0))
     cabin = Mesh(np.asarray(body.vertices), np.asarray(body.faces, np.int64))
-    assert "a car" in look_at(cabin, floor_m2=2.0).fault
+    assert "a car" in measure_interior(cabin, floor_m2=2.0).fault
 
 
 def test_the_noisy_scan_of_a_small_flat_with_little_floor_is_no_cabin():
@@ -99,7 +99,7 @@ def test_the_noisy_scan_of_a_small_flat_with_little_floor_is_no_cabin():
     scan = trimesh.util.concatenate(room).subdivide_to_size(0.12)
     noise = np.random.default_rng(0).normal(0.0, 0.025, scan.vertices.shape)
     flat = Mesh(np.asarray(scan.vertices + noise), np.asarray(scan.faces, np.int64))
-    assert not look_at(flat, floor_m2=2.0).fault
+    assert not measure_interior(flat, floor_m2=2.0).fault
 
 
 def test_one_level_with_an_inside_is_enough():

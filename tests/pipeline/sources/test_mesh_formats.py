@@ -12,7 +12,7 @@ import trimesh
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.collada import load
 from pipeline.sources.meshes.formats import load_scene
-from pipeline.sources.meshes.scene import Part, Piece, triangulate_polygons
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, triangulate_polygons
 from tests.builders.meshes import one_level, y_up
 
 GEOMETRY = """
@@ -27,7 +27,7 @@ POLYLIST = f'<polylist material="m" count="1">{INPUT}<vcount>4</vcount><p>0 1 2 
 PLAIN = '<node name="Wall"><instance_geometry url="#g"/></node>'
 
 
-def write(path: Path, nodes: str = PLAIN, primitive: str = POLYLIST, more: str = "") -> list[Piece]:
+def write(path: Path, nodes: str = PLAIN, primitive: str = POLYLIST, more: str = "") -> list[NamedPiece]:
     path.write_text(
         '<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">'
         f"<asset/>{more}<library_geometries>{GEOMETRY.format(primitive=primitive)}</library_geometries>"
@@ -37,7 +37,7 @@ def write(path: Path, nodes: str = PLAIN, primitive: str = POLYLIST, more: str =
     return list(load(path, 1000))
 
 
-def area(piece: Piece) -> float:
+def area(piece: NamedPiece) -> float:
     corners = piece.vertices[piece.faces]
     return float(
         np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
@@ -268,18 +268,18 @@ def test_groups_and_materials_are_parts(tmp_path):
         tmp_path,
         SQUARE + "o House\ng Wall\nusemtl paint\nf 1 2 3\nusemtl door\nf 1 3 4\ng Wall\nusemtl paint\nf 1 2 4\n",
     )
-    assert scene.parts == (Part(("House", "Wall"), "", "paint"), Part(("House", "Wall"), "", "door"))
+    assert scene.parts == (PartNames(("House", "Wall"), "", "paint"), PartNames(("House", "Wall"), "", "door"))
     assert scene.owner.tolist() == [0, 0, 1]
 
 
 def test_a_group_ends_where_an_object_begins(tmp_path):
     scene = load_obj(tmp_path, SQUARE + "g Plant\nf 1 2 3\no Wall\nf 1 3 4\n")
-    assert scene.parts == (Part(("Plant",), "", ""), Part(("Wall",), "", ""))
+    assert scene.parts == (PartNames(("Plant",), "", ""), PartNames(("Wall",), "", ""))
 
 
 def test_an_object_with_faces_of_its_own_ends_where_a_group_begins(tmp_path):
     scene = load_obj(tmp_path, SQUARE + "o Wardrobe\nusemtl oak\nf 1 2 3\ng Shell_44\nf 1 3 4\n")
-    assert scene.parts == (Part(("Wardrobe",), "", "oak"), Part(("Shell_44",), "", "oak"))
+    assert scene.parts == (PartNames(("Wardrobe",), "", "oak"), PartNames(("Shell_44",), "", "oak"))
 
 
 @pytest.mark.parametrize("face", ["f 1/1/1 2//2 3/3 4", "f -4 -3 -2 -1", "f 1 2 3 4 # a comment", "f 1 2 \\\n3 4"])

@@ -8,8 +8,16 @@ import trimesh
 
 from houseexpo.plan.room_labels import LABELS
 from pipeline.sources import mesh_file
-from pipeline.sources.meshes.scene import Part
-from pipeline.sources.roles import _TABLE, Role, is_outside_the_count, labels_for, role_of, role_of_part, room_words
+from pipeline.sources.meshes.scene import PartNames
+from pipeline.sources.roles import (
+    _TABLE,
+    Role,
+    is_attic_space,
+    labels_for,
+    part_room_words,
+    role_from_name,
+    role_from_part,
+)
 from pipeline.values import Level
 from tests.builders.meshes import L_FLOOR, box, slab, storey
 
@@ -199,7 +207,7 @@ def test_the_cube_that_an_editor_begins_with_is_dropped(tmp_path):
 
 
 def said(name: str) -> Role | None:
-    named = role_of(name)
+    named = role_from_name(name)
     return named and named.role
 
 
@@ -285,28 +293,28 @@ def test_bodies_of_an_ifc_that_are_not_solid(name, role):
 
 
 def test_a_part_is_called_by_its_own_name_before_its_group_and_material():
-    assert role_of_part(Part(("Doors", "Wall_3"))).role is Role.WALL
-    assert role_of_part(Part(("Doors", "Cube.003"))).role is Role.DOOR
-    assert role_of_part(Part(("TV Console",), "", "Green Door")).role is Role.FURNITURE
-    assert role_of_part(Part(("Cube.003",), "", "Green Door")).role is Role.DOOR
-    assert role_of_part(Part(("Walls",), "", "door_wood")).role is Role.DOOR
+    assert role_from_part(PartNames(("Doors", "Wall_3"))).role is Role.WALL
+    assert role_from_part(PartNames(("Doors", "Cube.003"))).role is Role.DOOR
+    assert role_from_part(PartNames(("TV Console",), "", "Green Door")).role is Role.FURNITURE
+    assert role_from_part(PartNames(("Cube.003",), "", "Green Door")).role is Role.DOOR
+    assert role_from_part(PartNames(("Walls",), "", "door_wood")).role is Role.DOOR
 
 
 def test_a_group_hands_down_no_floor_and_a_material_no_furniture():
-    assert role_of_part(Part(("Floor_2", "Cube.003"))) is None
-    assert role_of_part(Part(("Cube.003",), "", "Leather chair")) is None
+    assert role_from_part(PartNames(("Floor_2", "Cube.003"))) is None
+    assert role_from_part(PartNames(("Cube.003",), "", "Leather chair")) is None
 
 
 def test_a_word_that_means_other_things_too_is_not_sure():
-    assert not role_of("men_03").sure
-    assert role_of("door_03").sure
+    assert not role_from_name("men_03").sure
+    assert role_from_name("door_03").sure
 
 
 @pytest.mark.parametrize(
     ("name", "words"), [("floor_Bedroom", ("Bedroom",)), ("floor_Other", ()), ("Küche_Boden", ("Kueche",))]
 )
 def test_a_floor_may_name_its_room(name, words):
-    assert room_words(Part((name,))) == words
+    assert part_room_words(PartNames((name,))) == words
 
 
 @pytest.mark.parametrize(
@@ -386,4 +394,4 @@ def test_the_table_knows_only_published_labels_and_each_name_once():
     ("word", "outside"), [("Roof", True), ("4 - Roof", True), ("Dach", True), ("Dachterrasse", False)]
 )
 def test_the_room_under_the_roof_is_not_counted(word, outside):
-    assert is_outside_the_count([word]) is outside
+    assert is_attic_space([word]) is outside

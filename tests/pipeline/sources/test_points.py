@@ -108,8 +108,8 @@ def test_every_format_holds_the_same_points(tmp_path, name):
     found = cloud(density=300.0)
     path = written(tmp_path / name, found)
     assert [item.reader for item in find(str(path))] == ["points"]
-    voxels = points.fill(points.blocks(path), 1.0, "auto", name)
-    same = points.fill([found], 1.0, "auto", name)
+    voxels = points.fill_voxels(points.read_blocks(path), 1.0, "auto", name)
+    same = points.fill_voxels([found], 1.0, "auto", name)
     assert len(voxels.index) == pytest.approx(len(same.index), rel=0.02)
     assert voxels.centres().mean(axis=0) == pytest.approx(same.centres().mean(axis=0), abs=0.01)
 
@@ -142,8 +142,8 @@ def test_a_mesh_in_the_same_folder_is_none(tmp_path):
 
 def test_the_voxels_do_not_depend_on_the_blocks():
     found = cloud(density=300.0)
-    whole = points.fill([found], 1.0, "z", "a")
-    parts = points.fill(np.array_split(found, 7), 1.0, "z", "a")
+    whole = points.fill_voxels([found], 1.0, "z", "a")
+    parts = points.fill_voxels(np.array_split(found, 7), 1.0, "z", "a")
     same = [np.unique(np.round(each.centres(), 3), axis=0) for each in (whole, parts)]
     assert np.array_equal(*same)
 
@@ -170,7 +170,7 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch, library):
     path.write_bytes({"laspy": b"LASF", "pye57": b"ASTM-E57"}[library] + b"\0" * 500)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(MissingDependencyError, match="scans"):
-        list(points.blocks(path))
+        list(points.read_blocks(path))
 
 
 @pytest.mark.parametrize(
@@ -181,12 +181,12 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch, library):
 def test_damaged_clouds_end_as_levels_or_rejections(tmp_path, name, count):
     path = tmp_path / name
     data = written(path, cloud(density=15.0)).read_bytes()
-    whole = sum(map(len, points.blocks(path)))
+    whole = sum(map(len, points.read_blocks(path)))
     found = []
     for changed in mutated(data, count, seed=2):
         path.write_bytes(changed)
         try:
-            found.append(sum(map(len, points.blocks(path))))
+            found.append(sum(map(len, points.read_blocks(path))))
         except Rejection as error:
             found.append(error)
     assert any(isinstance(each, Rejection) for each in found)

@@ -23,12 +23,12 @@ from pipeline.sources.procedural.house import (
     DUPLICATES,
     PER_HUNDRED,
     make_house,
-    original_of,
+    original_index,
     planted_fault,
     scene_id,
     storey_plan_id,
 )
-from pipeline.sources.procedural.truth import Area, TrueDoor, TrueRoom, Truth, storey_truth
+from pipeline.sources.procedural.truth import TrueArea, TrueDoor, TrueRoom, Truth, storey_truth
 from pipeline.values import Level
 
 SEED, COUNT = 11, 300
@@ -49,7 +49,7 @@ def plans(houses: list[list[Truth]]) -> list[Truth]:
     return [truth for levels in houses for truth in levels if truth.expected == "plan"]
 
 
-def _polygon(area: Area | TrueRoom) -> shapely.Polygon:
+def _polygon(area: TrueArea | TrueRoom) -> shapely.Polygon:
     return shapely.Polygon(area.polygon, area.holes)
 
 
@@ -143,7 +143,7 @@ def test_scenes_without_a_layout_expect_rejection(houses: list[list[Truth]]) -> 
 @pytest.mark.parametrize("kind", DUPLICATES)
 def test_duplicates_repeat_an_earlier_sound_house(kind: str) -> None:
     index = next(k for k in range(COUNT) if planted_fault(k, SEED) == kind)
-    source = original_of(index, SEED)
+    source = original_index(index, SEED)
     assert source < index
     assert planted_fault(source, SEED) == "sound"
     for copy, original in zip(_truths(index, SEED), _truths(source, SEED), strict=True):
@@ -230,7 +230,7 @@ def test_floors_lie_under_all_rooms(levels: dict[str, Level], truths: list[Truth
 
 def test_slabs_are_closed_and_as_thick_and_high_as_suncgs(root: Path) -> None:
     for path in sorted(root.glob("room/*/*w.obj"))[:20]:
-        mesh = obj.parse(path.read_bytes(), path.name)
+        mesh = obj.parse_plain_obj(path.read_bytes(), path.name)
         names = re.findall(r"^o Wall(?:Inside|Outside)#(\S+)$", path.read_text(), re.MULTILINE)
         slabs = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).split(only_watertight=False)
         assert len(slabs) == len(names) == 2 * len(set(names))

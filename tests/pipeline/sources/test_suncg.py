@@ -244,7 +244,7 @@ def test_equals_trimesh_on_all_files_of_generated_houses(tmp_path: Path) -> None
     paths = sorted(tmp_path.glob("room/*/*.obj"))
     assert len(paths) > 20
     for path in paths:
-        ours = obj.parse(path.read_bytes(), path.name)
+        ours = obj.parse_plain_obj(path.read_bytes(), path.name)
         theirs = trimesh.load_mesh(path, process=False, maintain_order=True, skip_materials=True)
         assert np.array_equal(_triangles(ours.vertices, ours.faces), _triangles(theirs.vertices, theirs.faces))
 
@@ -252,18 +252,18 @@ def test_equals_trimesh_on_all_files_of_generated_houses(tmp_path: Path) -> None
 @pytest.mark.parametrize("corner", ["{}", "{}/1", "{}//1", "{}/1/1"])
 def test_takes_every_way_to_write_a_corner(corner: str) -> None:
     face = " ".join(corner.format(i) for i in (1, 2, 3, 4))
-    mesh = obj.parse(f"v 0 0 0\nv 1\t0 0\r\nv 1 1 0\nv 0 1 0\nvt 0 0\nf {face}\n".encode(), "a")
+    mesh = obj.parse_plain_obj(f"v 0 0 0\nv 1\t0 0\r\nv 1 1 0\nv 0 1 0\nvt 0 0\nf {face}\n".encode(), "a")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
 
 def test_a_corner_written_otherwise_than_the_rest_is_read_as_it_stands() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1/1 2/2 3/3\nf 2/2/2 3/ 1/1\nf 3 1/9 2//7\n"
-    assert obj.parse(text.encode(), "a").faces.tolist() == [[0, 1, 2], [1, 2, 0], [2, 0, 1]]
+    assert obj.parse_plain_obj(text.encode(), "a").faces.tolist() == [[0, 1, 2], [1, 2, 0], [2, 0, 1]]
 
 
 def test_triangles_and_larger_polygons_mix() -> None:
-    mesh = obj.parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0\nf 1 2 3\nf 1 2 5 3 4\n", "a")
+    mesh = obj.parse_plain_obj(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 0\nf 1 2 3\nf 1 2 5 3 4\n", "a")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 4], [0, 4, 2], [0, 2, 3]]
 
 
@@ -288,7 +288,7 @@ def test_triangles_and_larger_polygons_mix() -> None:
 )
 def test_says_what_is_wrong(text: str, reason: Reason, says: str) -> None:
     with pytest.raises(Rejection) as caught:
-        obj.parse(text.encode(), "wall.obj")
+        obj.parse_plain_obj(text.encode(), "wall.obj")
     assert caught.value.reason == reason
     assert says in caught.value.detail
     assert "wall.obj" in caught.value.detail
@@ -296,9 +296,9 @@ def test_says_what_is_wrong(text: str, reason: Reason, says: str) -> None:
 
 def test_a_closed_mesh_may_end_without_a_line_end() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4"
-    assert len(obj.parse(text.encode(), "a").faces) == 4
+    assert len(obj.parse_plain_obj(text.encode(), "a").faces) == 4
 
 
 def test_finds_the_material_file() -> None:
-    assert obj.material_file(b"# a\nmtllib two words.mtl\r\nv 0 0 0\n") == "two words.mtl"
-    assert obj.material_file(b"v 0 0 0\n# mtllib none\n") is None
+    assert obj.find_material_file(b"# a\nmtllib two words.mtl\r\nv 0 0 0\n") == "two words.mtl"
+    assert obj.find_material_file(b"v 0 0 0\n# mtllib none\n") is None

@@ -15,9 +15,9 @@ from houseexpo.exports import rmf
 from houseexpo.plan.room_labels import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.drawn_storeys import Hole, Wall, deepen_opening
-from pipeline.sources.vector_plans import is_drawn
-from pipeline.sources.vector_plans.tables import keys
+from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
+from pipeline.sources.vector_plans import is_vector_plan
+from pipeline.sources.vector_plans.tables import list_plan_names
 from tests.builders.batch import plans_of
 from tests.builders.formats import published_plans as published
 
@@ -79,7 +79,7 @@ def test_a_floor_plan_of_interiorgs_names_its_furniture_and_what_it_leaves_out(t
 
 def test_a_json_of_another_kind_is_not_interiorgs(tmp_path):
     path = written(tmp_path / "structure.json", json.dumps({"rooms": [{"type": "kitchen"}], "walls": []}))
-    assert not is_drawn(path, path.read_bytes())
+    assert not is_vector_plan(path, path.read_bytes())
 
 
 def test_a_scale_that_is_missing_is_guessed_from_doors(tmp_path):
@@ -166,10 +166,10 @@ def test_a_part_that_cannot_be_read_is_left_out(tmp_path):
 
 def test_a_file_is_read_once_for_all_of_its_plans(tmp_path):
     path = written(tmp_path / "ResPlan.pkl", published.resplan(3))
-    first = keys(path)
+    first = list_plan_names(path)
     path.write_bytes(published.resplan(5))
     os.utime(path, ns=(1, 1))
-    assert (len(first), len(keys(path))) == (3, 5)
+    assert (len(first), len(list_plan_names(path))) == (3, 5)
     assert io.BytesIO(path.read_bytes()).read(1) == b"\x80"
 
 
@@ -232,7 +232,7 @@ def test_a_door_beside_a_corner_is_as_deep_as_its_own_wall():
     """The lane through the door runs along the face of the wall at the corner, a rounding error within it."""
     walls = [Wall(shapely.box(1.5, 0.1, 1.6, 5.0), 0.0, 2.5), Wall(shapely.box(0.0, 0.0, 3.0, 0.1), 0.0, 2.5)]
     hole = Hole(shapely.box(1.5, 0.1 - 1e-7, 1.6, 0.9), 0.0, 2.1, across=(1.0, 0.0))
-    assert deepen_opening(hole, walls).shape.area == pytest.approx(0.08, abs=1e-4)
+    assert deepen_to_wall_faces(hole, walls).shape.area == pytest.approx(0.08, abs=1e-4)
 
 
 def test_floors_with_one_name_each_are_the_rooms(tmp_path):

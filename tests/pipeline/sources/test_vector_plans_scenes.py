@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from pipeline.sources.vector_plans.bodies import body_from_many_triangles
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.vector_plans.bodies import dense_body
 from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
@@ -144,7 +144,9 @@ def test_furniture_of_many_faces_is_as_large_as_with_few() -> None:
     points = np.column_stack([0.8 * u - 0.6 * v, 0.6 * u + 0.8 * v, np.where(u > 2, 0.4, 0.8)])
     plate = np.array([(0, 0, 1.0), (-2, 0, 1.0), (-2, -1, 1.0), (0, -1, 1.0)])
     both = np.concatenate([points, plate])
-    found = dense_body(("sofa",), both, np.concatenate([faces, len(points) + np.array([(0, 1, 2), (0, 2, 3)])]))
+    found = body_from_many_triangles(
+        ("sofa",), both, np.concatenate([faces, len(points) + np.array([(0, 1, 2), (0, 2, 3)])])
+    )
     assert found is not None
     assert found.shape.area == pytest.approx(5.0 + 2.0, rel=0.03)
     assert (found.low_m, found.high_m) == (0.4, 1.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.sources.occupancy_map.wall_ends import area_of_cells, find_doorways
+from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 
 CELL_M = 0.05
 

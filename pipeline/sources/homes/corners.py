@@ -1,6 +1,6 @@
 """Cut corners off a generated home's rooms and stand pillars in them, until they have about as many corners as asked.
 
-The share of oblique walls is asked for, too. Front doors are placed here as well (``front_doors``).
+The share of oblique walls is asked for, too. Front doors are placed here as well (``draw_front_doors``).
 
 R1  An outer corner may be cut off, at 45 degrees or along most of a wall, which then stands aslant. Where the number of
     corners that is missing is odd, any corner may lose 0.06 to 0.25 m.
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.sources.homes.values import Door, Rect
+from pipeline.sources.homes.values import HomeDoor, Rect
 
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
@@ -36,7 +36,7 @@ _SHARPEST_RAD = np.radians(160.0)
 
 
 @dataclass(frozen=True)
-class Details:
+class CornerWishes:
     """What is asked for: corners beyond the plain ones, share of oblique walls; thickness of walls."""
 
     corners: int
@@ -53,8 +53,8 @@ class _Around:
     wall_m: float
 
 
-def add_details(
-    spaces: list[shapely.Polygon], doors: tuple[Door, ...], asked: Details, rng: np.random.Generator
+def add_corners(
+    spaces: list[shapely.Polygon], doors: tuple[HomeDoor, ...], asked: CornerWishes, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
     """Return the spaces with their details."""
     keep = shapely.buffer(shapely.union_all([shapely.box(*door.rect) for door in doors]), _CLEAR_M) if doors else None
@@ -235,13 +235,13 @@ _BEFORE_M: Final = 0.6
 _SECOND: Final = 0.25
 
 
-def front_doors(
+def draw_front_doors(
     spaces: list[shapely.Polygon], names: tuple[tuple[str, ...], ...], wall_m: float, rng: np.random.Generator
-) -> tuple[Door, ...]:
+) -> tuple[HomeDoor, ...]:
     """Return a front door, sometimes two; none where no axis-parallel outer wall is long enough."""
     welcome = [_WELCOME.get(each[0] if each else "", 0.0) + float(rng.gumbel()) for each in names]
     wanted = 1 + int(rng.random() < _SECOND)
-    found: list[Door] = []
+    found: list[HomeDoor] = []
     for k in np.argsort(welcome)[::-1].tolist():
         others = [space for j, space in enumerate(spaces) if j != k]
         places = [
@@ -251,7 +251,7 @@ def front_doors(
             and not spaces[k].intersects(shapely.box(*before))  # a wall that ends in the room is no outer one
         ]
         if places:
-            found.append(Door(places[int(rng.integers(len(places)))], (k, None)))
+            found.append(HomeDoor(places[int(rng.integers(len(places)))], (k, None)))
         if len(found) == wanted:
             break
     return tuple(found)

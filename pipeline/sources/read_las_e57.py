@@ -1,6 +1,6 @@
 """Read a LAS, LAZ or E57 file in a separate process, so that a crash of the library ends only that process.
 
-Started as ``python -P points_child.py FILE``; writes points to standard output, x y z, little-endian float64, and
+Started as ``python -P read_las_e57.py FILE``; writes points to standard output, x y z, little-endian float64, and
 what went wrong to standard error.
 """
 
@@ -15,7 +15,7 @@ import numpy.typing as npt
 BLOCK = 1_000_000
 
 
-def las(path: str) -> Iterator[npt.NDArray[np.float64]]:
+def read_las(path: str) -> Iterator[npt.NDArray[np.float64]]:
     """Yield the points of a LAS or LAZ file."""
     import laspy
 
@@ -24,7 +24,7 @@ def las(path: str) -> Iterator[npt.NDArray[np.float64]]:
             yield np.column_stack([np.asarray(chunk.x), np.asarray(chunk.y), np.asarray(chunk.z)])
 
 
-def e57(path: str) -> Iterator[npt.NDArray[np.float64]]:
+def read_e57(path: str) -> Iterator[npt.NDArray[np.float64]]:
     """Yield the points of an E57 file, scan by scan, in the file's common frame."""
     import pye57
 
@@ -37,7 +37,7 @@ def e57(path: str) -> Iterator[npt.NDArray[np.float64]]:
 def main(path: str) -> int:
     """Write all points of a file; returns the exit status."""
     with open(path, "rb") as stream:  # noqa: PTH123 - nothing but the file's name is known here
-        reader = las if stream.read(4) == b"LASF" else e57
+        reader = read_las if stream.read(4) == b"LASF" else read_e57
     try:
         for block in reader(path):
             sys.stdout.buffer.write(np.ascontiguousarray(block, "<f8").tobytes())

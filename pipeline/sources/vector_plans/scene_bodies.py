@@ -24,7 +24,14 @@ from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
-from pipeline.sources.drawn_storeys import Hole, Wall, floor_of, one_each, prism, storey_heights
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    extrude_polygon,
+    group_storey_heights,
+    merge_parallel_holes,
+    unite_rooms,
+)
 from pipeline.sources.files import file_inside
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
@@ -37,11 +44,11 @@ from pipeline.sources.tolerances import (
     WALL_HEIGHT_M,
     WIDEST_DOOR_M,
 )
-from pipeline.sources.vector_plans.drawn import Storey, deepen_to_wall, hole_at
+from pipeline.sources.vector_plans.drawing import DrawnStorey, deepen_to_wall, door_hole
 from pipeline.values import SourceObject, SourceRoom
 
 MANY_FACES: Final = 20_000
-"""A piece of furniture with more is read by ``dense_body``: to unite their triangles takes minutes."""
+"""A piece of furniture with more is read by ``body_from_many_triangles``: to unite their triangles takes minutes."""
 CELL_M: Final = 0.02
 MOST_CELLS: Final = 100_000_000
 LARGEST_MESH: Final = 1 << 27
@@ -69,7 +76,7 @@ _KINDS: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SceneBody:
     """A body in metres, z up: its plan area, from which height to which, and what it is called, nearest name first."""
 
     names: tuple[str, ...]
@@ -80,7 +87,7 @@ class Body:
     words: tuple[str, ...] = ()
 
 
-def kind_of_body(names: Iterable[str]) -> str:
+def body_kind(names: Iterable[str]) -> str:
     """R1: wall, floor, door, opening, skipped or furniture."""
     for name in names:
         plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
@@ -91,7 +98,9 @@ def kind_of_body(names: Iterable[str]) -> str:
     return "furniture"
 
 
-def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Body | None:
+def body_from_triangles(
+    names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
+) -> SceneBody | None:
     """Return a body of triangles: ``points`` (n, 3) in metres, z up, ``faces`` (m, 3); None if it covers nothing."""
     triangles = shapely.polygons(points[faces][:, :, :2])
     area = shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
@@ -100,23 +109,25 @@ def body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDA
         return None
     shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
     used = points[np.unique(faces), 2]
-    return Body(names, shape, float(used.min()), float(used.max()))
+    return SceneBody(names, shape, float(used.min()), float(used.max()))
 
 
-def dense_body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Body | None:
-    """Return a piece of furniture of many faces, as ``body`` does, but with an edge in steps of ``CELL_M``.
+def body_from_many_triangles(
+    names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
+) -> SceneBody | None:
+    """Return a body of many faces, as ``body_from_triangles`` does, but with an edge in steps of ``CELL_M``.
 
     Faces that are smaller than a cell fill the cells of their corners; the area of the others is united as it is.
     """
     a, b, c = (points[faces[:, k], :2] for k in range(3))
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     is_large = (high - low).max(axis=1) > CELL_M
-    large = body(names, points, faces[is_large]) if is_large.any() else None
+    large = body_from_triangles(names, points, faces[is_large]) if is_large.any() else None
     small = np.concatenate([a[~is_large], b[~is_large], c[~is_large]])
     origin = np.floor(small.min(axis=0, initial=0.0) / CELL_M)
     columns, rows = (np.floor(small / CELL_M) - origin).astype(np.int64).T
     if len(small) and columns.max() * rows.max() > MOST_CELLS:
-        return body(names, points, faces)
+        return body_from_triangles(names, points, faces)
     cells = np.zeros((columns.max(initial=0) + 1, rows.max(initial=0) + 1), np.bool_)
     cells[columns, rows] = True
     steps = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
@@ -129,10 +140,10 @@ def dense_body(names: tuple[str, ...], points: npt.NDArray[np.float64], faces: n
         return None
     heights = points[faces, 2]
     shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
-    return Body(names, shape, float(heights.min()), float(heights.max()))
+    return SceneBody(names, shape, float(heights.min()), float(heights.max()))
 
 
-def mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+def load_mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Return the points (n, 3) and faces (m, 3) of an .obj or .stl in a scene's folder; nothing else is opened.
 
     Raises
@@ -152,12 +163,12 @@ def mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.N
         raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
 
 
-def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
+def storeys_from_bodies(bodies: Sequence[SceneBody]) -> list[DrawnStorey]:
     """Return the storeys of a scene, lowest first."""
-    sorted_ = [(kind_of_body((each.label, *each.names) if each.label else each.names), each) for each in bodies]
+    sorted_ = [(body_kind((each.label, *each.names) if each.label else each.names), each) for each in bodies]
     sorted_ = [("floor" if canonical(each.label) and kind == "furniture" else kind, each) for kind, each in sorted_]
     tops = [each.high_m for kind, each in sorted_ if kind == "floor"]
-    heights = storey_heights(tops or [each.low_m for kind, each in sorted_ if kind == "wall"])
+    heights = group_storey_heights(tops or [each.low_m for kind, each in sorted_ if kind == "wall"])
     found = []
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf
@@ -166,11 +177,11 @@ def storeys_of(bodies: Sequence[Body]) -> list[Storey]:
     return found
 
 
-def _foot(kind: str, each: Body) -> float:
+def _foot(kind: str, each: SceneBody) -> float:
     return each.high_m if kind == "floor" else each.low_m
 
 
-def _storey(here: Sequence[tuple[str, Body]], height: float, above: float) -> Storey:
+def _storey(here: Sequence[tuple[str, SceneBody]], height: float, above: float) -> DrawnStorey:
     walls = [
         Wall(
             part,
@@ -188,16 +199,18 @@ def _storey(here: Sequence[tuple[str, Body]], height: float, above: float) -> St
         for kind, each in here
         if kind in {"door", "opening"}
     ]
-    holes = one_each([hole for hole in doors if hole is not None])
+    holes = merge_parallel_holes([hole for hole in doors if hole is not None])
     floors = [each for kind, each in here if kind == "floor"]
     rooms = _rooms(floors)
     things = tuple(
-        SourceObject((each.words or each.names)[:1], prism(each.shape, each.low_m - height, each.high_m - height))
+        SourceObject(
+            (each.words or each.names)[:1], extrude_polygon(each.shape, each.low_m - height, each.high_m - height)
+        )
         for kind, each in here
         if kind == "furniture" and each.high_m - height < top + KNEE_M
     )
-    covered = floor_of([part for each in floors for part in polygons_of(each.shape)])
-    return Storey(
+    covered = unite_rooms([part for each in floors for part in polygons_of(each.shape)])
+    return DrawnStorey(
         walls=tuple(replace(wall, top_m=min(wall.top_m, top)) if wall.bottom_m == 0.0 else wall for wall in walls),
         holes=tuple(holes),
         rooms=rooms,
@@ -208,9 +221,9 @@ def _storey(here: Sequence[tuple[str, Body]], height: float, above: float) -> St
     )
 
 
-def _rooms(floors: Sequence[Body]) -> tuple[SourceRoom, ...]:
+def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
     """R3: pieces of one room, which differ in nothing but a number at their end, are one."""
-    groups: dict[tuple[str, ...], list[Body]] = {}
+    groups: dict[tuple[str, ...], list[SceneBody]] = {}
     for each in floors:
         name = each.names[0] if each.names else ""
         parts = [part for part in re.split(r"[|]", name) if part]
@@ -240,7 +253,7 @@ def _rooms(floors: Sequence[Body]) -> tuple[SourceRoom, ...]:
     return tuple(rooms)
 
 
-def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -> Hole | None:
+def _hole(each: SceneBody, height: float, has_door: bool, walls: Sequence[Polygon]) -> Hole | None:
     """R4."""
     box = shapely.minimum_rotated_rectangle(each.shape)
     if not isinstance(box, Polygon):
@@ -259,7 +272,7 @@ def _hole(each: Body, height: float, has_door: bool, walls: Sequence[Polygon]) -
         return deeper
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
     deep = float(lengths[k])
-    made = hole_at(
+    made = door_hole(
         tuple(a), tuple(b), walls, has_door=has_door, bottom_m=low, top_m=top, thick_m=max(deep, MIN_DEPTH_M)
     )
     wide = shapely.convex_hull(shapely.union_all([box, made.shape])) if made is not None else box

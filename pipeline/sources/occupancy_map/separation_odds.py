@@ -1,6 +1,6 @@
 """Compute the log-odds that a narrow place of a map separates two rooms: a sum of curves, one for each feature.
 
-The features come from the measures of the narrow place (``Narrows``); ``rooms`` joins basins by the log-odds.
+The features come from the measures of the narrow place (``NarrowPlaces``); ``rooms`` joins basins by the log-odds.
 
 The log-odds are ``BIAS`` plus, for each feature, the value of its curve, which is linear between its knots and level
 beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, and on these with furniture and noise
@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.occupancy_map.narrows import Narrows
+from pipeline.sources.occupancy_map.narrow_places import NarrowPlaces
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,7 +30,7 @@ KNOTS: Final = {
     "less_m": (0.0, 0.5, 1.5, 3.0, 5.0),
 }
 """The features and the knots of their curves: the width; half of it, as a share of the clearance of the less and of the
-more spacious side; the area of the smaller side; and the last four of ``Narrows``."""
+more spacious side; the area of the smaller side; and the last four of ``NarrowPlaces``."""
 
 BIAS: Final = -0.051
 CURVES: Final[dict[str, tuple[float, ...]]] = {
@@ -46,7 +46,7 @@ CURVES: Final[dict[str, tuple[float, ...]]] = {
 """Values at the knots."""
 
 
-def features(narrows: Narrows, peaks_m: Floats, areas_m2: Floats) -> dict[str, Floats]:
+def narrow_place_features(narrows: NarrowPlaces, peaks_m: Floats, areas_m2: Floats) -> dict[str, Floats]:
     """Return the features (n,) by name; ``peaks_m`` and ``areas_m2`` (n, 2) are those of the two sides."""
     return {
         "width_m": narrows.width_m,
@@ -60,8 +60,8 @@ def features(narrows: Narrows, peaks_m: Floats, areas_m2: Floats) -> dict[str, F
     }
 
 
-def log_odds(narrows: Narrows, peaks_m: Floats, areas_m2: Floats) -> Floats:
+def separation_log_odds(narrows: NarrowPlaces, peaks_m: Floats, areas_m2: Floats) -> Floats:
     """Return the log-odds (n,) that narrow places separate rooms."""
-    found = features(narrows, peaks_m, areas_m2)
+    found = narrow_place_features(narrows, peaks_m, areas_m2)
     curves = (np.interp(found[name], KNOTS[name], curve) for name, curve in CURVES.items())
     return sum(curves, np.full(len(peaks_m), BIAS))

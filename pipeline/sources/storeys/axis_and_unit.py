@@ -1,6 +1,6 @@
 """Find a mesh's up axis and the metres in its unit, from what user and file say and from the sizes that houses have.
 
-A mesh that is no house in any unit is rejected. ``Wish`` is what the user says, ``Frame3D`` the answer.
+A mesh that is no house in any unit is rejected. ``SizeOptions`` is what the user says, ``AxisAndUnit`` the answer.
 
 R1  The up axis is the convention's unless the shape speaks clearly against it: a house is flatter than it is wide, its
     faces stand upright or lie level, and in a mesh of walls alone hardly any looks up. An axis that the file itself
@@ -34,12 +34,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.formats import Convention
+from pipeline.sources.meshes.formats import FrameConvention
 from pipeline.sources.named_scene import DoorHeight
 from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import find_levels
-from pipeline.sources.storeys.scale import UNITS, has_usual_head, is_usual, model_scale, storey_scale
-from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, storeys_apart, weighted_quantile
+from pipeline.sources.storeys.scale import (
+    UNITS,
+    do_heads_fit_unit,
+    has_door_high_head,
+    metres_from_heads,
+    metres_from_storey,
+)
+from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, find_storey_pairs, weighted_quantile
 from pipeline.sources.tolerances import (
     AS_STRONG,
     BARE_SHARE,
@@ -85,7 +91,7 @@ SAMPLED_FACES = 500_000  # of a larger mesh every second, third ... face is look
 
 
 @dataclass(frozen=True)
-class Wish:
+class SizeOptions:
     """What the user says: ``metres`` in one unit and a ``storey_m`` are None where he does not."""
 
     up: str = "auto"
@@ -100,7 +106,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Frame3D:
+class AxisAndUnit:
     """The answer: up axis, metres in one unit, the unit's name for the record, and what of it was guessed."""
 
     up: str
@@ -109,9 +115,9 @@ class Frame3D:
     guesses: tuple[str, ...] = ()
 
 
-def detect(
-    mesh: Mesh, convention: Convention, wish: Wish, name: str, doors: Mapping[str, DoorHeight] | None = None
-) -> Frame3D:
+def find_axis_and_unit(
+    mesh: Mesh, convention: FrameConvention, wish: SizeOptions, name: str, doors: Mapping[str, DoorHeight] | None = None
+) -> AxisAndUnit:
     """Find the up axis and the unit; ``doors`` are the named doors' heights, by axis.
 
     Raises
@@ -122,12 +128,12 @@ def detect(
     step = -(-len(mesh.faces) // SAMPLED_FACES)
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
-    shapes = {axis: shape for axis in candidates if (shape := measure_shape(surfaces, UPS[axis]))}
+    shapes = {axis: shape for axis in candidates if (shape := measure_upright_shape(surfaces, UPS[axis]))}
     if convention.binding and convention.metres is not None and convention.up in shapes:
         shapes[convention.up] = _as_one_storey(shapes[convention.up], convention.metres)
     if not shapes:  # no wall on any axis: the search for levels says so
         metres = (wish.metres or convention.metres or 1.0) * wish.scale
-        return Frame3D(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
+        return AxisAndUnit(convention.up if wish.up == "auto" else wish.up, metres, unit_name(metres))
     axis = max(shapes, key=lambda key: _upright_evidence(shapes[key], key, convention))
     shape, named = shapes[axis], (doors or {}).get(axis)
     too_high = shape.storey * (convention.metres or 1.0) > HIGHEST_STOREY_M
@@ -141,18 +147,18 @@ def detect(
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
     if not wish.is_about_size:
         guesses += [TRIED] if tried else _guesses(found, convention)
-    return Frame3D(axis, found, unit_name(found), tuple(guesses))
+    return AxisAndUnit(axis, found, unit_name(found), tuple(guesses))
 
 
-def bad_units(mesh: Mesh, found: Frame3D, name: str) -> Rejection:
+def scale_rejection(mesh: Mesh, found: AxisAndUnit, name: str) -> Rejection:
     """Return the rejection of a mesh of which the scale that was tried (R7) gives no rooms."""
-    shape = measure_shape(Surfaces.of(mesh), UPS[found.up])
+    shape = measure_upright_shape(Surfaces.of(mesh), UPS[found.up])
     if shape is None:  # there were walls when the scale was tried
         return Rejection("source", Reason.NO_LEVEL, f"{name}: no wall stands", "look at it in a viewer")
-    return _bad_units(shape, found.up, None, Wish(), name)
+    return _bad_units(shape, found.up, None, SizeOptions(), name)
 
 
-def _as_one_storey(shape: Shape, metres: float) -> Shape:
+def _as_one_storey(shape: UprightShape, metres: float) -> UprightShape:
     """R6."""
     low, high = STOREY_M
     if shape.storey * metres < low <= shape.height * metres <= high:
@@ -166,20 +172,20 @@ def unit_name(metres: float) -> str:
     return names[0] if names else f"{metres:g} m"
 
 
-def _guesses(metres: float, convention: Convention) -> list[str]:
+def _guesses(metres: float, convention: FrameConvention) -> list[str]:
     if math.isclose(metres, convention.metres or 1.0, rel_tol=SAME):
         return []
     return ["units"] if any(math.isclose(metres, unit, rel_tol=SAME) for unit in UNITS.values()) else ["scale"]
 
 
-def _given_metres(shape: Shape, convention: Convention, wish: Wish) -> float:
+def _given_metres(shape: UprightShape, convention: FrameConvention, wish: SizeOptions) -> float:
     """R5."""
     if wish.storey_m is not None:
         return wish.storey_m / shape.storey
     return (wish.metres or convention.metres or 1.0) * wish.scale
 
 
-def _upright_evidence(shape: Shape, axis: str, convention: Convention) -> float:
+def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConvention) -> float:
     """R1, as a sum of evidence; an axis on which no unit makes a house comes last."""
     weight = CUSTOM_WEIGHT
     if convention.binding:
@@ -193,20 +199,20 @@ def _upright_evidence(shape: Shape, axis: str, convention: Convention) -> float:
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 0.0)
     if possible:
         return evidence
-    told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
+    told = metres_from_heads(shape.storey, shape.heads) if convention.metres is None else None
     is_model = told is not None and shape.fits_width(told)
     return evidence - (
         UNLIKELY_WEIGHT if is_model or (convention.metres is None and _is_likely(shape)) else IMPOSSIBLE_WEIGHT
     )
 
 
-def _is_likely(shape: Shape) -> bool:
+def _is_likely(shape: UprightShape) -> bool:
     """R8: return whether an opening is as high as a door where the storey is 2.7 m high."""
     tried = USUAL_STOREY_M / shape.storey
-    return shape.fits_width(tried) and has_usual_head(shape.heads, tried)
+    return shape.fits_width(tried) and has_door_high_head(shape.heads, tried)
 
 
-def _unit(shape: Shape, convention: Convention, door: float | None) -> float | None:
+def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
     """R3, R4."""
     if door and convention.metres is not None and shape.fits(convention.metres):  # R4
         low, high = LIKELY_STOREY_M
@@ -218,32 +224,34 @@ def _unit(shape: Shape, convention: Convention, door: float | None) -> float | N
     if convention.metres is not None and shape.stands(convention.metres) and is_sound(convention.metres):
         return _of_a_model(shape, convention, door) or convention.metres
     fitting = [metres for metres in UNITS.values() if shape.fits(metres) and is_sound(metres)]
-    if 1.0 in fitting and (is_usual(shape.heads, 1.0) or COMMON_STOREY_M[0] <= shape.storey <= COMMON_STOREY_M[1]):
+    if 1.0 in fitting and (
+        do_heads_fit_unit(shape.heads, 1.0) or COMMON_STOREY_M[0] <= shape.storey <= COMMON_STOREY_M[1]
+    ):
         return 1.0
-    told = model_scale(shape.storey, shape.heads) if convention.metres is None else None
+    told = metres_from_heads(shape.storey, shape.heads) if convention.metres is None else None
     if told and is_sound(told) and shape.fits_width(told):
         return told
     if fitting:
         nearest = min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
         return 1.0 if 1.0 in fitting else nearest
     if convention.metres is None and shape.stands(1.0) and is_sound(1.0):
-        return None if _is_likely(shape) and not is_usual(shape.heads, 1.0) else 1.0  # R8
-    scaled = USUAL_DOOR_M / door if door else storey_scale(shape.storey)
+        return None if _is_likely(shape) and not do_heads_fit_unit(shape.heads, 1.0) else 1.0  # R8
+    scaled = USUAL_DOOR_M / door if door else metres_from_storey(shape.storey)
     return scaled if scaled and shape.stands(scaled) else None
 
 
-def _of_a_model(shape: Shape, convention: Convention, door: float | None) -> float | None:
+def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
     """R3: return what a unit stands for where the format's own is absurd, or None if it is not."""
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None
-    if is_usual([*shape.heads, *shape.lower], metres):
+    if do_heads_fit_unit([*shape.heads, *shape.lower], metres):
         return None
-    told = model_scale(shape.storey, shape.heads)
+    told = metres_from_heads(shape.storey, shape.heads)
     return told if told and shape.fits_width(told) else None
 
 
-def _bad_units(shape: Shape, axis: str, metres: float | None, wish: Wish, name: str) -> Rejection:
+def _bad_units(shape: UprightShape, axis: str, metres: float | None, wish: SizeOptions, name: str) -> Rejection:
     long, high = max(shape.widths), shape.storey
     sizes = ", ".join(f"{unit}: {long * by:.4g} m and {high * by:.3g} m" for unit, by in UNITS.items())
     taken = "in any known unit" if metres is None else f"at {metres:g} m a unit"
@@ -262,7 +270,7 @@ def _bad_units(shape: Shape, axis: str, metres: float | None, wish: Wish, name: 
 
 
 @dataclass(frozen=True)
-class Shape:
+class UprightShape:
     """A mesh as a house that stands on one axis, in the file's unit: two plan widths, and a storey's height."""
 
     widths: tuple[float, float]
@@ -288,7 +296,7 @@ class Shape:
         return WIDTH_M[0] <= narrow and LONGEST_AT_LEAST_M <= wide <= WIDTH_M[1]
 
 
-def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
+def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     """Measure the mesh as it stands on one axis, or None if it has no wall then."""
     walls = surfaces.walls(axis)
     if not walls.any():
@@ -305,7 +313,7 @@ def measure_shape(surfaces: Surfaces, axis: int) -> Shape | None:
         surfaces, walls, _area_over_plan(surfaces, flats, spans, axis), axis, float(np.prod(tall))
     )
     bare = flat_area < BARE_SHARE * all_area and square > SQUARE
-    return Shape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
+    return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
@@ -347,7 +355,7 @@ def _storey(
     stops = np.sort(stops)
     widest = int(np.diff(stops).argmax())
     foot, storey = float(stops[widest]), float(stops[widest + 1] - stops[widest])
-    for floor, ceiling in storeys_apart(surfaces, flats, axis, layers, float(np.diff(profile.edges)[0])):
+    for floor, ceiling in find_storey_pairs(surfaces, flats, axis, layers, float(np.diff(profile.edges)[0])):
         if ceiling - floor > storey:
             foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
@@ -392,9 +400,9 @@ def _area_over_height(heights: Floats, area: Floats, edges: Floats) -> Floats:
 # R2  One that is longer than houses are then has other proportions than a house: its unit, or its axis, is the fault.
 
 
-def outside_of(upright: Mesh, name: str) -> Rejection | None:
+def reject_exterior(upright: Mesh, name: str) -> Rejection | None:
     """Return the rejection NO_INTERIOR of a z-up mesh in an unknown unit, or None if it may have rooms (R1)."""
-    shape = measure_shape(Surfaces.of(upright), 2)
+    shape = measure_upright_shape(Surfaces.of(upright), 2)
     if shape is None or shape.storey <= 0:
         return None
     usual = Mesh(upright.vertices * (USUAL_STOREY_M / shape.storey), upright.faces)

@@ -1,7 +1,7 @@
 """Make a drawn storey of lines, areas and texts by their names: DXF layers, GeoJSON properties, groups of SVG.
 
 R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
-    two of them close to each other the faces of one (``drawn.solid_between``).
+    two of them close to each other the faces of one (``drawing.walls_between_faces``).
 R2  Areas called room are rooms. A text inside one names it; one that is the name of a room names what is around it.
 R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
     to the end that lies nearer to a wall.
@@ -24,7 +24,7 @@ from shapely import LineString, Polygon
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import drop_thin_parts, polygons_of
-from pipeline.sources.drawn_storeys import Hole, Wall, clean, prism
+from pipeline.sources.drawn_storeys import Hole, Wall, extrude_polygon, polygon_from_ring
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DOOR_M,
@@ -35,14 +35,14 @@ from pipeline.sources.tolerances import (
     THICKEST_WALL_M,
     WALL_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawn import (
+from pipeline.sources.vector_plans.drawing import (
+    DrawnStorey,
     Point,
-    Storey,
     deepen_to_wall,
-    hole_at,
-    solid_between,
-    strips,
-    way_through,
+    door_hole,
+    passage_rectangle,
+    walls_along_lines,
+    walls_between_faces,
 )
 from pipeline.values import SourceObject, SourceRoom
 
@@ -64,7 +64,7 @@ _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear
 
 
 @dataclass
-class Features:
+class DrawnFeatures:
     """What is drawn, in metres, y up."""
 
     wall_bodies: list[Polygon] = field(default_factory=list)
@@ -82,7 +82,7 @@ class Features:
     objects: list[tuple[str, Polygon, float]] = field(default_factory=list)
 
 
-def kind_of(name: str) -> str:
+def kind_from_name(name: str) -> str:
     """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
     plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()
     parts = re.split(r"[\W\d_]+", plain)
@@ -91,21 +91,23 @@ def kind_of(name: str) -> str:
     return next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
 
 
-def storey_of(drawn: Features, height_m: float = 0.0) -> Storey:
+def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:
     """Return the storey of a drawing; it may be empty."""
     areas, sides = _outlines(nest_rings(drawn.wall_areas), drawn)
-    shapes = [*areas, *drawn.wall_bodies, *strips([*drawn.wall_lines, *sides], SHEET_M)]
-    walls = solid_between(shapes) if drawn.wall_lines or sides else shapes
+    shapes = [*areas, *drawn.wall_bodies, *walls_along_lines([*drawn.wall_lines, *sides], SHEET_M)]
+    walls = walls_between_faces(shapes) if drawn.wall_lines or sides else shapes
     holes = [
         deepen_to_wall(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None
     ]
-    holes += [hole for a, b, leaf in drawn.door_lines if (hole := hole_at(a, b, walls, has_door=leaf)) is not None]
+    holes += [hole for a, b, leaf in drawn.door_lines if (hole := door_hole(a, b, walls, has_door=leaf)) is not None]
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
-    return Storey(
+    return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
         holes=tuple(holes),
         rooms=_rooms(drawn),
-        furniture=tuple(SourceObject((word,), prism(shape, 0.0, high)) for word, shape, high in drawn.objects),
+        furniture=tuple(
+            SourceObject((word,), extrude_polygon(shape, 0.0, high)) for word, shape, high in drawn.objects
+        ),
         height_m=height_m,
         all_named=bool(holes),
     )
@@ -125,7 +127,7 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.difference(solid, holes))
 
 
-def _outlines(walls: Sequence[Polygon], drawn: Features) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
+def _outlines(walls: Sequence[Polygon], drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
     """R5: return the walls that are bodies, and the sides of the others."""
     inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in drawn.rooms]
     inside += [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
@@ -143,7 +145,7 @@ def _outlines(walls: Sequence[Polygon], drawn: Features) -> tuple[list[Polygon],
     return bodies, sides
 
 
-def _enclosed_rooms(drawn: Features) -> list[tuple[Polygon, tuple[str, ...], str]]:
+def _enclosed_rooms(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...], str]]:
     """R4."""
     if not drawn.room_lines:
         return []
@@ -152,7 +154,7 @@ def _enclosed_rooms(drawn: Features) -> list[tuple[Polygon, tuple[str, ...], str
     return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
 
 
-def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
+def _rooms(drawn: DrawnFeatures) -> tuple[SourceRoom, ...]:
     """R2."""
     rooms, used = [], set()
     for area, words, label in [*drawn.rooms, *_enclosed_rooms(drawn)]:
@@ -173,7 +175,7 @@ def _rooms(drawn: Features) -> tuple[SourceRoom, ...]:
 
 def _of_area(area: Polygon, has_leaf: bool) -> Hole | None:
     """R3: one walks through the shorter way."""
-    found = way_through(area)
+    found = passage_rectangle(area)
     return None if found is None else Hole(area, 0.0, DOOR_M, has_leaf, found[1])
 
 
@@ -182,12 +184,12 @@ def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon]) -> Hole |
     hinge, *ends = arc
     solid = shapely.union_all(list(walls))
     end = min(ends, key=lambda at: solid.distance(LineString([hinge, at]).centroid) + solid.distance(shapely.Point(at)))
-    return hole_at(hinge, end, walls, has_door=True)
+    return door_hole(hinge, end, walls, has_door=True)
 
 
-def ring(points: Iterable[Sequence[float]]) -> Polygon | None:
+def polygon_from_points(points: Iterable[Sequence[float]]) -> Polygon | None:
     """Return the area of a closed line, or None if it has none."""
     corners = np.asarray([tuple(point[:2]) for point in points], np.float64)
     if len(corners) < 3 or not np.isfinite(corners).all():
         return None
-    return clean(corners)
+    return polygon_from_ring(corners)

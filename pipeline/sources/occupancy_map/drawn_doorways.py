@@ -1,7 +1,7 @@
 """Find the doorways of a map that was drawn, as four corners each, in cells: where the ends of walls face each other.
 
-A map of walls alone (``RobotMap.walls_only``) is exact to a cell, so that nothing needs to be weighed (``odds``): a
-wall ends at a doorway, and its end is an edge as long as the wall is thick.
+A map of walls alone (``RobotMap.walls_only``) is exact to a cell, so that nothing needs to be weighed
+(``separation_odds``): a wall ends at a doorway, and its end is an edge as long as the wall is thick.
 
 R1  A wall's end is an edge of the free cells, ``THINNEST_CELLS`` to ``THICKEST_M`` long, at which the wall turns a
     corner on both sides. A pillar, which is hardly longer than it is wide, has none.

@@ -1,4 +1,4 @@
-"""Find the narrow places of a map's free cells, as borders between basins of clearance, and measure each for ``odds``.
+"""Find the narrow places of a map's free cells, borders between basins of clearance, and measure each of them.
 
 The clearance of a free cell is its distance to the nearest cell that is not free. Each cell belongs to the basin of the
 peak that the steepest way up leads to. Where two basins meet, the highest cell on their border is the middle of a
@@ -45,11 +45,11 @@ class Basins:
     label: Labels
     peak_m: Floats
     area_m2: Floats
-    narrows: Narrows
+    narrows: NarrowPlaces
 
 
 @dataclass(frozen=True, eq=False)
-class Narrows:
+class NarrowPlaces:
     """Narrow places (n): the basins on their sides, and what is known of them.
 
     ``sides`` (n, 2) labels; ``half_m`` (n,) the clearance in the middle; ``jambs`` (n, 2, 2) the (row, col) of cells on
@@ -67,19 +67,19 @@ class Narrows:
     far_m: Floats
     less_m: Floats
 
-    def only(self, kept: npt.NDArray[np.bool_] | Ints) -> Narrows:
+    def only(self, kept: npt.NDArray[np.bool_] | Ints) -> NarrowPlaces:
         """Return some of them."""
-        return Narrows(*(getattr(self, name)[kept] for name in self.__dataclass_fields__))
+        return NarrowPlaces(*(getattr(self, name)[kept] for name in self.__dataclass_fields__))
 
-    def and_those_of(self, others: Narrows) -> Narrows:
+    def and_those_of(self, others: NarrowPlaces) -> NarrowPlaces:
         """Return these and others, in this order."""
         names = self.__dataclass_fields__
-        return Narrows(*(np.concatenate([getattr(self, name), getattr(others, name)]) for name in names))
+        return NarrowPlaces(*(np.concatenate([getattr(self, name), getattr(others, name)]) for name in names))
 
 
 def find_basins(free: Bools, cell_m: float) -> Basins:
     """Return the basins of the free cells (rows, cols), joined by R1, and their narrow places."""
-    clear = clearance(free, cell_m)
+    clear = clearance_m(free, cell_m)
     label = _climb(clear, free, cell_m)
     count = int(label.max(initial=0)) + 1
     peak, area = np.zeros(count), np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
@@ -95,7 +95,7 @@ def find_basins(free: Bools, cell_m: float) -> Basins:
     return Basins(root[label].astype(np.int32), peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
 
 
-def clearance(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
+def clearance_m(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
     """Return the distance (rows, cols) of each free cell to the nearest that is not, metres; the border is not free."""
     padded = np.pad(free.view(np.uint8), 1)
     found = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
@@ -196,13 +196,13 @@ def _jambs(free: Bools, cells: Ints, reach: Floats) -> Floats:
     return found
 
 
-def measure_gaps(free: Bools, sides: Ints, jambs: Floats, cell_m: float) -> Narrows:
+def measure_gaps(free: Bools, sides: Ints, jambs: Floats, cell_m: float) -> NarrowPlaces:
     """Return what R2 says of gaps (n) between jambs (n, 2, 2), (row, col)."""
     half = np.hypot(*(jambs[:, 1] - jambs[:, 0]).T) * (cell_m / 2)
     return _measure_narrows(free, sides, half, jambs, cell_m)
 
 
-def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> Narrows:
+def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> NarrowPlaces:
     """R2."""
     one, other = jambs[:, 0], jambs[:, 1]
     along = other - one
@@ -237,4 +237,4 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
 
     thin = np.minimum(thick(one, -along), thick(other, along))
     near, far = wider(NEAR_M), wider(FAR_M)
-    return Narrows(sides, half, jambs, width, thin, np.maximum(*near), np.maximum(*far), np.minimum(*far))
+    return NarrowPlaces(sides, half, jambs, width, thin, np.maximum(*near), np.maximum(*far), np.minimum(*far))

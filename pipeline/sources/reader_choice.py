@@ -25,8 +25,8 @@ import msgspec
 
 from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_map_file, is_map_yaml
 from houseexpo.grids.stage_world import is_stage_world
-from pipeline.sources.files import HEAD_BYTES, files_in
-from pipeline.sources.vector_plans import is_drawn
+from pipeline.sources.files import HEAD_BYTES, walk_source_files
+from pipeline.sources.vector_plans import is_vector_plan
 from pipeline.values import Input
 
 LONGEST_JSON = 1 << 28
@@ -78,7 +78,7 @@ class _Document(msgspec.Struct):
 _DOCUMENT = msgspec.json.Decoder(_Document)
 
 
-def recognise(path: Path) -> str | None:
+def reader_for_file(path: Path) -> str | None:
     """Return the name of the reader that opens a file, or None if no reader knows its content.
 
     A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
@@ -91,7 +91,7 @@ def recognise(path: Path) -> str | None:
         return None
     if path.name.endswith(_HABITAT_SCENE):
         return "habitat"
-    if suffix not in _MESHES and is_drawn(path, head):
+    if suffix not in _MESHES and is_vector_plan(path, head):
         return "vector_plans"
     if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)) or (suffix == WORLD and is_stage_world(head)):
         return "occupancy_map"
@@ -106,14 +106,14 @@ def _by_content(path: Path, head: bytes) -> str | None:
     if head.startswith(_ZIP):
         return _in_zip(path)
     if head.startswith(_GZIP) or text[:1] == b"{":
-        return kind_of_json(first_document(path))
+        return reader_for_json(read_first_document(path))
     if text[:1] == b"<":
         root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
         return {b"sdf": "gazebo", b"home": "sweethome"}.get(root[1]) if root else None
     return _points(head)
 
 
-def kind_of_json(data: bytes) -> str | None:
+def reader_for_json(data: bytes) -> str | None:
     """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have."""
     try:
         document = _DOCUMENT.decode(data)
@@ -132,13 +132,13 @@ def kind_of_json(data: bytes) -> str | None:
 def _is_json(path: Path) -> bool:
     """Whether a file holds JSON at all; one that does not may be a damaged house, of which a reader has to say so."""
     try:
-        msgspec.json.decode(first_document(path))
+        msgspec.json.decode(read_first_document(path))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return False
     return True
 
 
-def first_document(path: Path) -> bytes:
+def read_first_document(path: Path) -> bytes:
     """Return the whole of a JSON file, or the first line of a file that has one house a line; gzip is unpacked."""
     try:
         with open_unpacked(path) as stream:
@@ -215,7 +215,7 @@ _NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeHouses:
     """How many houses, of which style: sound homes, or houses with planted faults for tests."""
 
     count: int
@@ -227,11 +227,11 @@ class Made:
         return f"procedural:{self.count}?style={self.style}"
 
 
-def parse_made(source: str) -> Made | None:
+def parse_made_houses(source: str) -> MadeHouses | None:
     """Return what such a name asks for, or None for any other name."""
     found = _NAME.fullmatch(source)
     style = STYLES.get(found[2] or HOME) if found else None
-    return Made(int(found[1]), style) if found and style else None
+    return MadeHouses(int(found[1]), style) if found and style else None
 
 
 _TAKES: dict[str, tuple[str, ...]] = {
@@ -255,11 +255,11 @@ def find(path: str, **options: str) -> Iterator[Input]:
     root = Path(path)
     options["root"] = str((root if root.is_dir() else root.parent).absolute())
     if not root.is_dir():
-        kind = "occupancy_map" if is_map_file(root) else recognise(root)
+        kind = "occupancy_map" if is_map_file(root) else reader_for_file(root)
         yield from _inputs(root, kind, f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return
-    files = sorted(files_in(root))
-    kinds = {file: kind for file in files if (kind := recognise(file))}
+    files = sorted(walk_source_files(root))
+    kinds = {file: kind for file in files if (kind := reader_for_file(file))}
     if options.get("resolution"):  # R2
         maps = drop_map_pictures(file for file in files if is_map_file(file))
         kinds = dict(sorted((kinds | dict.fromkeys(maps, "occupancy_map")).items()))
@@ -269,9 +269,9 @@ def find(path: str, **options: str) -> Iterator[Input]:
             yield from _inputs(file, kind, file.relative_to(root).as_posix(), options)
 
 
-def is_claimed(file: Path, root: Path) -> bool:
+def belongs_to_another_file(file: Path, root: Path) -> bool:
     """Return whether a mesh file of a folder is no house by itself: another reader's, or a part of a model (R3)."""
-    return root.is_dir() and (_in_model(file, root) or recognise(file) is not None)
+    return root.is_dir() and (_in_model(file, root) or reader_for_file(file) is not None)
 
 
 def _inputs(file: Path, kind: str | None, name: str, options: dict[str, str]) -> Iterator[Input]:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr, ndtri
 
-from pipeline.sources.homes.values import Wish
+from pipeline.sources.homes.values import HomeWish
 
 TABLE: Final = Path(__file__).with_name("published.json")
 COUNTED: Final = ("spaces", "rooms", "nameless")
@@ -27,20 +27,20 @@ STRATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12)
 """The least number of spaces of each stratum."""
 
 
-def stratum_of(spaces: int) -> int:
+def stratum_index(spaces: int) -> int:
     """Return the index of the stratum that holds houses of so many spaces."""
     return int(np.searchsorted(STRATA, max(spaces, 1), side="right")) - 1
 
 
 @cache
-def table() -> dict[str, Any]:
+def published_distributions() -> dict[str, Any]:
     """Return the published distributions."""
     found: dict[str, Any] = json.loads(TABLE.read_text(encoding="utf-8"))
     return found
 
 
 @cache
-def table_digest() -> str:
+def distributions_digest() -> str:
     """Return what stands for the table in what a build depends on."""
     return hashlib.sha256(TABLE.read_bytes()).hexdigest()[:16]
 
@@ -59,7 +59,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Drawn:
+class HouseProfile:
     """What a house is to be like: ``numbers`` by name, ``doors`` by their clear widths, metres, ascending."""
 
     spaces: int
@@ -92,26 +92,28 @@ class _Kinds:
     root: _Floats
 
 
-def draw_house(rng: np.random.Generator) -> Drawn:
+def draw_house_profile(rng: np.random.Generator) -> HouseProfile:
     """Draw a house: how many spaces, rooms, labels and nameless spaces it has, its kind, then the rest."""
     known, (houses, shares) = _kinds(), _houses()
     spaces, rooms, boxes, nameless = houses[int(rng.choice(len(houses), p=shares))].tolist()
-    stratum = stratum_of(spaces)
+    stratum = stratum_index(spaces)
     counted = _scores({"spaces": spaces, "rooms": rooms, "nameless": nameless}, stratum, rng)
     kind = _kind(stratum, counted, boxes, rng)
     scores = known.means[kind, len(COUNTED) :] + known.gives[kind] @ (counted - known.means[kind, : len(COUNTED)])
     scores = scores + known.root[kind] @ rng.standard_normal(len(scores))
-    quantiles = table()["strata"][stratum]
+    quantiles = published_distributions()["strata"][stratum]
     numbers = {
-        name: float(np.interp(ndtr(score), table()["shares"], quantiles[name]))
+        name: float(np.interp(ndtr(score), published_distributions()["shares"], quantiles[name]))
         for name, score in zip(NUMBERS, scores.tolist(), strict=True)
     }
-    return Drawn(spaces, rooms, nameless, _labels(kind, boxes, rng), _doors(spaces, known.doors[kind], rng), numbers)
+    return HouseProfile(
+        spaces, rooms, nameless, _labels(kind, boxes, rng), _doors(spaces, known.doors[kind], rng), numbers
+    )
 
 
 def _scores(counts: dict[str, int], stratum: int, rng: np.random.Generator) -> _Floats:
     """Normal scores of whole numbers: anywhere within the share of houses that have just so many."""
-    quantiles, shares = table()["strata"][stratum], table()["shares"]
+    quantiles, shares = published_distributions()["strata"][stratum], published_distributions()["shares"]
     found = []
     for name in COUNTED:
         known = np.array(quantiles[name]) + 1e-9 * np.arange(len(shares))
@@ -147,7 +149,7 @@ def _labels(kind: int, boxes: int, rng: np.random.Generator) -> tuple[str, ...]:
 def _doors(spaces: int, more: _Floats, rng: np.random.Generator) -> tuple[float, ...]:
     """Draw the clear widths of the doors of a house, of one kind of doors: a tree has one door less than spaces."""
     widths, shares, of_stratum = _door_kinds()
-    likely = of_stratum[stratum_of(spaces)] * more
+    likely = of_stratum[stratum_index(spaces)] * more
     kind = int(rng.choice(len(shares), p=likely / likely.sum()))
     return tuple(np.sort(rng.choice(widths, max(spaces - 1, 0), p=shares[kind])).tolist())
 
@@ -155,13 +157,13 @@ def _doors(spaces: int, more: _Floats, rng: np.random.Generator) -> tuple[float,
 @cache
 def _houses() -> tuple[npt.NDArray[np.int64], _Floats]:
     """Spaces, rooms, labels and nameless spaces that go together, and the share of houses that have just these."""
-    rows = np.array(table()["houses"], dtype=np.int64)
+    rows = np.array(published_distributions()["houses"], dtype=np.int64)
     return rows[:, :-1], rows[:, -1] / rows[:, -1].sum()
 
 
 @cache
 def _kinds() -> _Kinds:
-    known = table()["kinds"]
+    known = published_distributions()["kinds"]
     words = list(known["labels"])
     labels = np.array([known["labels"][word] for word in words], dtype=np.float64).transpose(1, 0, 2)
     labels /= labels.sum(axis=2, keepdims=True)
@@ -192,7 +194,7 @@ def _kinds() -> _Kinds:
 @cache
 def _door_kinds() -> tuple[_Floats, _Floats, _Floats]:
     """Widths; the shares of each among the doors of a kind; the shares of the kinds in each stratum."""
-    known = table()["door_kinds"]
+    known = published_distributions()["door_kinds"]
     shares = np.zeros((len(known["doors"]), len(known["widths_m"])))
     for kind, row in zip(known["doors"], shares, strict=True):
         for place, share in kind:
@@ -221,9 +223,9 @@ _SMALLEST_M2: Final = 1.0
 _WALLS_M: Final = (0.05, 0.4)
 
 
-def draw_wish(rng: np.random.Generator) -> Wish:
+def draw_home_wish(rng: np.random.Generator) -> HomeWish:
     """Draw what is asked of one home."""
-    house = draw_house(rng)
+    house = draw_house_profile(rng)
     drawn, spaces = house.numbers, house.spaces
     nameless = min(house.nameless, spaces) if house.labels else spaces
     nameless = max(nameless, spaces - len(house.labels))
@@ -232,7 +234,7 @@ def draw_wish(rng: np.random.Generator) -> Wish:
     long = max(_draw_side("long_side_m", long, rng), short)
     area = long * short * drawn["extent"]
     names = _deal_labels(list(house.labels), spaces, nameless, rng)
-    return Wish(
+    return HomeWish(
         spaces=spaces,
         rooms=max(house.rooms, 1),
         area_m2=area,
@@ -247,14 +249,14 @@ def draw_wish(rng: np.random.Generator) -> Wish:
     )
 
 
-def hub_of(label: str | None) -> float:
+def extra_doors(label: str | None) -> float:
     """Return how many doors more than others a room of this label has."""
-    return float(table()["hubs"].get(label or NAMELESS, 0.0))
+    return float(published_distributions()["hubs"].get(label or NAMELESS, 0.0))
 
 
 def _draw_side(name: str, near_m: float, rng: np.random.Generator) -> float:
     """Draw a side that houses have, near a length: rooms of floor planners begin as 5 m by 5 m, and walls snap."""
-    known, counts = np.array(table()["sides_cm"][name]).T
+    known, counts = np.array(published_distributions()["sides_cm"][name]).T
     shares = counts * np.exp(-0.5 * ((known / 100 - near_m) / _NEAR_M) ** 2)
     return float(rng.choice(known, p=shares / shares.sum())) / 100 if shares.sum() > 0 else round(near_m, 2)
 
@@ -278,7 +280,7 @@ def _areas(
     ``asked`` is the deviation of the areas and the least of them, both over their mean. Each of several draws is spread
     until its deviation is that; the one is taken whose least area is nearest.
     """
-    known = table()["room_areas"]
+    known = published_distributions()["room_areas"]
     rows = np.array([known.get(each[0] if each else NAMELESS, (0.0, 1.0, 0.6)) for each in names])
     logs = rows[:, 0] + rows[:, 1] * np.log(total_m2 / len(names))
     logs = logs + rows[:, 2] * rng.uniform(*_CALM_TO_WILD, (_AREA_DRAWS, 1)) * rng.standard_normal(

@@ -30,14 +30,14 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
-    deepen_opening,
-    floor_of,
-    one_each,
-    openings,
-    standing,
+    deepen_to_wall_faces,
+    merge_parallel_holes,
+    passage_openings,
+    unite_rooms,
+    wall_mesh,
     walls_around,
 )
-from pipeline.sources.files import LeftOut, level_id
+from pipeline.sources.files import LeftOutParts, level_id
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DEEPEST_WALL_M,
@@ -62,7 +62,7 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Storey:
+class DrawnStorey:
     """What is drawn of a storey: ``height_m`` is that of its floor.
 
     ``all_named``: the drawing names each passage, so that a gap without a name is none.
@@ -88,13 +88,13 @@ class Drawing:
     """
 
     source: str
-    storeys: tuple[Storey, ...]
-    left_out: LeftOut
+    storeys: tuple[DrawnStorey, ...]
+    left_out: LeftOutParts
     guesses: tuple[str, ...] = ()
     y_up: bool = False
 
 
-def room(
+def named_room(
     word: str, polygon: Polygon | None = None, at: Point | None = None, labels: tuple[str, ...] = ()
 ) -> SourceRoom:
     """Return a room by its name (or "") and its polygon, or by a point in it."""
@@ -107,7 +107,7 @@ def room(
     )
 
 
-def strips(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
+def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
     """Return the walls along lines of one thickness: their corners are mitred, their ends stand out by half of it."""
     segments = [LineString(line) for line in lines if line[0] != line[1]]
     merged = shapely.line_merge(shapely.union_all(segments, grid_size=SAME_M)) if segments else LineString()
@@ -115,13 +115,13 @@ def strips(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon
     return polygons_of(body)
 
 
-def strip(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
+def wall_along_line(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
     """Return one wall that ends where its line does, or None if it has no length."""
     line = LineString([start[:2], end[:2]])
     return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > SAME_M else None
 
 
-def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
+def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     """R1: walls of some faces or bodies."""
     body = shapely.union_all(list(shapes), grid_size=SAME_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
@@ -130,7 +130,7 @@ def solid_between(shapes: Iterable[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
 
 
-def way_through(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
+def passage_rectangle(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
     """Return the smallest turned rectangle round a passage, and the direction, of length 1, in which one walks through.
 
     One walks along the shorter side. None if the shape has no area.
@@ -145,7 +145,7 @@ def way_through(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
     return box, (float(x), float(y))
 
 
-def hole_at(
+def door_hole(
     start: Sequence[float],
     end: Sequence[float],
     walls: Sequence[Polygon],
@@ -173,7 +173,7 @@ def hole_at(
 
 def deepen_to_wall(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
-    reached = deepen_opening(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
+    reached = deepen_to_wall_faces(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
     if reached is None or reached.shape.area < THROUGH_WALL * hole.shape.area:
         return hole
     return reached
@@ -208,7 +208,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     return min(low for low, _ in found), max(high for _, high in found)
 
 
-def levels_of(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[Level]:
+def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) -> Iterator[Level]:
     """Yield the levels of a drawing; raise Rejection if none of its storeys has walls or rooms.
 
     Raises
@@ -239,7 +239,7 @@ def _flip_y(frame: Frame) -> Frame:
     return replace(frame, matrix=((a, b, x), (-c, -d, -y)), up="y")
 
 
-def _level(storey: Storey, name: str) -> Level:
+def _level(storey: DrawnStorey, name: str) -> Level:
     """Return a level, still without its own id and number."""
     storey, shift = _moved_near(storey, name)
     shapes = [each.polygon for each in storey.rooms if each.polygon is not None]
@@ -251,26 +251,30 @@ def _level(storey: Storey, name: str) -> Level:
     else:
         top = WALL_HEIGHT_M
         walls = walls_around(shapes, top)  # R3
-        holes = [deep for hole in one_each(storey.holes) if (deep := deepen_opening(hole, walls)) is not None]
+        holes = [
+            deep
+            for hole in merge_parallel_holes(storey.holes)
+            if (deep := deepen_to_wall_faces(hole, walls)) is not None
+        ]
     named = [each for each in storey.rooms if each.polygon is not None or each.box is not None]
     return Level(
         id="",
-        walls=standing(walls, holes),
+        walls=wall_mesh(walls, holes),
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, shift[0]), (0.0, 1.0, shift[1])), "z", storey.height_m, 0),
-        floor=storey.floor or floor_of([*shapes, *(hole.shape for hole in holes if shapes)]),
+        floor=storey.floor or unite_rooms([*shapes, *(hole.shape for hole in holes if shapes)]),
         furniture=storey.furniture,
         named_openings=storey.all_named and bool(holes),
         unnamed_gaps=storey.unnamed_gaps,
         only_walls=True,
         rooms=tuple(named),
         room_count=len(shapes) or None,
-        openings=openings(holes),
+        openings=passage_openings(holes),
         n_objects=len(storey.furniture),
     )
 
 
-def _moved_near(storey: Storey, name: str) -> tuple[Storey, Point]:
+def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
     """R4."""
     shapes = [wall.shape for wall in storey.walls] + [r.polygon for r in storey.rooms if r.polygon is not None]
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
