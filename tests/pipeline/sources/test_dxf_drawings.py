@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 import shapely
-from pipeline.sources.vector_plans.features import kind_of
 
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.named_features import kind_from_name
 from pipeline.values import Level
 from tests.builders.houses import kinds, plan_of
 
@@ -137,4 +137,4 @@ def test_lines_called_room_enclose_rooms(tmp_path):
     ],
 )
 def test_words_of_layers(layer, kind):
-    assert kind_of(layer) == kind
+    assert kind_from_name(layer) == kind
