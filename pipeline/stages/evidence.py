@@ -71,7 +71,6 @@ from pipeline.tolerances import (
     RAIL_M,
     SHEET_M,
     SLIVER_M,
-    SOME,
     STAND_M,
     STANDS,
     STUB_M,
@@ -111,7 +110,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     if judged.walls:
         again = MeshSections(MeshSlicer(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
         full = close_cracks(unite([full, again.foot(heights.breast)]))
-    sills = unite([foot, sections.foot(heights.step)])
+    sills = unite([foot, sections.at(heights.step, foot)])
     windows = _in_walls(drop_thin_parts(intersect(hanging, sills), SLIVER_M), full)  # R2
     low = drop_thin_parts(subtract(foot, unite([full, hanging, cupboards])), SLIVER_M)
     sloped = [part for part in polygons_of(low) if ends_at_sloped_roof(part, cutter)]  # R3
@@ -133,7 +132,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low_headroom=find_low_headroom(level.walls),
-        partial_height=_ending_below_others(full, above),
+        partial_height=_ending_below_others(full, above, heights, level.ceiling_m),
         shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
@@ -146,10 +145,12 @@ def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: fl
     return drop_thin_parts(subtract(above[-1], unite(above[:-1])), SLIVER_M)
 
 
-def _ending_below_others(full: BaseGeometry, above: list[BaseGeometry]) -> BaseGeometry:
-    """Return the walls that end below the highest section of many walls; in one above all tops few may stand."""
-    many = (section for section in reversed(above) if intersect(full, section).area > SOME * full.area)
-    return drop_thin_parts(subtract(full, next(many, full)), SLIVER_M)
+def _ending_below_others(
+    full: BaseGeometry, above: list[BaseGeometry], heights: _Heights, ceiling_m: float
+) -> BaseGeometry:
+    """Return the walls that end more than ``HAND_M`` below the ceiling."""
+    lower = [section for height, section in zip(heights.above, above, strict=True) if height <= ceiling_m - HAND_M]
+    return drop_thin_parts(subtract(full, lower[-1]), SLIVER_M) if lower else EMPTY
 
 
 def _furniture(level: Level) -> BaseGeometry:
