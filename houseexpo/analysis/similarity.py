@@ -100,7 +100,7 @@ class SimilarPair(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SimilarPairs:
+class PairSearchResult:
     """The result of comparing plans: the fingerprint of each, by its number, and all pairs within the threshold."""
 
     fingerprints: Mapping[int, Fingerprint] = field(default_factory=dict)
@@ -291,10 +291,10 @@ def find_similar_pairs(
     pixels_per_metre: float = PIXELS_PER_METRE,
     symmetries: bool = True,
     shift_px: int = SHIFT_PX,
-    known: SimilarPairs | None = None,
+    known: PairSearchResult | None = None,
     threads: int = 1,
     label: str = "",
-) -> SimilarPairs:
+) -> PairSearchResult:
     """Find all pairs of plans whose difference is at most ``threshold``.
 
     Parameters
@@ -315,7 +315,7 @@ def find_similar_pairs(
     """
     from houseexpo.analysis.kernels.masks import mask_profiles, pack_mask
 
-    known = known or SimilarPairs()
+    known = known or PairSearchResult()
     mask_of = partial(_cells_of, load, pixels_per_metre)
     limits = (threshold, shift_px, len(SYMMETRIES) if symmetries else 1)
     fresh = np.array([i not in known.fingerprints for i in range(count)], bool)
@@ -328,7 +328,7 @@ def find_similar_pairs(
         possible = _possible_pairs(prints, fresh, threshold, pool)
         near = _in_threads(pool, partial(_near_pairs, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
         pairs = _in_threads(pool, partial(_pairs_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
-        return SimilarPairs(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
+        return PairSearchResult(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
 
 def fingerprint_from_profiles(profiles: MaskProfiles) -> Fingerprint:

@@ -11,7 +11,7 @@ import pyarrow as pa
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.files import sha256_of
 from houseexpo.release.descriptions import KEYWORDS, ReleaseFacts, bibtex_entry
-from houseexpo.release.tables import IMAGE, Column, Table
+from houseexpo.release.tables import IMAGE, ReleaseTable, TableColumn
 
 _VERSION: Final = "http://mlcommons.org/croissant/1.0"
 _RAI_VERSION: Final = "http://mlcommons.org/croissant/RAI/1.0"
@@ -56,7 +56,7 @@ _CONTEXT: Final[dict[str, Any]] = {
 _TYPES: Final = {pa.string(): "sc:Text", pa.binary(): "sc:Text", pa.int32(): "sc:Integer", pa.float64(): "sc:Float"}
 
 
-def describe_in_croissant(facts: ReleaseFacts, tables: Iterable[Table], folder: Path) -> dict[str, Any]:
+def describe_in_croissant(facts: ReleaseFacts, tables: Iterable[ReleaseTable], folder: Path) -> dict[str, Any]:
     """Return the description of a release's files and of the columns of its tables; this hashes the files."""
     about, tables = facts.about, tuple(tables)
     files = [f"{table.name}/{part}.parquet" for table in tables for part in facts.parts.lists]
@@ -121,7 +121,7 @@ def _file(folder: Path, name: str, kind: str, about: str) -> dict[str, Any]:
     }
 
 
-def _set(table: Table) -> dict[str, Any]:
+def _set(table: ReleaseTable) -> dict[str, Any]:
     return {
         "@type": "cr:FileSet",
         "@id": f"{table.name}-files",
@@ -132,7 +132,7 @@ def _set(table: Table) -> dict[str, Any]:
     }
 
 
-def _records(table: Table) -> dict[str, Any]:
+def _records(table: ReleaseTable) -> dict[str, Any]:
     return {
         "@type": "cr:RecordSet",
         "@id": table.name,
@@ -142,7 +142,7 @@ def _records(table: Table) -> dict[str, Any]:
     }
 
 
-def _field(table: Table, column: Column) -> dict[str, Any]:
+def _field(table: ReleaseTable, column: TableColumn) -> dict[str, Any]:
     is_image, is_list = column.type == IMAGE, pa.types.is_list(column.type)
     source: dict[str, Any] = {"fileSet": {"@id": f"{table.name}-files"}, "extract": {"column": column.name}}
     if is_image:

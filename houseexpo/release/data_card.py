@@ -15,7 +15,7 @@ from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.plots import plot_style
 from houseexpo.exports.encoding import encode_image
 from houseexpo.release.descriptions import KEYWORDS, ReleaseFacts, bibtex_entry
-from houseexpo.release.tables import Table
+from houseexpo.release.tables import ReleaseTable
 from houseexpo.tolerances import ROBOT_M
 
 MEASURES: Final = "pictures/measures.png"
@@ -33,7 +33,7 @@ _ROWS: Final = tuple(
 """The measures in the table of the card."""
 
 
-def make_data_card(facts: ReleaseFacts, tables: Sequence[Table]) -> bytes:
+def make_data_card(facts: ReleaseFacts, tables: Sequence[ReleaseTable]) -> bytes:
     """Return the data card."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -68,7 +68,7 @@ def _words(text: str) -> str:
     return _SIGNS.sub(r"\\\g<0>", text)
 
 
-def _header(facts: ReleaseFacts, tables: Sequence[Table]) -> str:
+def _header(facts: ReleaseFacts, tables: Sequence[ReleaseTable]) -> str:
     """Return the YAML that lists the tables for Hugging Face, which shows the first one."""
     import yaml
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from houseexpo.release.check_releasable import ReleasableDataset
 from houseexpo.release.publisher_texts import PublisherTexts
-from houseexpo.release.splits import Splits
+from houseexpo.release.splits import ReleaseSplits
 from houseexpo.words import count_noun
 
 KEYWORDS: Final = (
@@ -35,7 +35,7 @@ class ReleaseFacts:
     name: str
     about: PublisherTexts
     material: ReleasableDataset
-    parts: Splits
+    parts: ReleaseSplits
     rows: Mapping[str, Mapping[str, int]]
 
     @property

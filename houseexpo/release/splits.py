@@ -25,7 +25,7 @@ _FIRST: Final = tuple(SHARES)
 
 
 @dataclass(frozen=True)
-class Splits:
+class ReleaseSplits:
     """The sorted ids of each part; ``group_of`` maps each id to the first one of those that must stay with it."""
 
     lists: Mapping[str, tuple[str, ...]]
@@ -37,7 +37,7 @@ class Splits:
         return sum(count > 1 for count in Counter(self.group_of.values()).values())
 
 
-def release_splits(plans: Dataset, workers: int = 1) -> Splits:
+def release_splits(plans: Dataset, workers: int = 1) -> ReleaseSplits:
     """Split a data set for its release; raise DatasetError if its own lists are not a valid split."""
     own = plans.splits
     if not own:  # R2
@@ -49,7 +49,7 @@ def release_splits(plans: Dataset, workers: int = 1) -> Splits:
         lists = _check_lists(own, plans)
     group_of = {name: group[0] for group in groups for name in group}
     _check_apart(lists, groups, plans)
-    return Splits({name: tuple(sorted(lists[name])) for name in sorted(lists, key=_place)}, group_of)
+    return ReleaseSplits({name: tuple(sorted(lists[name])) for name in sorted(lists, key=_place)}, group_of)
 
 
 def _place(name: str) -> tuple[int, str]:

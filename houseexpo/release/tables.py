@@ -39,7 +39,7 @@ class ReleasePlan(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """A column: its name, its type, and its description."""
 
     name: str
@@ -48,12 +48,12 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class ReleaseTable:
     """A table; ``geometries`` are its WKB columns with the geometry types that occur, the row's own one first."""
 
     name: str
     about: str
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     geometries: Mapping[str, tuple[str, ...]]
     rows: Callable[[ReleasePlan], Iterator[Row]]
 
@@ -129,83 +129,85 @@ def _reach_column(radius_m: float) -> str:
 
 
 _OF_PLAN: Final = (
-    Column("plan_id", pa.string(), "Id of the plan."),
-    Column("split", pa.string(), "The split that contains the plan."),
+    TableColumn("plan_id", pa.string(), "Id of the plan."),
+    TableColumn("split", pa.string(), "The split that contains the plan."),
 )
 _REACH: Final = tuple(
-    Column(
+    TableColumn(
         _reach_column(radius),
         pa.float64(),
         f"Share of its floor that a round robot of {radius:.2f} m radius can reach.",
     )
     for radius in RADII_M
 )
-PLANS: Final = Table(
+PLANS: Final = ReleaseTable(
     "plans",
     "One row per floor plan (one level of a house).",
     (
-        Column("id", pa.string(), "Name of the plan; its JSON is json/<id>.json in json.tar.gz."),
-        Column("split", pa.string(), "The split that contains the plan."),
-        Column("group", pa.string(), "First id of the plans of the same house; a group is in one split."),
-        Column("room_num", pa.int32(), "Rooms of the level."),
-        Column("area", pa.float64(), "Free space in m2."),
-        Column("width", pa.float64(), "Extent along x in metres."),
-        Column("height", pa.float64(), "Extent along y in metres."),
-        Column("labels", _STRINGS, "Labels of rooms that occur, sorted."),
-        Column("n_doors", pa.int32(), "Doors of every kind."),
-        Column("n_cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
-        Column("n_objects", pa.int32(), "Pieces of furniture."),
+        TableColumn("id", pa.string(), "Name of the plan; its JSON is json/<id>.json in json.tar.gz."),
+        TableColumn("split", pa.string(), "The split that contains the plan."),
+        TableColumn("group", pa.string(), "First id of the plans of the same house; a group is in one split."),
+        TableColumn("room_num", pa.int32(), "Rooms of the level."),
+        TableColumn("area", pa.float64(), "Free space in m2."),
+        TableColumn("width", pa.float64(), "Extent along x in metres."),
+        TableColumn("height", pa.float64(), "Extent along y in metres."),
+        TableColumn("labels", _STRINGS, "Labels of rooms that occur, sorted."),
+        TableColumn("n_doors", pa.int32(), "Doors of every kind."),
+        TableColumn("n_cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
+        TableColumn("n_objects", pa.int32(), "Pieces of furniture."),
         *_REACH,
-        Column("narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to use, in metres."),
-        Column("quality", pa.float64(), "The pipeline's confidence in the plan, 0 to 1."),
-        Column("source", pa.string(), "Kind of file that the plan was made from."),
-        Column("level", pa.int32(), "Number of the level in its house."),
-        Column("image", IMAGE, "A picture of the plan, PNG; path is a name for it."),
-        Column("geometry", pa.binary(), "Free space, WKB in metres: a polygon with its holes."),
+        TableColumn(
+            "narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to use, in metres."
+        ),
+        TableColumn("quality", pa.float64(), "The pipeline's confidence in the plan, 0 to 1."),
+        TableColumn("source", pa.string(), "Kind of file that the plan was made from."),
+        TableColumn("level", pa.int32(), "Number of the level in its house."),
+        TableColumn("image", IMAGE, "A picture of the plan, PNG; path is a name for it."),
+        TableColumn("geometry", pa.binary(), "Free space, WKB in metres: a polygon with its holes."),
     ),
     {"geometry": ("Polygon", "MultiPolygon")},
     _plan_rows,
 )
-ROOMS: Final = Table(
+ROOMS: Final = ReleaseTable(
     "rooms",
     "One row per room.",
     (
         *_OF_PLAN,
-        Column("room", pa.int32(), "Number of the room in its plan."),
-        Column("label", pa.string(), "One of the 25 labels, or Unlabelled."),
-        Column("source_labels", _STRINGS, "The words of the source."),
-        Column("area", pa.float64(), "Floor in m2."),
-        Column("geometry", pa.binary(), "The room, WKB in metres."),
+        TableColumn("room", pa.int32(), "Number of the room in its plan."),
+        TableColumn("label", pa.string(), "One of the 25 labels, or Unlabelled."),
+        TableColumn("source_labels", _STRINGS, "The words of the source."),
+        TableColumn("area", pa.float64(), "Floor in m2."),
+        TableColumn("geometry", pa.binary(), "The room, WKB in metres."),
     ),
     {"geometry": ("Polygon",)},
     _room_rows,
 )
-DOORS: Final = Table(
+DOORS: Final = ReleaseTable(
     "doors",
     "One row per door or opening.",
     (
         *_OF_PLAN,
-        Column("door", pa.int32(), "Number of the door in its plan."),
-        Column("kind", pa.string(), "door, opening, entrance (leads outside, closed) or cut."),
-        Column("width", pa.float64(), "From jamb to jamb in metres."),
-        Column("room_a", pa.int32(), "A room that it leads to."),
-        Column("room_b", pa.int32(), "The other room; empty if it leads outside."),
-        Column("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres."),
-        Column("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
+        TableColumn("door", pa.int32(), "Number of the door in its plan."),
+        TableColumn("kind", pa.string(), "door, opening, entrance (leads outside, closed) or cut."),
+        TableColumn("width", pa.float64(), "From jamb to jamb in metres."),
+        TableColumn("room_a", pa.int32(), "A room that it leads to."),
+        TableColumn("room_b", pa.int32(), "The other room; empty if it leads outside."),
+        TableColumn("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres."),
+        TableColumn("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
     ),
     {"geometry": ("Polygon",), "segment": ("LineString",)},
     _door_rows,
 )
-OBJECTS: Final = Table(
+OBJECTS: Final = ReleaseTable(
     "objects",
     "One row per piece of furniture.",
     (
         *_OF_PLAN,
-        Column("object", pa.int32(), "Number of the piece in its plan."),
-        Column("label", pa.string(), "Kind of furniture."),
-        Column("room", pa.int32(), "Number of the room that it stands in."),
-        Column("height", pa.float64(), "Above the floor, in metres."),
-        Column("geometry", pa.binary(), "Its footprint, WKB in metres; not free space."),
+        TableColumn("object", pa.int32(), "Number of the piece in its plan."),
+        TableColumn("label", pa.string(), "Kind of furniture."),
+        TableColumn("room", pa.int32(), "Number of the room that it stands in."),
+        TableColumn("height", pa.float64(), "Above the floor, in metres."),
+        TableColumn("geometry", pa.binary(), "Its footprint, WKB in metres; not free space."),
     ),
     {"geometry": ("Polygon",)},
     _object_rows,
@@ -213,7 +215,7 @@ OBJECTS: Final = Table(
 TABLES: Final = (PLANS, ROOMS, DOORS, OBJECTS)
 
 
-def arrow_schema(table: Table) -> Any:
+def arrow_schema(table: ReleaseTable) -> Any:
     """Return the Arrow schema with the file metadata that GeoParquet 1.1 and Hugging Face read."""
     import json
 
@@ -244,7 +246,7 @@ GROUP_ROWS: Final = 10_000
 class TableWriter:
     """A context manager that writes one file of a table, one row group at a time."""
 
-    def __init__(self, file: Path, table: Table) -> None:
+    def __init__(self, file: Path, table: ReleaseTable) -> None:
         self._schema = arrow_schema(table)
         words = [column.name for column in table.columns if column.type == pa.string()]
         self._writer: Any = pq.ParquetWriter(

@@ -38,8 +38,8 @@ from houseexpo.release.release_folder import (
     write_archive,
     write_checksums,
 )
-from houseexpo.release.splits import Splits, release_splits
-from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, Row, Table, TableWriter
+from houseexpo.release.splits import ReleaseSplits, release_splits
+from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, ReleaseTable, Row, TableWriter
 
 PICTURE_PX: Final = 256
 _CHUNK: Final = 32
@@ -92,7 +92,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
 
 
 def _write_tables(
-    folder: Path, tables: tuple[Table, ...], found: ReleasableDataset, parts: Splits, workers: int
+    folder: Path, tables: tuple[ReleaseTable, ...], found: ReleasableDataset, parts: ReleaseSplits, workers: int
 ) -> dict[str, dict[str, int]]:
     """Write a file for each table and part; return the number of rows of each."""
     rows: defaultdict[str, dict[str, int]] = defaultdict(dict)
@@ -115,7 +115,7 @@ def _write_tables(
     return dict(rows)
 
 
-def _chunks(parts: Splits) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _chunks(parts: ReleaseSplits) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield ids with their part, a few at a time."""
     for part, ids in parts.lists.items():
         for start in range(0, len(ids), _CHUNK):
@@ -134,7 +134,7 @@ def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str,
     return part, rows
 
 
-def _write_files(folder: Path, tables: tuple[Table, ...], facts: ReleaseFacts) -> None:
+def _write_files(folder: Path, tables: tuple[ReleaseTable, ...], facts: ReleaseFacts) -> None:
     """Write all files other than the tables, the checksums last."""
     plans, manifest = facts.material.plans, facts.material.manifest
     write_archive(folder / ARCHIVE, ((f"json/{name}.json", plans.raw(name)) for name in plans.ids))

@@ -22,8 +22,8 @@ import numpy as np
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
     Duplicate,
+    PairSearchResult,
     SimilarPair,
-    SimilarPairs,
     choose_duplicates,
     find_similar_pairs,
 )
@@ -314,7 +314,7 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
     return found.pairs
 
 
-def _bytes(recipe: str, kept: Sequence[Kept], found: SimilarPairs) -> bytes:
+def _bytes(recipe: str, kept: Sequence[Kept], found: PairSearchResult) -> bytes:
     stream = io.BytesIO()
     np.savez(
         stream,
@@ -328,12 +328,12 @@ def _bytes(recipe: str, kept: Sequence[Kept], found: SimilarPairs) -> bytes:
     return stream.getvalue()
 
 
-def _read(file: Path, recipe: str, places: dict[str, int]) -> SimilarPairs:
+def _read(file: Path, recipe: str, places: dict[str, int]) -> PairSearchResult:
     """Return what is known of the plans that have a place, by their places."""
     try:
         with np.load(io.BytesIO(file.read_bytes())) as found:
             if str(found["recipe"]) != recipe:
-                return SimilarPairs()
+                return PairSearchResult()
             now = [places.get(row.tobytes().hex(), -1) for row in found["plans"]]
             prints = {place: row for place, row in zip(now, found["prints"], strict=True) if place >= 0}
             pairs = [
@@ -344,8 +344,8 @@ def _read(file: Path, recipe: str, places: dict[str, int]) -> SimilarPairs:
                 if now[first] >= 0 and now[second] >= 0
             ]
     except (OSError, ValueError, KeyError, EOFError, IndexError, zipfile.BadZipFile):
-        return SimilarPairs()
-    return SimilarPairs(prints, tuple(pairs))
+        return PairSearchResult()
+    return PairSearchResult(prints, tuple(pairs))
 
 
 # Write the plans of a data set, and the pictures of their stages where the build keeps them.

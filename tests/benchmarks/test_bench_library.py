@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import Dataset, encode, open_dataset
-from houseexpo.analysis.similarity import SimilarPairs, choose_duplicates, find_duplicates, find_similar_pairs
+from houseexpo.analysis.similarity import PairSearchResult, choose_duplicates, find_duplicates, find_similar_pairs
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
@@ -153,8 +153,8 @@ def load(lines: list[bytes], tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 
 def compared(
-    load: Callable[[int], FloorPlan], count: int, known: SimilarPairs | None = None
-) -> tuple[SimilarPairs, float, float]:
+    load: Callable[[int], FloorPlan], count: int, known: PairSearchResult | None = None
+) -> tuple[PairSearchResult, float, float]:
     wall, cpu = time.perf_counter(), time.process_time()
     found = find_similar_pairs(load, count, known=known, threads=THREADS)
     return found, time.perf_counter() - wall, time.process_time() - cpu
@@ -175,7 +175,7 @@ def test_dedupe_of_the_published_plans(lines: list[bytes], load: Callable[[int],
         "all", f"{wall:.1f}", f"{cpu:.1f}", str(len(found.pairs)), str(exact), str(len(dropped)), f"{peak:.2f}"
     )
     old = {i: row for i, row in found.fingerprints.items() if i % 40}
-    known = SimilarPairs(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
+    known = PairSearchResult(old, tuple(pair for pair in found.pairs if pair.first in old and pair.second in old))
     again, wall, cpu = compared(load, count, known)
     table.add_row(f"{count - len(old)} added", f"{wall:.1f}", f"{cpu:.1f}", str(len(again.pairs)), "", "", "")
     Console().print(table)
@@ -199,7 +199,7 @@ def test_find_duplicates_of_the_published_plans() -> None:
     assert sum(duplicate.difference == 0 for duplicate in found) >= 614
 
 
-def _sheet(lines: list[bytes], found: SimilarPairs, most: int = 60) -> None:
+def _sheet(lines: list[bytes], found: PairSearchResult, most: int = 60) -> None:
     """Draw pairs that are near but not equal, the furthest first."""
     folder = os.environ.get("HOUSEEXPO_BENCH_OUT")
     if folder is None:

@@ -10,8 +10,8 @@ import pytest
 
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
+    PairSearchResult,
     SimilarPair,
-    SimilarPairs,
     apply_symmetry,
     choose_duplicates,
     crop_mask,
@@ -113,7 +113,7 @@ def test_plans_that_are_known_are_not_looked_at_again() -> None:
     old = [i for i in range(len(masks)) if i % 5]
     place = {i: k for k, i in enumerate(old)}
     first = find_similar_pairs(lambda k: masks[old[k]], len(old), **asdict(config))
-    known = SimilarPairs(
+    known = PairSearchResult(
         {i: first.fingerprints[place[i]] for i in old},
         tuple(pair._replace(first=old[pair.first], second=old[pair.second]) for pair in first.pairs),
     )
