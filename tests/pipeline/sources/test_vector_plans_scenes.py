@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from pipeline.sources.vector_plans.bodies import body_from_many_triangles
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.scene_bodies import body_from_many_triangles
 from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
