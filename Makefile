@@ -96,7 +96,7 @@ results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FE
 	  track=$${run%%:*}; case " $(TRACKS) " in *" $$track "*) ;; *) continue;; esac; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
 	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
 	  case $$track in avoidance) plans=100;; large|noisy|people|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
-	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import track_of; print(track_of('$$track').id)"); \
+	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import find_track; print(find_track('$$track').id)"); \
 	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $(PUBLISHED) \
 	    --out docs/leaderboard/$$id-$$name.json || exit; done
 

@@ -34,17 +34,17 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from houseexpo import open_dataset
-from houseexpo.pseudoslam.agents.explorers import ways_to
-from houseexpo.pseudoslam.benchmark.cases import cases_of, written_ids
+from houseexpo.pseudoslam.agents.explorers import distances_to_cells
+from houseexpo.pseudoslam.benchmark.cases import make_cases, read_test_ids
 from houseexpo.pseudoslam.benchmark.result import read_result
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import new_path_scratch
-from houseexpo.pseudoslam.worlds.world import World, scan_buffers
+from houseexpo.pseudoslam.worlds.world import World, new_scan_buffers
 
 STEP_M: Final = 0.5
 EVERY: Final = 3
@@ -102,7 +102,7 @@ def lattice_of(world: World, start: Node, radius_m: float, range_m: float, step_
     edges: list[list[tuple[int, float]]] = []
     for row, col in nodes:
         find_distances(house, col + 0.5, row + 0.5, radius_m * ppm, -1, known)
-        ways = ways_to(known, cells) / STRAIGHT
+        ways = distances_to_cells(known, cells) / STRAIGHT
         straight = [math.hypot(row - other[0], col - other[1]) for other in nodes]
         beside = [max(abs(row // step - a // step), abs(col // step - b // step)) <= 1 for a, b in nodes]
         edges.append(
@@ -137,7 +137,7 @@ def _passes(stands: npt.NDArray[np.bool_], one: Node, other: Node) -> bool:
 
 def _view(world: World, node: Node, range_px: float, counted: npt.NDArray[np.bool_]) -> int:
     """Return the counted cells that are seen from the centre of a cell, as bits."""
-    runs, hit, slopes = scan_buffers(range_px)
+    runs, hit, slopes = new_scan_buffers(range_px)
     occupied = world.occupied.copy()  # the kernel is compiled for arrays that can be written
     n_runs, _ = sector_scan(occupied, node[1] + 0.5, node[0] + 0.5, 0.0, math.pi, range_px, runs, hit, slopes)
     seen = np.zeros(occupied.size, bool)
@@ -240,13 +240,13 @@ def _print(*cells: str) -> None:
 def main() -> None:
     """Print a table of the bounds beside the ways of explorers, on the first small houses of track ``quality``."""
     plans, number = open_dataset(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 20
-    track = track_of("quality")
+    track = find_track("quality")
     found = {path: read_result(RESULTS / f"{track.id}-{path}.json") for path in ("oracle", "chooser", "frontier")}
-    ids = [name for name in written_ids()[: found["oracle"].plans.number] if name in plans]
+    ids = [name for name in read_test_ids()[: found["oracle"].plans.number] if name in plans]
     small = [name for name in ids if plans[name].area < MOST_NODES * STEP_M**2][:number]
     env = ExplorationEnv(plans.only(small), track.config)
     rows: dict[int, list[tuple[float, ...]]] = {share: [] for share in SHARES}
-    for case in cases_of(track.id, small):
+    for case in make_cases(track.id, small):
         env.reset(seed=case.seed, options={"plan_id": case.plan_id})
         x, y = env.state.pose_px[:2].tolist()
         lattice = lattice_of(

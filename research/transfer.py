@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
-from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
+from houseexpo.pseudoslam.envs.pictures import near_pixel_width, picture_side_px
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse_view
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from tests.builders.real_slam import CELL_M
@@ -56,9 +56,9 @@ class Explorer:
         """Return the square of the map round the robot, heading up, (1, side, side); None where none is wanted."""
         if self._shown is None:
             return None
-        out = np.zeros((side_of(self._shown), side_of(self._shown)), np.uint8)
+        out = np.zeros((picture_side_px(self._shown), picture_side_px(self._shown)), np.uint8)
         x, y, heading = info["pose_px"].tolist()
-        draw_coarse_view(info["map"], x, y, math.cos(heading), math.sin(heading), near_px_of(self._shown), out)
+        draw_coarse_view(info["map"], x, y, math.cos(heading), math.sin(heading), near_pixel_width(self._shown), out)
         return out[None]
 
 
@@ -68,7 +68,7 @@ def explore_on_own_map(plan: FloorPlan, policy: str, most: int, seed: int = 0) -
     state = simulator.start(np.random.default_rng(seed))
     acts, found = Explorer(policy, seed), Exploration([simulator.coverage(state)])
     for _ in range(most):
-        action = acts(knowledge_of(simulator, state))
+        action = acts(make_knowledge(simulator, state))
         if action is None:
             break
         simulator.step(state, ACTIONS[action])

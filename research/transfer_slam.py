@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
-from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, readings
+from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, simulate_readings
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.world import World
@@ -47,7 +47,7 @@ class SlamMap:
 
     def look(self, pose: Pose) -> None:
         """Read the laser from a place, into the log."""
-        (reading,) = readings(self._world, SCANNER, [pose], self._noise, laser_m=LASER_M)
+        (reading,) = simulate_readings(self._world, SCANNER, [pose], self._noise, laser_m=LASER_M)
         self._poses.append(pose)
         self._ranges.append(reading.ranges_m)
 

@@ -31,20 +31,20 @@ from rich.console import Console
 
 from houseexpo import open_dataset
 from houseexpo.progress import show_progress
-from houseexpo.pseudoslam.benchmark.cases import cases_of
+from houseexpo.pseudoslam.benchmark.cases import make_cases
 from houseexpo.pseudoslam.benchmark.comparison import BOUND
-from houseexpo.pseudoslam.benchmark.episodes import Outcome
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 from houseexpo.pseudoslam.benchmark.result import PolicyRecord, read_result, write_result
-from houseexpo.pseudoslam.benchmark.run import result_of, times_of
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.run import make_result, make_run_times
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
-from houseexpo.pseudoslam.worlds.world import World, scan_buffers
+from houseexpo.pseudoslam.worlds.world import World, new_scan_buffers
 
 Floats = npt.NDArray[np.float64]
 EVERY: Final = 7
@@ -59,7 +59,7 @@ def bounds_m(world: World, x: float, y: float, radius_m: float, range_m: float) 
     ways = np.append(_ways_px(world, x, y, radius_m * ppm), np.inf)  # the end of the last run
     occupied = world.occupied.copy()  # the kernel is compiled for arrays that can be written
     range_px = range_m * ppm + diagonal  # R2
-    runs, hit, slopes = scan_buffers(range_px)
+    runs, hit, slopes = new_scan_buffers(range_px)
     found = []
     for row, col in np.argwhere(world.observable != 0).tolist():
         if row % EVERY or col % EVERY:
@@ -89,19 +89,19 @@ def _ways_px(world: World, x: float, y: float, radius_px: float) -> Floats:
 
 def main() -> None:
     """Write the bounds of all plans of the results of the oracle, or print the means over some of them."""
-    track = track_of("quality")
+    track = find_track("quality")
     others = {name: read_result(RESULTS / f"{track.id}-{name}.json") for name in ("oracle", "chooser", "frontier")}
     oracle, plans, start = others["oracle"], open_dataset(sys.argv[1]), time.perf_counter()
     ids = oracle.episodes["plan"][: int(sys.argv[2]) if len(sys.argv) > 2 else None]
     env = ExplorationEnv(plans.only(ids), track.config)
     outcomes = []
-    for case in show_progress(cases_of(track.id, ids), "bounds", len(ids)):
+    for case in show_progress(make_cases(track.id, ids), "bounds", len(ids)):
         env.reset(seed=case.seed, options={"plan_id": case.plan_id})
         x, y = env.state.pose_px[:2].tolist()
         found = bounds_m(env.simulator.world, x, y, track.config.robot.radius_m, track.config.laser.range_m)
         values: dict[str, float | None] = dict.fromkeys(oracle.episodes.keys() - {"plan", "seed"})
         values |= {f"metres_to_{share}": round(way, MEAN_DIGITS) for share, way in found.items()}
-        outcomes.append(Outcome(case, values))
+        outcomes.append(EpisodeOutcome(case, values))
     columns = {BOUND: {f"metres_to_{s}": [one.values[f"metres_to_{s}"] for one in outcomes] for s in SHARES}}
     columns |= {name: {key: result.column(key) for key in columns[BOUND]} for name, result in others.items()}
     for key in columns[BOUND]:
@@ -111,7 +111,9 @@ def main() -> None:
     if len(sys.argv) > 2:
         return
     policy = PolicyRecord(BOUND, "research.way_bounds", "", 0, True, "discrete", "map")
-    result = result_of(track, policy, oracle.plans, outcomes, times_of(outcomes, time.perf_counter() - start, 1))
+    result = make_result(
+        track, policy, oracle.plans, outcomes, make_run_times(outcomes, time.perf_counter() - start, 1)
+    )
     write_result(result, RESULTS / f"{track.id}-{BOUND}.json")
 
 

@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.dataset.fetch import subset_folder
 from houseexpo.pseudoslam.agents.loading import NAMES
-from houseexpo.pseudoslam.benchmark.cases import ids_sha256, written_ids
+from houseexpo.pseudoslam.benchmark.cases import ids_sha256, read_test_ids
 from houseexpo.pseudoslam.benchmark.comparison import BOUND, read_results
-from houseexpo.pseudoslam.benchmark.map_curves import map_panels
-from houseexpo.pseudoslam.benchmark.tables import markdown
+from houseexpo.pseudoslam.benchmark.map_curves import draw_map_panels
+from houseexpo.pseudoslam.benchmark.tables import format_markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
@@ -71,11 +71,11 @@ def test_the_leaderboard_is_made_from_the_results() -> None:
     of_maps = {
         each.track.id: [
             (about, f"leaderboard/{each.track.id}-maps-{number}.svg")
-            for number, (about, _) in enumerate(map_panels(each), start=1)
+            for number, (about, _) in enumerate(draw_map_panels(each), start=1)
         ]
         for each in found
     }
-    assert page == markdown(found, "Leaderboard", pictures, of_maps)
+    assert page == format_markdown(found, "Leaderboard", pictures, of_maps)
     linked = {*pictures.values(), *(link for links in of_maps.values() for _, link in links)}
     assert linked == {f"leaderboard/{file.name}" for file in RESULTS.glob("*.svg")}
 
@@ -86,7 +86,7 @@ def test_the_results_are_of_the_plans_that_are_written_down() -> None:
     for compared in read_results(files):
         for result in (result for entry in compared.entries for result in entry.results):
             if compared.track.needs_plans and compared.track not in MAP_TRACKS:
-                written = written_ids("large" if compared.track.largest else "test")
+                written = read_test_ids("large" if compared.track.largest else "test")
                 assert result.plans.ids_sha256 == ids_sha256(written[: result.plans.number])
             if result.policy.name == BOUND:
                 assert result.policy.source == "research.way_bounds"

@@ -83,13 +83,12 @@ def run(
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
-    from houseexpo.pseudoslam.benchmark.run import Settings
-    from houseexpo.pseudoslam.benchmark.run import run as run_benchmark
-    from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, track_of
+    from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
+    from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
 
     _check_out(out)
-    wanted = track_of(track)
-    settings = Settings(split, plans, seed, workers or count_cores(), decision_limit, prediction or "")
+    wanted = find_track(track)
+    settings = RunSettings(split, plans, seed, workers or count_cores(), decision_limit, prediction or "")
     with CommandOutput(out, [dataset, maps], replace=replace):  # check before hours of work
         houses: Dataset | list[MapHouse] | None = None
         if maps is not None:
@@ -118,10 +117,10 @@ def compare(
     from houseexpo.commands.printing import make_console, print_name_and_text
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.comparison import read_results
-    from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
+    from houseexpo.pseudoslam.benchmark.page import check_file_name, write_comparison
 
     if out is not None:
-        check_name(out)
+        check_file_name(out)
         _check_folder(out)
     elif curves:
         raise ConfigError("--curves: expected a page to draw them on, found none; name one with --out")
@@ -168,22 +167,22 @@ def team(
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_name_and_text, print_table
     from houseexpo.outputs import CommandOutput
-    from houseexpo.pseudoslam.benchmark.cases import choose
+    from houseexpo.pseudoslam.benchmark.cases import choose_plan_ids
     from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
     from houseexpo.pseudoslam.teams.policies import find_policy_class
-    from houseexpo.pseudoslam.teams.tracks import TRACKS, format_markdown, make_table, run_team, track_named
+    from houseexpo.pseudoslam.teams.tracks import TRACKS, find_team_track, format_markdown, make_table, run_team
 
     if out.suffix != ".md":
         raise ConfigError(f"--out: expected a file that ends in .md, found {out.name!r}")
     _check_folder(out)
-    tracks = [track_named(name) for name in track or [one.name for one in TRACKS]]
+    tracks = [find_team_track(name) for name in track or [one.name for one in TRACKS]]
     policies = policy or list(TEAM_POLICIES)
     for name in policies:
         find_policy_class(name)
     with CommandOutput(out, [dataset], replace=replace) as output:
         output.check(out.with_suffix(".json"))  # before hours of work
         houses = open_data_set(dataset)
-        ids = choose(houses, split, plans)
+        ids = choose_plan_ids(houses, split, plans)
         tables, results = [], []
         for one in tracks:
             found = [run_team(one, name, houses, ids) for name in policies]
@@ -199,13 +198,17 @@ def team(
 def _print(files: list[Path]) -> None:
     from houseexpo.commands.printing import make_console, print_table
     from houseexpo.pseudoslam.benchmark.comparison import read_results
-    from houseexpo.pseudoslam.benchmark.tables import facts, heads, row
+    from houseexpo.pseudoslam.benchmark.tables import describe_plans, table_heads, table_row
 
     for compared in read_results(files):
-        make_console().print(f"{compared.track.id}: {facts(compared)}", style="italic", highlight=False, soft_wrap=True)
+        make_console().print(
+            f"{compared.track.id}: {describe_plans(compared)}", style="italic", highlight=False, soft_wrap=True
+        )
         for metrics in compared.tables():
             print_table(
-                make_console(), heads(metrics), [row(compared, entry, metrics) for entry in compared.rows(metrics)]
+                make_console(),
+                table_heads(metrics),
+                [table_row(compared, entry, metrics) for entry in compared.rows(metrics)],
             )
 
 

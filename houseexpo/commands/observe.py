@@ -41,7 +41,7 @@ def observe(
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.config import SimulatorConfig
-    from houseexpo.pseudoslam.io.observe import observe as run_observe
+    from houseexpo.pseudoslam.io.pair_shards import write_pair_shards as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
     from houseexpo.words import count_noun
 

@@ -51,7 +51,7 @@ def play(
     from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.files import make_folder
     from houseexpo.outputs import CommandOutput
-    from houseexpo.pseudoslam.agents.driving import FILES, Drive, drive
+    from houseexpo.pseudoslam.agents.driving import FILES, DriveSession, drive_by_keys
 
     output = None if out is None else CommandOutput(out, [dataset], replace=replace, folder=True)
     if out is not None and output is not None:  # check now, not when the drive is over
@@ -63,9 +63,9 @@ def play(
     printed = make_console()
     with printed.status("making the house ready"):
         env, options = make_environment(dataset, plan, task, config, _NO_END, resolution=resolution, motion=motion)
-        session = Drive(env, seed, options)
+        session = DriveSession(env, seed, options)
     with screen:
-        drive(session, screen)
+        drive_by_keys(session, screen)
     printed.print(session.caption.split("\n")[0], highlight=False)
     if out is not None and output is not None:
         with output:

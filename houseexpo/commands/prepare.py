@@ -31,7 +31,7 @@ def prepare(
     from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.cpu_cores import count_cores
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-    from houseexpo.pseudoslam.worlds.prepare import prepare as run_prepare
+    from houseexpo.pseudoslam.worlds.prepare import prepare_worlds as run_prepare
     from houseexpo.words import count_noun
 
     given = (

@@ -64,9 +64,9 @@ def record(
     from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.errors import ConfigError
     from houseexpo.outputs import CommandOutput
-    from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
+    from houseexpo.pseudoslam.agents.policies import load_interface, make_policy
     from houseexpo.pseudoslam.io.races import Racer, record_race
-    from houseexpo.pseudoslam.io.record import record as write
+    from houseexpo.pseudoslam.io.record import record_episode as write
     from houseexpo.words import count_noun
 
     printed = make_console()
@@ -75,7 +75,7 @@ def record(
         if out is None or bag is not None or shows == "beside":
             raise ConfigError("--policy: several make a movie, --out FILE; no bag, and no --shows beside")
         with CommandOutput(out, [dataset], replace=replace), printed.status(f"recording {count_noun(steps, 'step')}"):
-            interfaces = [interface_for(name, task) for name in names]
+            interfaces = [load_interface(name, task) for name in names]
             racers = [
                 (
                     name,
@@ -85,7 +85,7 @@ def record(
                 )
                 for name, interface in zip(names, interfaces, strict=True)
             ]
-            runners = [Racer(name, env, policy_of(name, env, seed)) for name, env, _ in racers]
+            runners = [Racer(name, env, make_policy(name, env, seed)) for name, env, _ in racers]
             record_race(
                 runners, out, steps, seed=seed, options=racers[0][2], fps=fps, every=every, shows=shows, most_px=size
             )
@@ -97,12 +97,12 @@ def record(
             if file is not None:
                 opened.enter_context(CommandOutput(file, [dataset], replace=replace))
         opened.enter_context(printed.status(f"recording {count_noun(steps, 'step')}"))
-        interface = interface_for(names[0], task)
+        interface = load_interface(names[0], task)
         env, options = make_environment(
             dataset, plan, task, config, steps, interface=interface, ranges=bag is not None, resolution=resolution,
             motion=motion,
         )  # fmt: skip
-        acts = policy_of(names[0], env, seed)
+        acts = make_policy(names[0], env, seed)
         done = write(
             env, acts, out, steps, seed=seed, options=options, fps=fps, every=every, shows=shows, most_px=size, bag=bag
         )

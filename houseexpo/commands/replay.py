@@ -25,10 +25,10 @@ def replay(
     from houseexpo.commands.printing import make_console
     from houseexpo.exports.rasters import FREE, UNKNOWN, WALL, map_server_files
     from houseexpo.outputs import CommandOutput
-    from houseexpo.pseudoslam.io.playback import map_of_bag
+    from houseexpo.pseudoslam.io.bag_maps import map_from_bag
 
     with CommandOutput(out, [bag], replace=replace, folder=True) as place:
-        made = map_of_bag(bag, resolution, scan_topic=scan_topic)
+        made = map_from_bag(bag, resolution, scan_topic=scan_topic)
         pixels = np.where(made.occupied, WALL, np.where(made.free, FREE, UNKNOWN)).astype(np.uint8)
         for name, data in map_server_files("map", pixels, made.resolution_m, made.origin[:2]).items():
             place.write(out / name, data)

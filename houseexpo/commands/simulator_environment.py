@@ -47,7 +47,7 @@ def make_environment(
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv
     from houseexpo.pseudoslam.tasks import Exploration, Navigation, ObstacleAvoidance
-    from houseexpo.pseudoslam.worlds.maps import open_houses, own_resolution
+    from houseexpo.pseudoslam.worlds.maps import common_resolution, open_houses
 
     make, default = {
         "exploration": (ExplorationEnv, Exploration.default),
@@ -56,7 +56,7 @@ def make_environment(
     }[task]
     houses = _plans(dataset, plan, task, resolution)
     given: SimulatorConfig = SimulatorConfig.from_yaml(config) if config else replace(default, max_steps=max_steps)
-    if config is None and (own := own_resolution(open_houses(houses))) is not None:
+    if config is None and (own := common_resolution(open_houses(houses))) is not None:
         given = replace(given, pixels_per_metre=own)
     wanted = interface or Interface()
     if wanted.view is not None:
@@ -73,9 +73,9 @@ def _plans(dataset: Path | None, plan: str | None, task: TaskName, resolution: f
     from houseexpo.commands.arguments import is_plan_file, open_data_set
     from houseexpo.floorplan import load_plan
     from houseexpo.pseudoslam.tasks import ROOM
-    from houseexpo.pseudoslam.worlds.maps import is_maps, open_maps
+    from houseexpo.pseudoslam.worlds.maps import has_maps, open_maps
 
-    if dataset is not None and is_maps(dataset):
+    if dataset is not None and has_maps(dataset):
         return open_maps(dataset, resolution)
     if dataset is not None and is_plan_file(dataset):
         return load_plan(dataset)

@@ -90,7 +90,7 @@ def _policy(
     from houseexpo.outputs import check_not_in_inputs
     from houseexpo.pseudoslam.learning import need_learn
     from houseexpo.pseudoslam.learning.config import TrainConfig
-    from houseexpo.pseudoslam.learning.environments import check_options, choose_plans
+    from houseexpo.pseudoslam.learning.environments import check_task_options, choose_plans
 
     need_learn("houseexpo train")
     changes = {"seed": seed, "steps": steps}
@@ -100,7 +100,7 @@ def _policy(
         driven = {} if motion == "discrete" else {"actions": "continuous"}
         given = replace(given, environment=replace(given.environment, motion=motion, **driven))  # type: ignore[arg-type]
     try:
-        check_options(task, given.environment)
+        check_task_options(task, given.environment)
     except ConfigError as error:
         raise ConfigError(f"{config}: {error}" if config else str(error)) from None
     where = dataset or (Path(given.environment.dataset) if given.environment.dataset else None)
@@ -108,11 +108,11 @@ def _policy(
     opened = None if where is None and task == "avoidance" else open_data_set(where)
     given = replace(given, environment=replace(given.environment, dataset=str(where) if where else None))
 
-    from houseexpo.pseudoslam.learning.training import POLICY, Run, train as run_train  # isort: skip  # PyTorch
+    from houseexpo.pseudoslam.learning.training import POLICY, TrainingRun, train as run_train  # isort: skip  # PyTorch
 
     say = partial(make_console().print, highlight=False, soft_wrap=True)
     plans = choose_plans(opened, given.environment, given.evaluation.plans)
-    run_train(Run(task, given, plans, out), resume=resume, threads=threads, say=say)
+    run_train(TrainingRun(task, given, plans, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, described in {out / Path(POLICY).with_suffix('.json')}")
 
 
@@ -128,9 +128,9 @@ def _chooser(
     from houseexpo.configuration import read_config
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
-    from houseexpo.pseudoslam.learning.choosing import WEIGHTS, ChoosingConfig, train_chooser
+    from houseexpo.pseudoslam.learning.chooser_training import WEIGHTS, ChooserConfig, train_chooser
 
-    given = read_config(ChoosingConfig, config) if config else ChoosingConfig()
+    given = read_config(ChooserConfig, config) if config else ChooserConfig()
     given = given if seed is None else replace(given, seed=seed)
     check_not_in_inputs(out, [dataset])
     opened, say = open_data_set(dataset), partial(make_console().print, highlight=False, soft_wrap=True)

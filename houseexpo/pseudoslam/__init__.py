@@ -23,16 +23,15 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.obstacles import (
     Circle,
     Ellipse,
     Obstacle,
     ObstaclesConfig,
-    PeopleConfig,
     Polygon,
     RandomObstacles,
     Rectangle,
-    Trajectory,
 )
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError, MissingDependencyError
-from houseexpo.pseudoslam.envs.reset_options import OPTIONS, options_of
+from houseexpo.pseudoslam.envs.reset_options import OPTIONS, check_reset_options
 from houseexpo.pseudoslam.envs.vector import FOR_ALL, PseudoSlamVectorEnv
 
 try:
@@ -60,7 +60,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
 
     def reset(self) -> Any:
         """Start episodes in all environments, with the seeds of ``seed()`` and the options of ``set_options()``."""
-        each = [options_of(given) for given in self._options]
+        each = [check_reset_options(given) for given in self._options]
         options = {key: [given.get(key) for given in each] for key in OPTIONS if any(key in given for given in each)}
         observation, infos = self.env.reset(seed=list(self._seeds), options=options)
         self.reset_infos = _split_infos(infos, self.num_envs)

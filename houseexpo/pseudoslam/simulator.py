@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.step_kernels import (
 )
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import House
-from houseexpo.pseudoslam.worlds.reset import initial_state
+from houseexpo.pseudoslam.worlds.reset import make_initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
 Action = Literal["forward", "left", "right"]
@@ -70,7 +70,7 @@ class Simulator:
         self.params = params or make_step_params(config)
         self._scratch = scratch or make_scratch(config)
         self._ppm = config.pixels_per_metre
-        self._moves = motions(config)
+        self._moves = action_motions(config)
 
     @classmethod
     def of(cls, plan: House, config: SimulatorConfig) -> Simulator:
@@ -88,7 +88,7 @@ class Simulator:
             ``start``, ``goal``, ``obstacles``, ``people`` or ``trajectories`` of the configuration are not possible in
             this house.
         """
-        state = initial_state(self.world, self.config, self.params, self._scratch, rng)
+        state = make_initial_state(self.world, self.config, self.params, self._scratch, rng)
         take_first_scan(state, self.params, self._scratch)
         return state
 
@@ -176,7 +176,7 @@ class Simulator:
         return OccupancyGrid(values[state.known[::-1]], frame.cell_m, frame.origin_m)
 
 
-def motions(config: SimulatorConfig) -> dict[str, tuple[float, float]]:
+def action_motions(config: SimulatorConfig) -> dict[str, tuple[float, float]]:
     """Return for each action its turn in radians and its distance forward in metres."""
     turn = math.radians(config.robot.turn_deg)
     return {"forward": (0.0, config.robot.step_m), "left": (turn, 0.0), "right": (-turn, 0.0)}

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.obstacles import Obstacle
-from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField
 from houseexpo.pseudoslam.kernels.planning.planner_types import new_graph, no_planner_memory

@@ -26,7 +26,7 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.kernel_cache import is_uncached
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
-from houseexpo.pseudoslam.kernels.collision import no_tracks
+from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
 from houseexpo.pseudoslam.kernels.compiling import count_as_compiling, report_compiling_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
@@ -46,8 +46,8 @@ from houseexpo.pseudoslam.kernels.types import (
     new_path_scratch,
 )
 from houseexpo.pseudoslam.state import State, new_episode
-from houseexpo.pseudoslam.worlds.moving import new_bodies, walk_of
-from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params, new_bodies
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 
 
 def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: PlannerRules | None = None) -> StepParams:
@@ -63,7 +63,7 @@ def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: Pl
         Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
         Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
         make_errors(noise, ppm),
-        walk_of(config.people, ppm),
+        make_walk_params(config.people, ppm),
         float(config.step_s),
         clearance_m * ppm,
         config.observation.global_size_m / config.observation.global_cells * ppm,
@@ -128,7 +128,7 @@ def _drive_of(config: SimulatorConfig) -> Drive:
 def make_scratch(config: SimulatorConfig) -> Scratch:
     """Return working memory for the scans of one thread."""
     laser, range_px = config.laser, config.laser.range_m * config.pixels_per_metre
-    runs, hit, slopes = scan_buffers(range_px)
+    runs, hit, slopes = new_scan_buffers(range_px)
     if laser.rule == "rays":
         rays = math.ceil(laser.fov_deg / laser.resolution_deg) + 1
         hit = np.empty(max(rays, len(hit)), np.int32)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 
@@ -94,11 +94,11 @@ class Exploration(Task):
     default = SimulatorConfig()
 
     def __post_init__(self) -> None:
-        one_of(self.reward, "reward", get_args(ExplorationReward))
-        number(self.cost_per_metre, "cost_per_metre", at_least=0.0)
-        number(self.cost_per_turn, "cost_per_turn", at_least=0.0)
+        check_one_of(self.reward, "reward", get_args(ExplorationReward))
+        check_number(self.cost_per_metre, "cost_per_metre", at_least=0.0)
+        check_number(self.cost_per_turn, "cost_per_turn", at_least=0.0)
         if self.success_coverage is not None:
-            number(self.success_coverage, "success_coverage", above=0.0)
+            check_number(self.success_coverage, "success_coverage", above=0.0)
             if self.success_coverage > 1:
                 raise ConfigError(f"success_coverage: expected at most 1, found {self.success_coverage!r}")
 
@@ -161,8 +161,8 @@ class ObstacleAvoidance(Task):
     )
 
     def __post_init__(self) -> None:
-        number(self.safe_m, "safe_m", above=0.0)
-        one_of(self.reward, "reward", get_args(AvoidanceReward))
+        check_number(self.safe_m, "safe_m", above=0.0)
+        check_one_of(self.reward, "reward", get_args(AvoidanceReward))
 
     @property
     def clearance_m(self) -> float:  # type: ignore[override]  # a constant of other tasks
@@ -208,7 +208,7 @@ class Navigation(Task):
     rewards_add_up = True
 
     def __post_init__(self) -> None:
-        number(self.success_reward, "success_reward")
+        check_number(self.success_reward, "success_reward")
 
     def configure(self, config: SimulatorConfig | None) -> SimulatorConfig:
         """Add a random goal to a configuration without one."""

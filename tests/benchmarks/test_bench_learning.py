@@ -24,8 +24,8 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo.drawing.plots import MUTED, ONE, OTHER, standalone_svg, svg_axes
-from houseexpo.pseudoslam.agents.policies import interface_for, policy_of
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, estimate_seeds
+from houseexpo.pseudoslam.agents.policies import load_interface, make_policy
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_mean, estimate_mean_over_seeds
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
 from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -44,15 +44,19 @@ Rows = list[dict[str, float]]
 
 def unlearned(task: str, name: str, plans: Plans, ids: Sequence[str] | None, episodes: int) -> Rows:
     """What a policy by its name does in them."""
-    from houseexpo.pseudoslam.learning.environments import simulator_of
+    from houseexpo.pseudoslam.learning.environments import make_simulator_config
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     told = read_policy(PAPER / f"{task}-0" / "policy.pt", task).config.environment
-    wanted = interface_for(name, task)
+    wanted = load_interface(name, task)
     env = ENVS[task](
-        plans, simulator_of(task, told), actions=wanted.actions, observation=wanted.observation, **dict(told.task)
+        plans,
+        make_simulator_config(task, told),
+        actions=wanted.actions,
+        observation=wanted.observation,
+        **dict(told.task),
     )
-    acts, rows = policy_of(name, env, 0), []
+    acts, rows = make_policy(name, env, 0), []
     for i in range(episodes):
         observation, info = env.reset(seed=i, options={"plan_id": ids[i]} if ids is not None else None)
         total, ended = 0.0, False
@@ -119,12 +123,12 @@ def test_what_was_learned(task: str) -> None:
     lows, lines = {}, {}
     for label, (ending, _) in LEARNED.items():
         runs = [scores_of(task + ending, seed, plans, ids, episodes, 64) for seed in SEEDS]
-        mine = {key: estimate_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
+        mine = {key: estimate_mean_over_seeds([[row[key] for row in rows] for rows in runs]) for key in MEASURES[task]}
         table.add_row(f"{label} (3 seeds)", *(told(mine[key], key) for key in MEASURES[task]))
         lows[label] = float(mine[MEASURES[task][0]].low or 0)
     for name in BASELINES[task]:
         rows = unlearned(task, name, plans, ids, episodes)
-        found = {key: estimate([row[key] for row in rows]) for key in MEASURES[task]}
+        found = {key: estimate_mean([row[key] for row in rows]) for key in MEASURES[task]}
         table.add_row(name, *(told(found[key], key) for key in MEASURES[task]))
         lines[name] = float(found[MEASURES[task][0]].mean or 0)
     Console(width=110).print(table)
@@ -138,7 +142,7 @@ def explored(seed: int | None, *, masked: bool, count: int) -> dict[str, float]:
     """Mean coverage after 200 and 800 steps, and collisions, of a policy, or of random motions for None."""
     import torch
 
-    from houseexpo.pseudoslam.learning.environments import environments
+    from houseexpo.pseudoslam.learning.environments import make_environments
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     trained = read_policy(PAPER / f"exploration-cnn-{seed or 0}" / "policy.pt", "exploration")
@@ -149,7 +153,7 @@ def explored(seed: int | None, *, masked: bool, count: int) -> dict[str, float]:
     plans, listed = held_out()
     there = sorted(listed)
     ids = [there[i] for i in np.random.default_rng(0).permutation(len(there))[:count]]
-    envs = environments("exploration", place, plans, number=count)
+    envs = make_environments("exploration", place, plans, number=count)
     seen, _ = envs.reset(seed=0, options={"plan_id": ids})
     rng, found = np.random.default_rng(0), {}
     chances = np.full((count, 3), 1.0 / 3.0)

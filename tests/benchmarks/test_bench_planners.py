@@ -27,9 +27,9 @@ from houseexpo import Dataset, FloorPlan, open_dataset
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import SimulatorConfig
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.benchmark.cases import cases_of, written_ids
-from houseexpo.pseudoslam.benchmark.episodes import Runner
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.cases import make_cases, read_test_ids
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.planning import MapPlanner
 from tests.builders.shared import DATA, needs_shared
 
@@ -109,21 +109,21 @@ def test_time_of_a_decision(plans: list[FloorPlan]) -> None:
 LISTED = 20
 POLICIES = ("frontier", "information", "tour", "oracle", "wall", "forward")
 ASKED_MS = {"frontier": "1"}
-QUALITY = track_of("quality")
+QUALITY = find_track("quality")
 
 
 @pytest.fixture(scope="module")
 def listed() -> Dataset:
-    return open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz").only(written_ids()[:LISTED])
+    return open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz").only(read_test_ids()[:LISTED])
 
 
 def test_decisions_and_steps(listed: Dataset) -> None:
     table = Table(title=f"{LISTED} listed, {QUALITY.id}, one process; load {os.getloadavg()[0]:.1f}")
     for heading in ("policy", "ms a decision, median", "mean", "asked", "steps a second", "s a plan"):
         table.add_column(heading, justify="right" if heading != "policy" else "left")
-    first, *cases = cases_of(QUALITY.id, listed.ids)
+    first, *cases = make_cases(QUALITY.id, listed.ids)
     for name in POLICIES:
-        runner = Runner(QUALITY, load_policy(name), listed)
+        runner = EpisodeRunner(QUALITY, load_policy(name), listed)
         runner.run(first)  # what has to be compiled is compiled
         start = time.perf_counter()
         found = [runner.run(case) for case in cases]

@@ -21,8 +21,8 @@ from rich.table import Table
 from houseexpo import FloorPlan, open_dataset
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import knowledge_of
-from houseexpo.pseudoslam.benchmark.cases import written_ids
+from houseexpo.pseudoslam.agents.protocol import make_knowledge
+from houseexpo.pseudoslam.benchmark.cases import read_test_ids
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from research.transfer import CONFIG, Exploration, Explorer, explore_on_own_map
 from research.transfer_irsim import explore_in_irsim
@@ -101,7 +101,7 @@ TEST_PLANS, STEPS = 10, 200
 def first_tested() -> list[FloorPlan]:
     """The benchmark's first test plans."""
     plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
-    return [plans[name] for name in written_ids()[:TEST_PLANS]]
+    return [plans[name] for name in read_test_ids()[:TEST_PLANS]]
 
 
 @needs_shared
@@ -113,9 +113,9 @@ def test_what_is_learned_from_is_drawn_as_environments_draw_it() -> None:
     env = ExplorationEnv([plan], config=replace(CONFIG, observation=view))
     seen, _ = env.reset(seed=0)
     for _ in range(50):
-        found = explorer.view_of(knowledge_of(env.simulator, env.state))
+        found = explorer.view_of(make_knowledge(env.simulator, env.state))
         np.testing.assert_array_equal(found, seen)
-        seen, *_ = env.step(int(explorer(knowledge_of(env.simulator, env.state)) or 0))
+        seen, *_ = env.step(int(explorer(make_knowledge(env.simulator, env.state)) or 0))
     assert {0, 127, 255} == set(np.unique(seen))
     env.close()
 

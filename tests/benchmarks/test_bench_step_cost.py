@@ -25,13 +25,13 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan, open_dataset
 from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.io.observe import observe
+from houseexpo.pseudoslam.io.pair_shards import write_pair_shards
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import merge_ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.step_kernels import make_step_params
-from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 from tests.benchmarks.vector_runs import (
     GMAPPING_MS,
     PICTURE,
@@ -67,7 +67,7 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
         table.add_column(heading, justify="right")
     fan = np.arange(-np.pi / 2, np.pi / 2, np.pi / 180)
     fan_cos, fan_sin = np.cos(fan), np.sin(fan)
-    runs, hit, slopes = scan_buffers(100.0)
+    runs, hit, slopes = new_scan_buffers(100.0)
     for plan in houses:
         world = Simulator.of(plan, SimulatorConfig(20.0)).world
         cells = (np.random.default_rng(0).choice(np.argwhere(world.traversable), 500) + 0.5).tolist()
@@ -102,7 +102,7 @@ def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
         batch = batch_of(config, [plan])
         state, sensor = batch.state(0), make_step_params(config).sensor
         shown, pose, occupied = state.view.copy(), state.pose_px, state.occupied
-        runs, hit, slopes = scan_buffers(sensor.range_px)
+        runs, hit, slopes = new_scan_buffers(sensor.range_px)
         known, observable = state.known.copy(), state.episode.observable
         whole = 1e6 / rates(kernel_run(config, [plan], lambda b, m: b.step(m, np.ones(N, np.uint8))))[0]
         cut = microseconds(lambda: crop_view(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
@@ -260,13 +260,13 @@ def test_pairs_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     """On all cores, unprepared: each house is made when it is visited."""
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     plans = open_dataset(PUBLISHED)
-    observe(plans, tmp_path / "warm", PairConfig(each=2), limit=4)  # compiled, and the data set packed
+    write_pair_shards(plans, tmp_path / "warm", PairConfig(each=2), limit=4)  # compiled, and the data set packed
     table = Table(
         "", "pairs/s", "a million, minutes", "bytes a pair", title=f"Pairs of maps, {count_cores()} processes"
     )
     for name, config in PAIRS_OF.items():
         start = time.perf_counter()
-        done = observe(plans, tmp_path / name, config, limit=PAIRS, seed=1, workers=count_cores())
+        done = write_pair_shards(plans, tmp_path / name, config, limit=PAIRS, seed=1, workers=count_cores())
         rate = done.pairs / (time.perf_counter() - start)
         table.add_row(name, f"{rate:,.0f}", f"{1e6 / rate / 60:.0f}", f"{done.size / done.pairs:,.0f}")
         with np.load(next((tmp_path / name).glob("pairs-*.npz"))) as arrays:

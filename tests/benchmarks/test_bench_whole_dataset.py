@@ -27,8 +27,8 @@ from houseexpo import Dataset, open_dataset
 from houseexpo.cpu_cores import count_cores
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.worlds.cache import static_world
-from houseexpo.pseudoslam.worlds.prepare import prepare
+from houseexpo.pseudoslam.worlds.cache import load_static_world
+from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
 from houseexpo.pseudoslam.worlds.store import WorldStore
 from tests.builders.shared import DATA, needs_shared
 
@@ -94,7 +94,7 @@ def test_preparing_and_steps_a_second(plans: Dataset) -> None:
     workers = count_cores()
     for name, config in CONFIGS.items():
         start = time.perf_counter()
-        done = prepare(plans, config, workers)
+        done = prepare_worlds(plans, config, workers)
         took = time.perf_counter() - start
         Console().print(
             f"{name}: {done.made:,} worlds prepared in {took:.0f} s by {workers} processes, {done.size / 1e6:.0f} MB "
@@ -139,7 +139,7 @@ def test_a_world_that_is_not_kept() -> None:
     def made(line: bytes) -> tuple[float, float]:
         swept.clear()
         start = time.thread_time()
-        static_world(decode(line), EXPLORATION)
+        load_static_world(decode(line), EXPLORATION)
         return 1000 * (time.thread_time() - start), sum(swept)
 
     with gzip.open(PLANS) as stream:

@@ -42,15 +42,15 @@ def scores_of(
     experiment: str, seed: int, plans: Plans, ids: Sequence[str] | None, episodes: int, number: int
 ) -> list[dict[str, float]]:
     """What came of so many episodes of a policy, in plans of these ids, ``number`` of them at a time."""
-    from houseexpo.pseudoslam.learning.environments import environments
-    from houseexpo.pseudoslam.learning.evaluation import scores
+    from houseexpo.pseudoslam.learning.environments import make_environments
+    from houseexpo.pseudoslam.learning.evaluation import score_episodes
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     task = task_of(experiment)
     trained = read_policy(PAPER / f"{experiment}-{seed}" / "policy.pt", task)
-    envs = environments(task, trained.config.environment, plans, number=number)
+    envs = make_environments(task, trained.config.environment, plans, number=number)
     given = tuple(ids) if ids is not None else None
-    found = scores(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
+    found = score_episodes(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
     envs.close()
     return found
 

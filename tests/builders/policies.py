@@ -29,7 +29,7 @@ ALONG = SimulatorConfig(
 )
 TINY = Track(
     "tiny", "tiny-v1", "Go along a corridor.", ALONG, "exploration", {"success_coverage": 1.0},
-    measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 40), ("metres", 8)),
+    measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 40), ("metres", 8)),
 )  # fmt: skip
 
 

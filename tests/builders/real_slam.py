@@ -1,10 +1,10 @@
 """A SLAM that Debian ships, run on the log of a simulated run, and the comparison of its map with ours.
 
-Protocol. A robot explores a house by ``frontier_walk``; PseudoSLAM draws its map without noise. The same path is
-written as a CARMEN log: ranges with 1 cm of noise, odometry that drifts by 1 cm and 0.5 degrees in a metre and 1 degree
-in a full turn (adding up as random walks do). Both have cells of 5 cm and see 10 m, half round. ``carmen2rawlog``
-converts the log, ``icp-slam`` matches each scan against the points that it has and draws its map; it starts at the
-robot's start.
+Protocol. A robot explores a house by ``yield_frontier_actions``; PseudoSLAM draws its map without noise. The same path
+is written as a CARMEN log: ranges with 1 cm of noise, odometry that drifts by 1 cm and 0.5 degrees in a metre and 1
+degree in a full turn (adding up as random walks do). Both have cells of 5 cm and see 10 m, half round.
+``carmen2rawlog`` converts the log, ``icp-slam`` matches each scan against the points that it has and draws its map; it
+starts at the robot's start.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ import pytest
 from scipy.ndimage import binary_fill_holes
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.explorers import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import yield_frontier_actions
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
-from houseexpo.pseudoslam.io.carmen import Drift, Pose, Reading, Scanner, readings, write_log
+from houseexpo.pseudoslam.io.carmen import OdometryDrift, Pose, Reading, Scanner, simulate_readings, write_log
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.simulator import Action, Simulator
 
 CELL_M, RANGE_M, LASER_M = 0.05, 10.0, 0.01
 SCANNER = Scanner(180.0, 361, RANGE_M)
-DRIFT = Drift(metres_per_sqrt_metre=0.01, degrees_per_sqrt_metre=0.5, degrees_per_sqrt_turn=1.0)
+DRIFT = OdometryDrift(metres_per_sqrt_metre=0.01, degrees_per_sqrt_metre=0.5, degrees_per_sqrt_turn=1.0)
 SECONDS = 0.2
 _PROGRAMS = ("carmen2rawlog", "rawlog-edit", "icp-slam")
 _SCAN = b"mrpt::obs::CObservation2DRangeScan"
@@ -135,7 +135,7 @@ def explore(plan: FloorPlan, seed: int = 0) -> Run:
     simulator = Simulator.of(plan, config)
     state = simulator.start(np.random.default_rng(seed))
     poses, actions = [simulator.pose(state)], list[Action]()
-    for action in frontier_walk(simulator, state):
+    for action in yield_frontier_actions(simulator, state):
         simulator.step(state, action)
         poses.append(simulator.pose(state))
         actions.append(action)
@@ -151,7 +151,7 @@ def explore(plan: FloorPlan, seed: int = 0) -> Run:
 def slam(run: Run, folder: Path, seed: int = 0) -> SlamMap:
     """Write the log of a run, convert it, check the conversion, and let the SLAM draw its map."""
     world, rng = run.simulator.world, np.random.default_rng(seed)
-    log = list(readings(world, SCANNER, run.poses, rng, drift=DRIFT, laser_m=LASER_M))
+    log = list(simulate_readings(world, SCANNER, run.poses, rng, drift=DRIFT, laser_m=LASER_M))
     convert(log, folder)
     (folder / "slam.ini").write_text(SETTINGS)
     call(folder, "icp-slam", "slam.ini", "run.rawlog")

@@ -16,22 +16,20 @@ from houseexpo import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.kernels.collision import (
-    MOVING,
-    STATIC,
-    Bodies,
-    Disc,
-    Tracks,
-    disc_is_free,
-    distance_to_body,
-    placed_people,
-)
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks, distance_to_body
+from houseexpo.pseudoslam.kernels.collision import MOVING, STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.people import WalkParams, mark_bodies, move_bodies
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks, new_bodies, start_people, walk_of
+from houseexpo.pseudoslam.worlds.moving_obstacles import (
+    make_flow_field,
+    make_tracks,
+    make_walk_params,
+    new_bodies,
+    start_people,
+)
 from houseexpo.pseudoslam.worlds.store import store_folder
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -150,8 +148,8 @@ def scene(
     """Put things into a grid of what stands still."""
     people = people or PeopleConfig()
     frame, plan = frame_of(occupied, ppm), plan or plan_of(occupied, ppm)
-    walk, tracks = walk_of(people, ppm), make_tracks(trajectories, occupied, frame, "box")
-    flow = make_flow(occupied, frame, people.radius_m, plan) if people.number else no_flow_field()
+    walk, tracks = make_walk_params(people, ppm), make_tracks(trajectories, occupied, frame, "box")
+    flow = make_flow_field(occupied, frame, people.radius_m, plan) if people.number else no_flow_field()
     bodies = new_bodies(len(trajectories), people.number)
     start_people(people, occupied, bodies, tracks, flow, walk, key, robot, "box")
     bodies = bodies._replace(people=placed_people(bodies.people))  # a small room takes fewer than it is asked to

@@ -55,7 +55,7 @@ def write_tiny(folder: Path, **more: Any) -> Path:
 
 def run(folder: Path, config: TrainConfig | None = None, task: str = "avoidance", **given: Any) -> dict[str, float]:
     """Learn in the paper's room, or in huts that lie beside the folder, with one thread: tests share the machine."""
-    from houseexpo.pseudoslam.learning.training import Run, train
+    from houseexpo.pseudoslam.learning.training import TrainingRun, train
 
     config = config or tiny()
     plans = None
@@ -63,4 +63,4 @@ def run(folder: Path, config: TrainConfig | None = None, task: str = "avoidance"
         huts = folder.parent / "huts"
         plans = open_dataset(huts if huts.is_dir() else write_split_huts(folder.parent))
     chosen = choose_plans(plans, config.environment, config.evaluation.plans)
-    return train(Run(task, config, chosen, folder), threads=1, **given)
+    return train(TrainingRun(task, config, chosen, folder), threads=1, **given)

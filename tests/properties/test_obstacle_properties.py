@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.config.obstacles import (
     RandomObstacles,
     Rectangle,
 )
-from houseexpo.pseudoslam.worlds.place_obstacles import place
+from houseexpo.pseudoslam.worlds.place_obstacles import place_obstacles
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM = 10.0
@@ -64,7 +64,7 @@ def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], n
     assume(traversable.any())
     random = RandomObstacles((number, number), (0.05, 1.0), gap_m=gap_m)
     try:
-        placed = place(
+        placed = place_obstacles(
             occupied, traversable, frame, plan_id="house", radius_px=radius_m * PPM,
             config=ObstaclesConfig(tuple(told), random), rng=np.random.default_rng(seed),
         )  # fmt: skip

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.collision import disc_is_free
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, world_of
+from houseexpo.pseudoslam.worlds.world import make_world_from_raster, new_scan_buffers, traversable_cells
 from tests.builders.scans import first_hit
 
 PPM = 10.0
@@ -50,7 +50,7 @@ def simulated(
     laser = LaserConfig(range_m=2.0, fov_deg=200.0, resolution_deg=2.0, rule=rule)
     config = SimulatorConfig(PPM, RobotConfig(radius_m=radius_m), laser, noise or NoiseConfig())
     frame = GridFrame.around((0.0, 0.0, (occupied.shape[1] - 2) / PPM, (occupied.shape[0] - 2) / PPM), PPM, y_up=True)
-    simulator = Simulator(world_of(occupied, frame, radius_m, 2.0, "clutter"), config)
+    simulator = Simulator(make_world_from_raster(occupied, frame, radius_m, 2.0, "clutter"), config)
     return simulator, simulator.start(np.random.default_rng(seed))
 
 
@@ -169,7 +169,7 @@ class View:
 
 
 def looked(occupied: np.ndarray, x: float, y: float, heading: float, half_fov: float, range_px: float) -> np.ndarray:
-    runs, hit, slopes = scan_buffers(range_px)
+    runs, hit, slopes = new_scan_buffers(range_px)
     n_runs, n_hit = sector_scan(np.ascontiguousarray(occupied), x, y, heading, half_fov, range_px, runs, hit, slopes)
     seen = np.zeros(occupied.size, np.uint8)
     for first, last in runs[:n_runs].tolist():

@@ -17,7 +17,7 @@ from houseexpo.files import make_folder, write_atomically
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels import mapping
 from houseexpo.pseudoslam.render.canvas import Image
-from houseexpo.pseudoslam.render.picture import Shows, picture
+from houseexpo.pseudoslam.render.picture import Shows, draw_episode
 from houseexpo.pseudoslam.simulator import ACTIONS, Action
 from houseexpo.words import count_noun
 
@@ -51,7 +51,7 @@ class Screen(Protocol):
         """Return the pressed keys, after waiting for one for at most ``wait_s`` seconds."""
 
 
-class Row(NamedTuple):
+class TrajectoryRow(NamedTuple):
     """A line of the trajectory; the first of an episode has no action."""
 
     step: int
@@ -63,7 +63,7 @@ class Row(NamedTuple):
     explored_m2: float
 
 
-class Drive:
+class DriveSession:
     """An episode that a person drives.
 
     ``rows`` is its trajectory; ``observation`` and ``info`` are the latest ones of the environment.
@@ -83,14 +83,14 @@ class Drive:
 
     def _start_episode(self, seed: int | None = None) -> None:
         self.observation, self.info = self._env.reset(seed=seed, options=self._options)
-        self.rows: list[Row] = []
+        self.rows: list[TrajectoryRow] = []
         self._trail: list[npt.NDArray[np.float64]] = []
         self._ended = ""
         self._note("", 0.0)
 
     def _note(self, action: str, reward: float) -> None:
         x, y, heading = self.info["pose"].tolist()
-        self.rows.append(Row(len(self.rows), action, x, y, heading, reward, self.info["explored_m2"]))
+        self.rows.append(TrajectoryRow(len(self.rows), action, x, y, heading, reward, self.info["explored_m2"]))
         self._trail.append(self._env.state.poses_px.copy())
 
     def press(self, key: str) -> None:
@@ -114,7 +114,7 @@ class Drive:
 
     def picture(self, most_px: tuple[int, int]) -> Image:
         """Return a picture of the current state."""
-        return picture(self._env.simulator, self._env.state, self._trail, most_px=most_px, shows=self._shows)
+        return draw_episode(self._env.simulator, self._env.state, self._trail, most_px=most_px, shows=self._shows)
 
     @property
     def caption(self) -> str:
@@ -140,7 +140,7 @@ class Drive:
         files = map_server_files("map", shades[state.known], frame.cell_m, frame.origin_m)
         files["map.png"] = as_file(self.picture((1600, 1200)), "PNG")
         stream = io.StringIO(newline="")
-        csv.writer(stream, lineterminator="\n").writerows([Row._fields, *self.rows])
+        csv.writer(stream, lineterminator="\n").writerows([TrajectoryRow._fields, *self.rows])
         files["trajectory.csv"] = stream.getvalue().encode()
         return files
 
@@ -153,7 +153,7 @@ class Drive:
         return [folder / name for name in sorted(files)]
 
 
-def drive(session: Drive, screen: Screen) -> None:
+def drive_by_keys(session: DriveSession, screen: Screen) -> None:
     """Show a drive and perform the actions of keys until "q" or Ctrl-C is pressed."""
     size, keys = (0, 0), [""]
     try:

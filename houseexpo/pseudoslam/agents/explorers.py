@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, knowledge_of
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, make_knowledge
 from houseexpo.pseudoslam.kernels.explore import (
     EXPLORER,
     NO_ACTION,
@@ -45,7 +45,7 @@ _TOURED: Final = 12
 """The number of frontiers in the tour: those that ``find_frontiers`` ranks first."""
 
 
-class Walker:
+class GoalWalker:
     """A robot that goes to a place on a map, by the discrete actions that reduce its distance to the place."""
 
     def __init__(self, robot: Robot) -> None:
@@ -129,13 +129,13 @@ class NearestFrontier(Explorer):
         return 0
 
 
-def frontier_walk(simulator: Simulator, state: State) -> Iterator[Action]:
+def yield_frontier_actions(simulator: Simulator, state: State) -> Iterator[Action]:
     """Yield the actions of ``NearestFrontier`` for the current map; take each action before requesting the next one.
 
     They end when there is nothing left to see.
     """
     explorer = NearestFrontier(Robot(simulator.config), 0)
-    while (action := explorer(None, knowledge_of(simulator, state))) is not None:
+    while (action := explorer(None, make_knowledge(simulator, state))) is not None:
         yield ACTIONS[action]
 
 
@@ -183,11 +183,11 @@ class Tour(Explorer):
         for i, goal in enumerate(goals[:-1], start=1):
             row, col = divmod(goal, known.shape[1])
             find_distances(known, col + 0.5, row + 0.5, self.radius_px, -1, self._ways)
-            lengths[i, i + 1 :] = lengths[i + 1 :, i] = ways_to(self._ways, goals[i:])
+            lengths[i, i + 1 :] = lengths[i + 1 :, i] = distances_to_cells(self._ways, goals[i:])
         return int(short_tour(lengths)[1]) - 1
 
 
-def ways_to(ways: PathScratch, cells: npt.ArrayLike) -> Floats:
+def distances_to_cells(ways: PathScratch, cells: npt.ArrayLike) -> Floats:
     """Return the distances to cells (flat indices), very large ones for those that cannot be reached."""
     found: Floats = ways.ways[np.asarray(cells)].astype(np.float64)
     found[found < 0] = NO_WAY

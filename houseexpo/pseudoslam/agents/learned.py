@@ -26,12 +26,12 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import (
 )
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning import need_learn
-from houseexpo.pseudoslam.learning.environments import simulator_of
+from houseexpo.pseudoslam.learning.environments import make_simulator_config
 from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.planning import feature_rules
 
 
-class Learned:
+class NetworkFactory:
     """A factory of policies with the weights of a file, each with its own memory and random generator.
 
     Observations and actions are those of its training. The sensor and the map's resolution are those of the new
@@ -47,13 +47,13 @@ class Learned:
         torch.set_num_threads(1)  # one decision is too little work to share, and episodes run in their own processes
         self._file, self._trained = file, read_policy(file)
         place, task = self._trained.config.environment, self._trained.task
-        view = simulator_of(task, place).observation
+        view = make_simulator_config(task, place).observation
         self.interface = Interface(place.actions, place.observation, view, tasks=(task,), action_mask=place.action_mask)
         self.training = Training(_family(self._trained.about), self._trained.config.seed)
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the policy for an episode; raise ConfigError if observations or actions differ from its training."""
-        from houseexpo.pseudoslam.learning.policy_file import Actor
+        from houseexpo.pseudoslam.learning.policy_file import EpisodeActor
 
         policy = self._trained.policy
         for what, found, wanted in (
@@ -62,7 +62,7 @@ class Learned:
         ):
             if found is not None and found != wanted:
                 raise ConfigError(f"{self._file}: expected the {what} space of its training, {wanted}, found {found}")
-        return Actor(self._trained, seed)
+        return EpisodeActor(self._trained, seed)
 
 
 def _family(about: dict[str, Any]) -> str:
@@ -76,7 +76,7 @@ def _family(about: dict[str, Any]) -> str:
 FAMILY: Final = "chooser"
 
 
-class Chooser(Explorer):
+class FrontierChooser(Explorer):
     """An explorer that goes to the frontier with the highest score."""
 
     def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
@@ -95,7 +95,7 @@ class Chooser(Explorer):
         return int(score_frontiers(self._outlooks, n, self._weights, self._scores))
 
 
-class TrainedChooser:
+class ChooserFactory:
     """A factory of choosers with the weights of a file."""
 
     interface = Interface(tasks=("exploration",))
@@ -105,7 +105,7 @@ class TrainedChooser:
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the explorer for an episode."""
-        return Chooser(robot, seed, self._weights_and_notes[0])
+        return FrontierChooser(robot, seed, self._weights_and_notes[0])
 
     @property
     def training(self) -> Training:
@@ -117,9 +117,9 @@ class TrainedChooser:
         return read_weights(self.file)
 
 
-def weights_file(seed: int) -> Path:
+def chooser_weights_path(seed: int) -> Path:
     """Return the path of the project's weights that were trained with a seed."""
     return Path(__file__).with_name(f"{FAMILY}-{seed}.json")
 
 
-chooser_0, chooser_1, chooser_2 = (TrainedChooser(weights_file(seed)) for seed in range(3))
+chooser_0, chooser_1, chooser_2 = (ChooserFactory(chooser_weights_path(seed)) for seed in range(3))

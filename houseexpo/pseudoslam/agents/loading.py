@@ -14,7 +14,7 @@ from traceback import extract_tb
 from typing import Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, Training, interface_of, training_of
+from houseexpo.pseudoslam.agents.protocol import Interface, PolicyFactory, Training, read_interface, read_training
 from houseexpo.words import suggest_name
 
 _HERE: Final = "houseexpo.pseudoslam.agents"
@@ -60,12 +60,12 @@ class NamedPolicy:
     @property
     def interface(self) -> Interface:
         """The policy's observations and actions."""
-        return interface_of(self.factory)
+        return read_interface(self.factory)
 
     @property
     def training(self) -> Training | None:
         """The training that produced the policy, None if it was not trained."""
-        return training_of(self.factory)
+        return read_training(self.factory)
 
 
 def load_policy(name: str) -> NamedPolicy:
@@ -103,7 +103,7 @@ def describe_exception(error: BaseException, here: str) -> str:
     return f"{type(error).__name__}: {error}".removesuffix(": ") + where
 
 
-def no_factory(named: NamedPolicy, returned: object) -> str:
+def describe_no_policy(named: NamedPolicy, returned: object) -> str:
     """Return the message for a factory that did not return a policy."""
     return (
         f"expected {named.source} to be a factory: called with (robot, seed), it returns a policy, which is called "
@@ -149,15 +149,15 @@ def _from_python(path: Path, attribute: str) -> PolicyFactory:
 
 
 def _from_training(path: Path, _attribute: str) -> PolicyFactory:
-    from houseexpo.pseudoslam.agents.learned import Learned
+    from houseexpo.pseudoslam.agents.learned import NetworkFactory
 
-    return Learned(path)
+    return NetworkFactory(path)
 
 
 def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
-    from houseexpo.pseudoslam.agents.learned import TrainedChooser
+    from houseexpo.pseudoslam.agents.learned import ChooserFactory
 
-    return TrainedChooser(path)
+    return ChooserFactory(path)
 
 
 LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
@@ -184,7 +184,7 @@ def _attribute(name: str, module: object, attribute: str) -> PolicyFactory:
 def _check_policy(name: str, factory: object, source: str, file: Path | None) -> NamedPolicy:
     if not callable(factory):
         raise ConfigError(f"policy {name!r}: expected a class or function, found {factory!r}")
-    interface_of(factory)
-    training_of(factory)
+    read_interface(factory)
+    read_training(factory)
     file = getattr(factory, "file", file)
     return NamedPolicy(name, factory, source, hashlib.sha256(file.read_bytes()).hexdigest() if file else "")

@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.agents.explorers import Walker
+from houseexpo.pseudoslam.agents.explorers import GoalWalker
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
@@ -51,7 +51,7 @@ class MapExNearest:
         self._reached_px = REACHED_M * config.pixels_per_metre
         self._radius_px = config.robot.radius_m * config.pixels_per_metre
         self._looks = count_first_looks(config)
-        self._walker = Walker(robot)
+        self._walker = GoalWalker(robot)
         self._ways: PathScratch = new_path_scratch(0)
         self._open = np.zeros((0, 0), np.uint8)
         self._target: tuple[int, int] | None = None
@@ -107,7 +107,7 @@ class MapExNearest:
         """Make the nearest centre that can be gone to the target, None if there is none (R2)."""
         self.decided = True
         self._target, self._bumps = None, 0
-        centres = np.array([c for c in map(tuple, centres_of(known).tolist()) if c not in self._lost])
+        centres = np.array([c for c in map(tuple, find_frontier_centres(known).tolist()) if c not in self._lost])
         if len(centres):
             away = np.hypot(centres[:, 0] + 0.5 - pose[1], centres[:, 1] + 0.5 - pose[0])
             order = (tuple(centres[k].tolist()) for k in np.argsort(away, kind="stable"))
@@ -126,7 +126,7 @@ class MapExNearest:
         self._target, self._bumps, self._moved = None, 0, True
 
 
-def centres_of(known: npt.NDArray[np.uint8]) -> Cells:
+def find_frontier_centres(known: npt.NDArray[np.uint8]) -> Cells:
     """Return the centres (n, 2), row and column, of the regions of a map (rows, cols) that are not ignored (R1).
 
     They are in the row order of the regions' first cells.

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_to
+from houseexpo.pseudoslam.agents.explorers import GoalWalker, NearestFrontier, distances_to_cells
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
@@ -53,7 +53,7 @@ class Oracle:
         self._full_turn = math.ceil(360.0 / config.robot.turn_deg - 1e-9)
         self._house = np.where(robot.world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
         self._unwanted = (robot.world.observable == 0).view(np.uint8).ravel()
-        self._walker, self._rest = Walker(robot), NearestFrontier(robot, seed)
+        self._walker, self._rest = GoalWalker(robot), NearestFrontier(robot, seed)
         self._ways = new_path_scratch(self._house.size)
         self._places, self._starts, self._views = _views(robot.world, robot)
         self._lengths: dict[int, Floats] = {}
@@ -94,7 +94,7 @@ class Oracle:
         if not len(chosen):
             return False
         find_distances(self._house, x, y, self._radius_px, -1, self._ways)
-        here = ways_to(self._ways, self._places)
+        here = distances_to_cells(self._ways, self._places)
         lengths = np.zeros((len(chosen) + 1, len(chosen) + 1))
         lengths[0, 1:] = lengths[1:, 0] = here[chosen]
         for i, place in enumerate(chosen.tolist(), start=1):
@@ -134,7 +134,7 @@ class Oracle:
         if place not in self._lengths:
             row, col = divmod(int(self._places[place]), self._house.shape[1])
             find_distances(self._house, col + 0.5, row + 0.5, self._radius_px, -1, self._ways)
-            self._lengths[place] = ways_to(self._ways, self._places)
+            self._lengths[place] = distances_to_cells(self._ways, self._places)
         return self._lengths[place]
 
 

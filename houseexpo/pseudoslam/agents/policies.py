@@ -10,8 +10,8 @@ import gymnasium
 import numpy as np
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, load_policy, no_factory
-from houseexpo.pseudoslam.agents.protocol import Interface, knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy, load_policy
+from houseexpo.pseudoslam.agents.protocol import Interface, make_knowledge, make_robot
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
 from houseexpo.pseudoslam.agents.simple import LEFT
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
@@ -28,7 +28,7 @@ _DICT_ONLY: Final = ("global_map", "pose", "ranges")
 """The entries of the observation "dict" in addition to those of "map"."""
 
 
-def interface_for(name: str, task: str) -> Interface:
+def load_interface(name: str, task: str) -> Interface:
     """Return a policy's observations and actions; raise ConfigError if it does not exist or is for other tasks."""
     if name == "random":
         return Interface()
@@ -40,7 +40,7 @@ def interface_for(name: str, task: str) -> Interface:
     return wanted
 
 
-def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) -> Policy:
+def make_policy(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) -> Policy:
     """Return a policy for an environment, by its name or file (``loading.load_policy``).
 
     The policy is created again for each episode, and when it is done. "random" works with the actions of any
@@ -55,7 +55,7 @@ def policy_of(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None) 
     if name == "random":
         env.action_space.seed(seed)
         return lambda _: env.action_space.sample()
-    policy, inner = load_policy(_EARLIER.get(name, name)), known_env(env)
+    policy, inner = load_policy(_EARLIER.get(name, name)), unwrap_env(env)
     wanted = policy.interface
     if inner.actions != wanted.actions:
         raise ConfigError(
@@ -94,19 +94,19 @@ class _Everlasting:
         if self._state is not self._env.state:
             self._state = self._env.state
             self._begin()
-        action = self._now(shown, knowledge_of(self._env.simulator, self._env.state))
+        action = self._now(shown, make_knowledge(self._env.simulator, self._env.state))
         if action is None:
             self._begin()
-            action = self._now(shown, knowledge_of(self._env.simulator, self._env.state))
+            action = self._now(shown, make_knowledge(self._env.simulator, self._env.state))
         return _WAITING.get(self._env.actions, 0) if action is None else action
 
     def _begin(self) -> None:
-        robot = robot_of(self._env, self._policy.interface)
+        robot = make_robot(self._env, self._policy.interface)
         if self._shows_more:
             robot = replace(robot, observation_space=_map_of(robot.observation_space))
         self._now = self._policy.factory(robot, self._seed)
         if not callable(self._now):
-            raise PolicyError(f"{self._where()}: {no_factory(self._policy, self._now)}")
+            raise PolicyError(f"{self._where()}: {describe_no_policy(self._policy, self._now)}")
 
 
 def _map_of(shown: Any) -> Any:
@@ -117,7 +117,7 @@ def _map_of(shown: Any) -> Any:
     return gymnasium.spaces.Dict(parts) if isinstance(shown, gymnasium.spaces.Dict) else parts
 
 
-def known_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:
+def unwrap_env(env: gymnasium.Env[Any, Any]) -> PseudoSlamEnv:
     """Return the environment inside its wrappers; raise ConfigError if it is not one of ours."""
     found = env.unwrapped
     if not isinstance(found, PseudoSlamEnv):

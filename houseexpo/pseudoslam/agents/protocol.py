@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import one_of
+from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind
 from houseexpo.pseudoslam.simulator import Simulator
@@ -75,7 +75,7 @@ class Interface:
 
     def __post_init__(self) -> None:
         for name, kinds in (("actions", Actions), ("observation", Kind)):
-            one_of(getattr(self, name), f"interface.{name}", get_args(kinds))
+            check_one_of(getattr(self, name), f"interface.{name}", get_args(kinds))
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Policy(Protocol):
 PolicyFactory: TypeAlias = Callable[[Robot, int], Policy]
 
 
-def interface_of(factory: PolicyFactory) -> Interface:
+def read_interface(factory: PolicyFactory) -> Interface:
     """Return the interface of a factory's policies; raise ConfigError if its attribute is of another type."""
     found = getattr(factory, "interface", Interface())
     if not isinstance(found, Interface):
@@ -114,7 +114,7 @@ def interface_of(factory: PolicyFactory) -> Interface:
     return found
 
 
-def training_of(factory: PolicyFactory) -> Training | None:
+def read_training(factory: PolicyFactory) -> Training | None:
     """Return the training of a factory's policies, None if there is none; raise ConfigError for another type."""
     found = getattr(factory, "training", None)
     if found is not None and not isinstance(found, Training):
@@ -122,13 +122,13 @@ def training_of(factory: PolicyFactory) -> Training | None:
     return found
 
 
-def robot_of(env: PseudoSlamEnv, interface: Interface) -> Robot:
+def make_robot(env: PseudoSlamEnv, interface: Interface) -> Robot:
     """Return the argument of a factory at the start of an episode."""
     world = env.simulator.world if interface.sees_truth else None
     return Robot(env.config, env.action_space, env.observation_space, world)
 
 
-def knowledge_of(simulator: Simulator, state: State) -> Knowledge:
+def make_knowledge(simulator: Simulator, state: State) -> Knowledge:
     """Return the current knowledge of the robot."""
     known: Knowledge = {
         "map": state.known.copy(),

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.explorers import Walker
+from houseexpo.pseudoslam.agents.explorers import GoalWalker
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.kernels.collision import clearance, free_distance
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
@@ -147,7 +147,7 @@ class AStar:
     interface = Interface(tasks=("navigation",))
 
     def __init__(self, robot: Robot, seed: int) -> None:
-        self._walker, self._lost = Walker(robot), Greedy(robot, seed)
+        self._walker, self._lost = GoalWalker(robot), Greedy(robot, seed)
         self._path_m = -1.0
         self.decided = False
 

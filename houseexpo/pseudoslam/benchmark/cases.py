@@ -38,17 +38,17 @@ class Case:
     pose: tuple[float, float, float] | None = None
 
 
-def cases_of(track_id: str, plan_ids: Sequence[str]) -> list[Case]:
+def make_cases(track_id: str, plan_ids: Sequence[str]) -> list[Case]:
     """Return a case for each plan (R5)."""
-    return [Case(name, seed_of(track_id, name)) for name in plan_ids]
+    return [Case(name, seed_from_words(track_id, name)) for name in plan_ids]
 
 
-def room_cases(track_id: str, room_id: str, number: int) -> list[Case]:
+def make_room_cases(track_id: str, room_id: str, number: int) -> list[Case]:
     """Return a number of cases in one room with different obstacles."""
-    return [Case(room_id, seed_of(track_id, f"{room_id} {i}")) for i in range(number)]
+    return [Case(room_id, seed_from_words(track_id, f"{room_id} {i}")) for i in range(number)]
 
 
-def seed_of(*words: str) -> int:
+def seed_from_words(*words: str) -> int:
     """Return a seed of 32 bits, computed from words."""
     return int.from_bytes(hashlib.sha256("\n".join(words).encode()).digest()[:4])
 
@@ -66,7 +66,7 @@ def content_sha256(plans: Dataset) -> str:
     return found.hexdigest()
 
 
-def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: int = 0) -> list[str]:
+def choose_plan_ids(plans: Dataset, split: str, number: int, workers: int = 1, largest: int = 0) -> list[str]:
     """Return the ids of ``number`` plans of a list that comes with a data set.
 
     Parameters
@@ -89,7 +89,7 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: i
         )
     if largest and number > largest:
         raise ConfigError(f"--plans {number}: this track has the {largest} largest plans; ask for at most so many")
-    written = written_ids("large" if largest else "test") if split == "test" else ()
+    written = read_test_ids("large" if largest else "test") if split == "test" else ()
     listed = set(plans.splits[split])
     if len(written) >= number and all(name in plans and name in listed for name in written[:number]):  # R4
         return list(written[:number])
@@ -107,7 +107,7 @@ def choose(plans: Dataset, split: str, number: int, workers: int = 1, largest: i
     return found
 
 
-def written_ids(name: str = "test") -> tuple[str, ...]:
+def read_test_ids(name: str = "test") -> tuple[str, ...]:
     """Return the plans of the published test list that the benchmark uses, in order (R4), all or the "large" ones."""
     said: dict[str, Any] = tomllib.loads(manifest_path("benchmark").read_text(encoding="utf-8"))
     return tuple(said[name])

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, TypeAlias
 
 from houseexpo.drawing.plots import SERIES
-from houseexpo.pseudoslam.benchmark.comparison import Compared, Entry
+from houseexpo.pseudoslam.benchmark.comparison import ComparisonRow, TrackComparison
 
 Colours: TypeAlias = Mapping[tuple[str, int], int]
 """The number of the colour of each policy: by its name, and by how many of that name came before it in a table."""
@@ -24,12 +24,12 @@ _OWN: Final = {
 }  # fmt: skip
 
 
-def colours_of(found: Sequence[Compared]) -> Colours:
+def assign_colours(found: Sequence[TrackComparison]) -> Colours:
     """Return the colours of the policies of a comparison."""
     beside: dict[tuple[str, int], set[tuple[str, int]]] = {}
     for compared in found:
         drawn = {
-            key for key, entry in zip(keys_of(compared), compared.plain, strict=True) if _is_drawn(compared, entry)
+            key for key, entry in zip(colour_keys(compared), compared.plain, strict=True) if _is_drawn(compared, entry)
         }
         for key in drawn:
             beside.setdefault(key, set()).update(drawn - {key})
@@ -42,17 +42,17 @@ def colours_of(found: Sequence[Compared]) -> Colours:
     return colours
 
 
-def keys_of(compared: Compared) -> list[tuple[str, int]]:
+def colour_keys(compared: TrackComparison) -> list[tuple[str, int]]:
     """Return the keys of the rows of ``compared.plain`` in ``Colours``."""
     names = [_name(entry) for entry in compared.plain]
     return [(name, names[:number].count(name)) for number, name in enumerate(names)]
 
 
-def _is_drawn(compared: Compared, entry: Entry) -> bool:
+def _is_drawn(compared: TrackComparison, entry: ComparisonRow) -> bool:
     return any(entry.has_curve(over) for over, _ in compared.track.curves)
 
 
-def _name(entry: Entry) -> str:
+def _name(entry: ComparisonRow) -> str:
     policy = entry.results[0].policy
     return policy.family or policy.name
 

@@ -18,9 +18,14 @@ from typing import Any, Final
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
-from houseexpo.pseudoslam.benchmark.result import Column, Curve, Result, read_result
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_seeds, holm, paired_p
-from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, track_of
+from houseexpo.pseudoslam.benchmark.result import Column, MeanCurve, Result, read_result
+from houseexpo.pseudoslam.benchmark.statistics import (
+    Estimate,
+    estimate_mean_over_seeds,
+    holm_correction,
+    paired_p_value,
+)
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, find_track
 from houseexpo.words import count_noun
 
 ORACLE: Final = "oracle"
@@ -34,7 +39,7 @@ _LESS, _SHARE, _P = "less_", "share_of_", "p_"
 
 
 @dataclass(frozen=True)
-class Entry:
+class ComparisonRow:
     """A row: one result, or those of one family in the order of their seeds (R1)."""
 
     results: tuple[Result, ...]
@@ -83,7 +88,7 @@ class Entry:
         """Whether the results have curves over steps or metres; those of earlier versions may lack them."""
         return all(over in one.curves for one in self.results)
 
-    def curve(self, over: str) -> Curve:
+    def curve(self, over: str) -> MeanCurve:
         """Return the mean of the seeds' curves; its band covers all of theirs."""
         parts = [one.curves[over] for one in self.results]
         if len(parts) == 1:
@@ -91,15 +96,15 @@ class Entry:
         means = [sum(values) / len(values) for values in zip(*(part.mean for part in parts), strict=True)]
         low = [min(values) for values in zip(*(part.low for part in parts), strict=True)]
         high = [max(values) for values in zip(*(part.high for part in parts), strict=True)]
-        return Curve(parts[0].at, means, low, high)
+        return MeanCurve(parts[0].at, means, low, high)
 
 
 @dataclass(frozen=True)
-class Compared:
+class TrackComparison:
     """The results of a track, the best first."""
 
     track: Track
-    entries: tuple[Entry, ...]
+    entries: tuple[ComparisonRow, ...]
 
     def tables(self) -> list[tuple[Metric, ...]]:
         """The metrics of each table."""
@@ -116,25 +121,25 @@ class Compared:
         return [tables[0] + self._shares(), *tables[1:]]
 
     @cached_property
-    def plain(self) -> tuple[Entry, ...]:
+    def plain(self) -> tuple[ComparisonRow, ...]:
         """The rows of all tables but that of predictions, and the lines of curves: each policy once.
 
         A run with a prediction is left out where there is one of the same policy without.
         """
         without = {entry.key for entry in self.entries if not entry.prediction}
-        found: dict[tuple[str, str, int], Entry] = {}
+        found: dict[tuple[str, str, int], ComparisonRow] = {}
         for entry in self.entries:
             if not entry.prediction or entry.key not in without:
                 found.setdefault(entry.key, entry)
         return tuple(found.values())
 
-    def rows(self, metrics: Sequence[Metric]) -> tuple[Entry, ...]:
+    def rows(self, metrics: Sequence[Metric]) -> tuple[ComparisonRow, ...]:
         """Return the rows of a table, the best first."""
         if metrics and metrics[0].table == TABLE:
             return tuple(entry for entry in self.entries if entry.prediction)
         return self.plain
 
-    def value(self, entry: Entry, metric: Metric) -> Estimate:
+    def value(self, entry: ComparisonRow, metric: Metric) -> Estimate:
         """Return the estimate of a metric for a row."""
         if metric.key.startswith(_LESS):
             return self._difference(entry, metric.key.removeprefix(_LESS))
@@ -146,7 +151,7 @@ class Compared:
             return Estimate(None, None, None, 0)
         if len(entry.results) == 1:
             return entry.results[0].summary[metric.key]
-        return estimate_seeds(entry.columns(metric.key))
+        return estimate_mean_over_seeds(entry.columns(metric.key))
 
     def _shares(self) -> tuple[Metric, ...]:
         """Return the metrics relative to the bound and to the oracle's path, as far as there are results of them."""
@@ -158,7 +163,7 @@ class Compared:
             if self._entry_named(name) is not None
         )
 
-    def _share(self, entry: Entry, key: str) -> Estimate:
+    def _share(self, entry: ComparisonRow, key: str) -> Estimate:
         """Return a reference's metres as a share of a policy's over plans, at most 1; 0 if it did not arrive.
 
         Plans in which the reference did not get there are left out. ``key`` has the name of the reference before that
@@ -167,7 +172,7 @@ class Compared:
         name, _, key = key.partition("_")
         reference = self._entry_named(name)
         best = [] if reference is None else reference.results[0].column(key)
-        return estimate_seeds(
+        return estimate_mean_over_seeds(
             [
                 [
                     None if one is None else 0.0 if other is None else 1.0 if other <= one else one / other
@@ -177,11 +182,15 @@ class Compared:
             ]
         )
 
-    def _difference(self, entry: Entry, key: str) -> Estimate:
+    def _difference(self, entry: ComparisonRow, key: str) -> Estimate:
         """Return a value minus the baseline's, over plans in which both have one (R2); none for the baseline itself."""
-        return estimate_seeds(found) if (found := self._differences(entry, key)) else Estimate(None, None, None, 0)
+        return (
+            estimate_mean_over_seeds(found)
+            if (found := self._differences(entry, key))
+            else Estimate(None, None, None, 0)
+        )
 
-    def _p(self, entry: Entry, key: str) -> Estimate:
+    def _p(self, entry: ComparisonRow, key: str) -> Estimate:
         """Return the corrected p-value of the difference from the baseline (R3); none for the baseline itself."""
         rows = self._p_values[key]
         if (p := rows.get(id(entry))) is None:
@@ -200,12 +209,12 @@ class Compared:
                         None if None in values else sum(value for value in values if value is not None) / len(values)
                         for values in zip(*self._differences(entry, metric.key), strict=True)
                     ]
-                    if (p := paired_p(over_seeds)) is not None:
+                    if (p := paired_p_value(over_seeds)) is not None:
                         raw[id(entry)] = p
-                found[metric.key] = dict(zip(raw, holm(list(raw.values())), strict=True))
+                found[metric.key] = dict(zip(raw, holm_correction(list(raw.values())), strict=True))
         return found
 
-    def _differences(self, entry: Entry, key: str) -> list[Column]:
+    def _differences(self, entry: ComparisonRow, key: str) -> list[Column]:
         """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""
         baseline = self._entry_named(BASELINE)
         if baseline is None or entry is baseline or entry.results[0].policy.name == BOUND:
@@ -216,11 +225,11 @@ class Compared:
             for column in entry.columns(key)
         ]
 
-    def _entry_named(self, name: str) -> Entry | None:
+    def _entry_named(self, name: str) -> ComparisonRow | None:
         return next((entry for entry in self.plain if entry.results[0].policy.name == name), None)
 
 
-def read_results(files: Sequence[Path]) -> list[Compared]:
+def read_results(files: Sequence[Path]) -> list[TrackComparison]:
     """Read results from files and folders and group them by track, in the order of the tracks.
 
     Raises
@@ -240,13 +249,13 @@ def read_results(files: Sequence[Path]) -> list[Compared]:
 
 def _known_track(result: Result, file: Path) -> str:
     try:
-        return track_of(result.track_id).id
+        return find_track(result.track_id).id
     except ConfigError:
         known = ", ".join(track.id for track in (*TRACKS, *MAP_TRACKS))
         raise ConfigError(f"{file}: a result of track {result.track_id!r}; this version knows {known}") from None
 
 
-def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> Compared:
+def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> TrackComparison:
     first_file, first = named[0]
     for file, result in named[1:]:
         for what, one, other in (
@@ -258,16 +267,18 @@ def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> Compar
                     f"{file}: expected the {what} of {first_file}, found others; {track.id} is compared on the same "
                     "plans: run both with the same --split and --plans, on the same data set"
                 )
-    unordered = Compared(track, tuple(Entry(group) for group in _group_by_family([result for _, result in named])))
+    unordered = TrackComparison(
+        track, tuple(ComparisonRow(group) for group in _group_by_family([result for _, result in named]))
+    )
     metric = track.metrics[0]
     sign = -1.0 if metric.better == "high" else 1.0
 
-    def rank(entry: Entry) -> tuple[Any, ...]:
+    def rank(entry: ComparisonRow) -> tuple[Any, ...]:
         mean = unordered.value(entry, metric).mean
         policy = entry.results[0].policy
         return (mean is None, 0.0 if mean is None else sign * mean, policy.name, policy.seed)
 
-    return Compared(track, tuple(sorted(unordered.entries, key=rank)))
+    return TrackComparison(track, tuple(sorted(unordered.entries, key=rank)))
 
 
 def _group_by_family(results: Sequence[Result]) -> list[tuple[Result, ...]]:

@@ -11,18 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, no_factory
-from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy
+from houseexpo.pseudoslam.agents.protocol import make_knowledge, make_robot
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
-from houseexpo.pseudoslam.benchmark.player import Player, PlayerError
+from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.benchmark.prediction import (
     OF_POLICY,
     PREDICTORS,
     Grid,
-    Scoring,
-    check_prediction,
-    predictor_of,
+    PredictionScorer,
+    check_predictor_name,
+    find_predictor,
 )
 from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
@@ -35,7 +35,7 @@ CURVE_POINTS = 80
 
 
 @dataclass(frozen=True)
-class Outcome:
+class EpisodeOutcome:
     """The result of an episode.
 
     Parameters
@@ -43,7 +43,7 @@ class Outcome:
     values
         The value of each metric, and ``steps``, ``metres`` and ``coverage`` at the end; None for no value.
     curves
-        Coverage at ``places`` for each of the track's curves.
+        Coverage at ``curve_sample_points`` for each of the track's curves.
     decisions_ms
         Time of each new decision of the policy, milliseconds.
     """
@@ -54,7 +54,7 @@ class Outcome:
     decisions_ms: npt.NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32), compare=False)
 
 
-class Runner:
+class EpisodeRunner:
     """Runs episodes of a track with a policy, in one environment with changing houses.
 
     Parameters
@@ -73,17 +73,17 @@ class Runner:
         policy: NamedPolicy,
         plans: Houses,
         policy_seed: int = 0,
-        player: Player | None = None,
+        player: PolicyProcess | None = None,
         *,
         prediction: str = "",
     ) -> None:
         self.track, self.policy, self.policy_seed, self.player = track, policy, policy_seed, player
         self.prediction = prediction
         if prediction:
-            check_prediction(prediction)
+            check_predictor_name(prediction)
         self.env: PseudoSlamEnv = track.environment(plans, policy.interface)
 
-    def run(self, case: Case, note: Note = lambda _: None) -> Outcome:
+    def run(self, case: Case, note: Note = lambda _: None) -> EpisodeOutcome:
         """Run one episode.
 
         Parameters
@@ -104,29 +104,29 @@ class Runner:
             values |= self._ask(case, int(trace.steps[-1]), scoring.values)
         if self.track.task == "exploration":
             values["coverage"] = trace.coverage[-1]
-        curves = {over: trace.coverage_at(over, places(most)).tolist() for over, most in self.track.curves}
+        curves = {over: trace.coverage_at(over, curve_sample_points(most)).tolist() for over, most in self.track.curves}
         rounded = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in values.items()}
-        return Outcome(case, rounded, curves, np.array(took, np.float32))
+        return EpisodeOutcome(case, rounded, curves, np.array(took, np.float32))
 
-    def trace(self, case: Case, note: Note, took: list[float], scoring: Scoring | None = None) -> Trace:
+    def trace(self, case: Case, note: Note, took: list[float], scoring: PredictionScorer | None = None) -> Trace:
         """Run one episode, append the time of each decision to ``took``, milliseconds, and score predicted maps."""
         env, trace = self.env, Trace()
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
         self._add(trace, case, info, 0.0)
         note(0)
-        robot = robot_of(env, self.policy.interface)
+        robot = make_robot(env, self.policy.interface)
         seed = case.seed ^ self.policy_seed
         policy = self._ask(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
-            raise PolicyError(f"{self._where(case, 0)}: {no_factory(self.policy, policy)}")
+            raise PolicyError(f"{self._where(case, 0)}: {describe_no_policy(self.policy, policy)}")
         if scoring is not None:
             scoring.occupied = (env.state.occupied & STATIC).astype(np.uint8)
             if self.prediction == OF_POLICY:
                 scoring.predict = self._predict_of(policy)
-            scoring.add(0.0, knowledge_of(env.simulator, env.state))
+            scoring.add(0.0, make_knowledge(env.simulator, env.state))
         for step in range(env.config.max_steps):  # a limit also for actions that take no step
             note(step)
-            knowledge = knowledge_of(env.simulator, env.state)
+            knowledge = make_knowledge(env.simulator, env.state)
             start = time.perf_counter()
             action = self._ask(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
             ms = 1000 * (time.perf_counter() - start)
@@ -137,12 +137,12 @@ class Runner:
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)
             if scoring is not None:
-                self._ask(case, step, lambda: scoring.add(trace.metres[-1], knowledge_of(env.simulator, env.state)))
+                self._ask(case, step, lambda: scoring.add(trace.metres[-1], make_knowledge(env.simulator, env.state)))
             if terminated or truncated:
                 break
         return trace
 
-    def _scoring(self) -> Scoring:
+    def _scoring(self) -> PredictionScorer:
         """Return the scoring of the predictions of one episode, which gets its truth when the episode begins."""
         if not self.track.budgets_m:
             raise ConfigError(
@@ -150,8 +150,8 @@ class Runner:
                 "choose budget, large, noisy, people or kth"
             )
         name = PREDICTORS[0] if self.prediction == OF_POLICY else self.prediction
-        of_map = predictor_of(name, self.env.config.pixels_per_metre)
-        return Scoring(lambda info: of_map(info["map"]), np.zeros((1, 1), np.uint8), self.track.budgets_m)
+        of_map = find_predictor(name, self.env.config.pixels_per_metre)
+        return PredictionScorer(lambda info: of_map(info["map"]), np.zeros((1, 1), np.uint8), self.track.budgets_m)
 
     def _predict_of(self, policy: Any) -> Callable[[Any], Grid]:
         found: Callable[[Any], Grid] | None = getattr(policy, "predicted_map", None)
@@ -173,7 +173,7 @@ class Runner:
     def _ask(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
-        except PlayerError as error:
+        except PolicyProcessError as error:
             raise PolicyError(f"{self._where(case, step)}: {error}") from None
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where(case, step)}: it raised {describe_exception(error, __file__)}") from error
@@ -188,6 +188,6 @@ class Runner:
         return f"policy {self.policy.name!r}: plan {case.plan_id!r}, step {step}"
 
 
-def places(most: int) -> npt.NDArray[np.float64]:
+def curve_sample_points(most: int) -> npt.NDArray[np.float64]:
     """Return the places at which curves are sampled: 0 and 80 places up to ``most``."""
     return np.linspace(0, most, CURVE_POINTS + 1)

@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.drawing.plots import SERIES, svg_figure
-from houseexpo.pseudoslam.benchmark.colours import Colours, colours_of, keys_of
-from houseexpo.pseudoslam.benchmark.comparison import Compared, Entry
-from houseexpo.pseudoslam.benchmark.tables import title
+from houseexpo.pseudoslam.benchmark.colours import Colours, assign_colours, colour_keys
+from houseexpo.pseudoslam.benchmark.comparison import ComparisonRow, TrackComparison
+from houseexpo.pseudoslam.benchmark.tables import row_title
 
 PANELS: Final = 20
 _COLUMNS: Final = 5
@@ -37,7 +37,7 @@ class MapCurves(NamedTuple):
     maps: dict[str, Floats]
 
 
-def curves_of_maps(entry: Entry) -> MapCurves | None:
+def collect_map_curves(entry: ComparisonRow) -> MapCurves | None:
     """Return the curves on each map (R1), means over trainings; None without such curves (R3)."""
     found = [one.map_curves for one in entry.results]
     kept = [curves[_OVER] for curves in found if isinstance(curves, dict) and _OVER in curves]
@@ -49,16 +49,16 @@ def curves_of_maps(entry: Entry) -> MapCurves | None:
     return MapCurves(np.array(entry.results[0].curves[_OVER].at), maps)
 
 
-def map_panels(compared: Compared, colours: Colours | None = None) -> Iterator[tuple[str, io.StringIO]]:
+def draw_map_panels(compared: TrackComparison, colours: Colours | None = None) -> Iterator[tuple[str, io.StringIO]]:
     """Yield a text on each picture and its SVG; none for tracks whose results have no curves of each map.
 
     ``colours`` are those of the whole comparison; by default, the track is all of it.
     """
-    colours = colours_of([compared]) if colours is None else colours
+    colours = assign_colours([compared]) if colours is None else colours
     lines = [
         (SERIES[colours[key]], entry, curves)
-        for key, entry in zip(keys_of(compared), compared.plain, strict=True)
-        if (curves := curves_of_maps(entry)) is not None
+        for key, entry in zip(colour_keys(compared), compared.plain, strict=True)
+        if (curves := collect_map_curves(entry)) is not None
     ]
     if not lines:
         return
@@ -86,7 +86,7 @@ def map_panels(compared: Compared, colours: Colours | None = None) -> Iterator[t
             panels[0, 0].set_ylim(0, 100)
             panels[0, 0].yaxis.set_major_formatter("{x:.0f}%")
             figure.supxlabel(_OVER, fontsize=8)
-            handles = [panels[0, 0].plot([], [], color=colour, label=title(e))[0] for colour, e, _ in lines]
+            handles = [panels[0, 0].plot([], [], color=colour, label=row_title(e))[0] for colour, e, _ in lines]
             figure.legend(
                 handles=handles, loc="outside upper left", ncols=min(len(lines), 4), frameon=False, fontsize=8
             )

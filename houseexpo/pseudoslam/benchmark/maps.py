@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.benchmark.cases import Case, cases_of, seed_of
+from houseexpo.pseudoslam.benchmark.cases import Case, make_cases, seed_from_words
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Track
 from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 
@@ -70,9 +70,9 @@ def map_cases(track: Track, houses: list[MapHouse]) -> list[Case]:
     found = []
     for house in houses:
         if not isinstance(house, StartedHouse):
-            found += cases_of(track.id, [house.id])
+            found += make_cases(track.id, [house.id])
         else:
-            seeds = [seed_of(track.id, f"{house.id} {number}") for number in range(len(house.starts))]
+            seeds = [seed_from_words(track.id, f"{house.id} {number}") for number in range(len(house.starts))]
             found += [Case(house.id, seed, pose) for seed, pose in zip(seeds, house.starts, strict=True)]
     return found
 

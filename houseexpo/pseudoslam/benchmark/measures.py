@@ -40,7 +40,7 @@ COLLISIONS: Final = Metric("collisions", "collisions", "", "low")
 
 
 def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
-    """Return the metrics of ``Budget``, with one table over steps and one over metres."""
+    """Return the metrics of ``CoverageAtBudgets``, with one table over steps and one over metres."""
     found = []
     for over, longest in zip(OVER, (budgets[-1], budgets[1]), strict=True):
         areas = [
@@ -53,14 +53,14 @@ def budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
     return (*found, replace(COLLISIONS, table=OVER[0]))
 
 
-def way_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
-    """Return the metrics of ``Budget`` over metres alone; tables are sorted by the area up to the longest way."""
+def metre_budget_metrics(budgets: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``CoverageAtBudgets`` over metres alone; tables are sorted by the area to the longest."""
     area = Metric(f"area_{budgets[-1]}_metres", f"area, {budgets[-1]} metres", "%", "high", paired=True)
     return (area, *(Metric(f"coverage_{b}_metres", f"{b} metres", "%", "high") for b in budgets), COLLISIONS)
 
 
 @dataclass(frozen=True)
-class Budget:
+class CoverageAtBudgets:
     """Coverage after a budget of steps or metres, and the area under its curve up to there, as a share."""
 
     budgets: tuple[int, ...]
@@ -83,20 +83,20 @@ SLAM: Final = (
     Metric("iou_seen_free", "IoU of free cells", "%", "high", "slam"),
     Metric("iou_seen_walls", "IoU of walls", "%", "high", "slam"),
 )
-"""The metrics of ``Slam`` beside those of ``Budget``."""
+"""The metrics of ``CoverageAndSlamErrors`` beside those of ``CoverageAtBudgets``."""
 
 
 @dataclass(frozen=True)
-class Slam(Budget):
-    """Coverage as ``Budget``, and the errors of the SLAM's path and map at the end (``envs.slam_env``)."""
+class CoverageAndSlamErrors(CoverageAtBudgets):
+    """Coverage as ``CoverageAtBudgets``, and the errors of the SLAM's path and map at the end (``envs.slam_env``)."""
 
     def __call__(self, trace: Trace) -> Values:
         """Return the values of an episode."""
         return {**super().__call__(trace), **trace.info["slam"]()}
 
 
-def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
-    """Return the metrics of ``Quality``."""
+def steps_to_coverage_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
+    """Return the metrics of ``StepsToCoverage``."""
     reached = [Metric(f"reached_{share}", f"{share}% seen", "%", "high") for share in shares]
     metres = [
         Metric(f"metres_to_{share}", f"metres to {share}%", "m", "low", paired=share == shares[0]) for share in shares
@@ -106,7 +106,7 @@ def quality_metrics(shares: tuple[int, ...]) -> tuple[Metric, ...]:
 
 
 @dataclass(frozen=True)
-class Quality:
+class StepsToCoverage:
     """Whether a coverage was reached, and after how many steps and metres; None if it was not."""
 
     shares: tuple[int, ...]
@@ -129,7 +129,7 @@ AVOIDANCE: Final = (
 )
 
 
-def avoidance(trace: Trace) -> Values:
+def measure_avoidance(trace: Trace) -> Values:
     """Return the sum of rewards, collisions, and the distance travelled, which is 0 for a robot that only spins."""
     collisions = float(trace.info["collisions"])
     return {
@@ -149,7 +149,7 @@ NAVIGATION: Final = (
 )
 
 
-def navigation(trace: Trace) -> Values:
+def measure_navigation(trace: Trace) -> Values:
     """Return success, success weighted by path length (Anderson et al., 2018), and the steps and metres used."""
     return {
         "spl": float(trace.info["spl"]),

@@ -46,7 +46,7 @@ _PARTS: Final = {"iou": "IoU", "iou_unseen_walls": "unseen walls, IoU", "iou_uns
 
 
 @dataclass(frozen=True)
-class Scores:
+class PredictionScores:
     """The IoU of obstacles over all judged cells (R1), and of obstacles and of free cells over the unseen ones (R4)."""
 
     iou: float
@@ -54,13 +54,13 @@ class Scores:
     iou_unseen_free: float | None
 
 
-def judged_cells(occupied: Grid) -> Bools:
+def find_judged_cells(occupied: Grid) -> Bools:
     """Return which cells (rows, cols) are judged (R3): free ones and the obstacles beside them."""
     found: Bools = cv2.dilate((occupied == 0).astype(np.uint8), _NEIGHBOURS) != 0
     return found
 
 
-def scores_of(predicted: Grid, known: Grid, occupied: Grid, judged: Bools | None = None) -> Scores:
+def score_prediction(predicted: Grid, known: Grid, occupied: Grid, judged: Bools | None = None) -> PredictionScores:
     """Return the scores of a predicted map.
 
     Parameters
@@ -70,12 +70,12 @@ def scores_of(predicted: Grid, known: Grid, occupied: Grid, judged: Bools | None
     occupied
         The truth (rows, cols): not 0 for obstacles.
     judged
-        ``judged_cells(occupied)``, if known.
+        ``find_judged_cells(occupied)``, if known.
     """
-    judged = judged_cells(occupied) if judged is None else judged
+    judged = find_judged_cells(occupied) if judged is None else judged
     walls, truth = predicted == OBSTACLE, occupied != 0  # R2
     unseen = judged & (known == UNKNOWN)
-    return Scores(_iou(walls, truth, judged) or 0.0, _iou(walls, truth, unseen), _iou(~walls, ~truth, unseen))
+    return PredictionScores(_iou(walls, truth, judged) or 0.0, _iou(walls, truth, unseen), _iou(~walls, ~truth, unseen))
 
 
 def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
@@ -101,7 +101,7 @@ def predict_solid(known: Grid) -> Grid:
     return np.where(known == UNKNOWN, np.uint8(OBSTACLE), known)
 
 
-def predict_lines(known: Grid, gap_px: float) -> Grid:
+def predict_walls_in_gaps(known: Grid, gap_px: float) -> Grid:
     """Return the map with walls where gaps of at most ``gap_px`` unknown cells in rows and columns of walls are closed.
 
     Other unknown cells are free.
@@ -120,7 +120,7 @@ PREDICTORS: Final = ("free", "solid", "lines")
 """The names of the predictors that come with the benchmark."""
 
 
-def check_prediction(name: str) -> None:
+def check_predictor_name(name: str) -> None:
     """Raise ConfigError if there is no prediction of that name."""
     known = (OF_POLICY, *PREDICTORS)
     if name not in known:
@@ -129,10 +129,10 @@ def check_prediction(name: str) -> None:
         )
 
 
-def predictor_of(name: str, pixels_per_metre: float) -> Predictor:
+def find_predictor(name: str, pixels_per_metre: float) -> Predictor:
     """Return a predictor of ``PREDICTORS``."""
     if name == "lines":
-        return lambda known: predict_lines(known, LONGEST_GAP_M * pixels_per_metre)
+        return lambda known: predict_walls_in_gaps(known, LONGEST_GAP_M * pixels_per_metre)
     return {"free": predict_free, "solid": predict_solid}[name]
 
 
@@ -142,7 +142,7 @@ def predictor_of(name: str, pixels_per_metre: float) -> Predictor:
 
 
 @dataclass
-class Scoring:
+class PredictionScorer:
     """The scores of predictions after given metres of an episode: those of the last map within them, as for coverage.
 
     Parameters
@@ -158,7 +158,7 @@ class Scoring:
     predict: Callable[[Any], Grid]
     occupied: Grid
     budgets_m: tuple[int, ...]
-    found: list[Scores] = field(default_factory=list)
+    found: list[PredictionScores] = field(default_factory=list)
     _judged: Bools | None = None
     _before: Any = None
 
@@ -180,13 +180,13 @@ class Scoring:
 
     def _score(self) -> None:
         if self._judged is None:
-            self._judged = judged_cells(self.occupied)
+            self._judged = find_judged_cells(self.occupied)
         known = self._before["map"]
-        predicted = checked_map(self.predict({**self._before, "map": known.copy()}), known.shape)
-        self.found.append(scores_of(predicted, known, self.occupied, self._judged))
+        predicted = check_predicted_map(self.predict({**self._before, "map": known.copy()}), known.shape)
+        self.found.append(score_prediction(predicted, known, self.occupied, self._judged))
 
 
-def checked_map(found: object, shape: tuple[int, ...]) -> Grid:
+def check_predicted_map(found: object, shape: tuple[int, ...]) -> Grid:
     """Return a predicted map; raise ConfigError if it is none of that shape."""
     if not isinstance(found, np.ndarray) or found.dtype != np.uint8 or found.shape != shape:
         was = f"{found.dtype} {found.shape}" if isinstance(found, np.ndarray) else repr(found)[:80]
@@ -200,7 +200,7 @@ def checked_map(found: object, shape: tuple[int, ...]) -> Grid:
 
 
 def prediction_metrics(budgets_m: tuple[int, ...]) -> tuple[Metric, ...]:
-    """Return the metrics of ``Scoring``, for a table of their own."""
+    """Return the metrics of ``PredictionScorer``, for a table of their own."""
     return tuple(
         Metric(f"{part}_{budget}_metres", f"{title}, {budget} metres", "%", "high", TABLE)
         for part, title in _PARTS.items()

@@ -15,9 +15,9 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import read_json, write_atomically
-from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
 from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate, means
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_column_means, estimate_mean
 from houseexpo.pseudoslam.benchmark.tracks import Track
 
 FORMAT: Final = "houseexpo benchmark 1"
@@ -57,7 +57,7 @@ class PlansRecord(msgspec.Struct, frozen=True):
     content_sha256: str
 
 
-class Curve(msgspec.Struct, frozen=True):
+class MeanCurve(msgspec.Struct, frozen=True):
     """The mean coverage over plans and its interval, over steps or metres."""
 
     at: list[float]
@@ -66,7 +66,7 @@ class Curve(msgspec.Struct, frozen=True):
     high: list[float]
 
 
-class Times(msgspec.Struct, frozen=True):
+class RunTimes(msgspec.Struct, frozen=True):
     """The times of a run, which differ between runs: of decisions, ms, and of the whole, s; and the machine."""
 
     decision_ms: dict[str, float]
@@ -87,9 +87,9 @@ class Result(msgspec.Struct, frozen=True):
     plans: PlansRecord
     versions: dict[str, str]
     summary: dict[str, Estimate]
-    curves: dict[str, Curve]
+    curves: dict[str, MeanCurve]
     episodes: dict[str, Any]
-    times: Times
+    times: RunTimes
     map_curves: dict[str, list[list[float]]] | msgspec.UnsetType = msgspec.UNSET
 
     @property
@@ -102,26 +102,26 @@ class Result(msgspec.Struct, frozen=True):
         return list(self.episodes[key])
 
 
-def summary_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, Estimate]:
+def compute_summary(track: Track, outcomes: Sequence[EpisodeOutcome]) -> dict[str, Estimate]:
     """Return the mean of each metric over plans, with its interval."""
     metrics = [*track.metrics, *prediction_metrics(track.budgets_m)]
     return {
-        metric.key: estimate([each.values[metric.key] for each in outcomes])
+        metric.key: estimate_mean([each.values[metric.key] for each in outcomes])
         for metric in metrics
         if metric.table != TABLE or metric.key in outcomes[0].values
     }
 
 
-def curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, Curve]:
+def compute_mean_curves(track: Track, outcomes: Sequence[EpisodeOutcome]) -> dict[str, MeanCurve]:
     """Return the mean curves."""
     found = {}
     for over, most in track.curves:
-        mean, low, high = means(_matrix([each.curves[over] for each in outcomes]))
-        found[over] = Curve(places(most).tolist(), mean.tolist(), low.tolist(), high.tolist())
+        mean, low, high = estimate_column_means(_matrix([each.curves[over] for each in outcomes]))
+        found[over] = MeanCurve(curve_sample_points(most).tolist(), mean.tolist(), low.tolist(), high.tolist())
     return found
 
 
-def map_curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, list[list[float]]]:
+def round_episode_curves(track: Track, outcomes: Sequence[EpisodeOutcome]) -> dict[str, list[list[float]]]:
     """Return the curves of each episode, rounded."""
     return {
         over: [[round(value, CURVE_DIGITS) for value in each.curves[over]] for each in outcomes]
@@ -129,7 +129,7 @@ def map_curves_of(track: Track, outcomes: Sequence[Outcome]) -> dict[str, list[l
     }
 
 
-def episodes_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def make_episode_columns(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
     """Return the columns of all episodes: the plan, the start's seed, and each value."""
     columns: dict[str, Any] = {
         "plan": [each.case.plan_id for each in outcomes],
@@ -140,14 +140,14 @@ def episodes_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return columns
 
 
-def encode(result: Result) -> bytes:
+def encode_result(result: Result) -> bytes:
     """Return a result as JSON, with each key and each list on one line."""
     return ("\n".join(_lines(msgspec.to_builtins(result))) + "\n").encode()
 
 
 def write_result(result: Result, file: Path) -> None:
     """Write a result atomically."""
-    write_atomically(file, encode(result))
+    write_atomically(file, encode_result(result))
 
 
 def read_result(file: Path) -> Result:

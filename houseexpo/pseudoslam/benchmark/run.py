@@ -24,18 +24,18 @@ from houseexpo.pseudoslam.agents.loading import NamedPolicy
 from houseexpo.pseudoslam.benchmark import result as results
 from houseexpo.pseudoslam.benchmark.cases import (
     Case,
-    cases_of,
-    choose,
+    choose_plan_ids,
     content_sha256,
     ids_sha256,
-    room_cases,
+    make_cases,
+    make_room_cases,
 )
-from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
 from houseexpo.pseudoslam.benchmark.maps import map_cases
-from houseexpo.pseudoslam.benchmark.player import Player
-from houseexpo.pseudoslam.benchmark.prediction import check_prediction
+from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+from houseexpo.pseudoslam.benchmark.prediction import check_predictor_name
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
-from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, track_of
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
 from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 
@@ -43,7 +43,7 @@ _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-h
 
 
 @dataclass(frozen=True)
-class Settings:
+class RunSettings:
     """The settings of a run.
 
     Parameters
@@ -57,7 +57,7 @@ class Settings:
     decision_limit_s
         Time limit of an action of the policy, seconds.
     prediction
-        The predicted map that is scored, as for ``Runner``; "" for none.
+        The predicted map that is scored, as for ``EpisodeRunner``; "" for none.
     """
 
     split: str = "test"
@@ -68,7 +68,9 @@ class Settings:
     prediction: str = ""
 
 
-def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, settings: Settings) -> results.Result:
+def run_benchmark(
+    track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, settings: RunSettings
+) -> results.Result:
     """Run a policy on a track; a script that calls this needs ``if __name__ == "__main__"``.
 
     Parameters
@@ -85,26 +87,26 @@ def run(track: Track, policy_name: str, plans: Dataset | list[MapHouse] | None, 
     PolicyError
         The policy failed in an episode.
     """
-    with Player(policy_name) as player:
+    with PolicyProcess(policy_name) as player:
         check_task(player.policy, track)
-        policy = policy_record(player.policy, settings.seed)
+        policy = make_policy_record(player.policy, settings.seed)
     if settings.prediction:
-        check_prediction(settings.prediction)
+        check_predictor_name(settings.prediction)
         policy = msgspec.structs.replace(policy, prediction=settings.prediction)
     chosen, cases, record = _cases(track, plans, settings)
     start = time.perf_counter()
-    new_runner = partial(new_runner_of, track.id, policy_name, chosen, settings.seed, settings.prediction)
+    new_runner = partial(make_runner, track.id, policy_name, chosen, settings.seed, settings.prediction)
     done = run_cases(new_runner, cases, settings.workers, settings.decision_limit_s, policy_name)
     outcomes = dict(show_progress(done, f"{policy_name}, {track.id}", len(cases)))
     in_order = [outcomes[number] for number in range(len(cases))]
-    times = times_of(in_order, time.perf_counter() - start, settings.workers)
-    return result_of(track, policy, record, in_order, times)
+    times = make_run_times(in_order, time.perf_counter() - start, settings.workers)
+    return make_result(track, policy, record, in_order, times)
 
 
-def new_runner_of(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> Runner:
+def make_runner(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> EpisodeRunner:
     """Return a runner of episodes for one process, with the policy in a process of its own."""
-    player = Player(policy_name)
-    return Runner(track_of(track_id), player.policy, plans, seed, player, prediction=prediction)
+    player = PolicyProcess(policy_name)
+    return EpisodeRunner(find_track(track_id), player.policy, plans, seed, player, prediction=prediction)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:
@@ -115,10 +117,10 @@ def check_task(policy: NamedPolicy, track: Track) -> None:
 
 
 def _cases(
-    track: Track, plans: Dataset | list[MapHouse] | None, settings: Settings
+    track: Track, plans: Dataset | list[MapHouse] | None, settings: RunSettings
 ) -> tuple[Houses, list[Case], results.PlansRecord]:
     if not track.needs_plans:
-        cases = room_cases(track.id, ROOM.id, settings.number)
+        cases = make_room_cases(track.id, ROOM.id, settings.number)
         return [ROOM], cases, results.PlansRecord(ROOM.id, len(cases), ids_sha256([ROOM.id]), "")
     if isinstance(plans, list):
         cases = map_cases(track, plans)
@@ -129,18 +131,18 @@ def _cases(
         raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
     if plans is None:
         raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
-    ids = choose(plans, settings.split, settings.number, settings.workers, track.largest)
+    ids = choose_plan_ids(plans, settings.split, settings.number, settings.workers, track.largest)
     chosen = plans.only(ids)
     record = results.PlansRecord(settings.split, len(ids), ids_sha256(ids), content_sha256(chosen))
-    return chosen, cases_of(track.id, ids), record
+    return chosen, make_cases(track.id, ids), record
 
 
-def result_of(
+def make_result(
     track: Track,
     policy: results.PolicyRecord,
     plans: results.PlansRecord,
-    outcomes: Sequence[Outcome],
-    times: results.Times,
+    outcomes: Sequence[EpisodeOutcome],
+    times: results.RunTimes,
 ) -> results.Result:
     """Return the result of the outcomes."""
     libraries = {library: version(library) for library in _LIBRARIES}
@@ -150,15 +152,15 @@ def result_of(
         policy,
         plans,
         {"houseexpo": __version__, "python": platform.python_version(), **libraries},
-        results.summary_of(track, outcomes),
-        results.curves_of(track, outcomes),
-        results.episodes_of(outcomes),
+        results.compute_summary(track, outcomes),
+        results.compute_mean_curves(track, outcomes),
+        results.make_episode_columns(outcomes),
         times,
-        results.map_curves_of(track, outcomes) if track in MAP_TRACKS else msgspec.UNSET,
+        results.round_episode_curves(track, outcomes) if track in MAP_TRACKS else msgspec.UNSET,
     )
 
 
-def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
+def make_policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
     """Return the record of a policy in a result."""
     shown, made = policy.interface, policy.training
     return results.PolicyRecord(
@@ -167,7 +169,7 @@ def policy_record(policy: NamedPolicy, seed: int) -> results.PolicyRecord:
     )  # fmt: skip
 
 
-def times_of(outcomes: Sequence[Outcome], wall_s: float, workers: int) -> results.Times:
+def make_run_times(outcomes: Sequence[EpisodeOutcome], wall_s: float, workers: int) -> results.RunTimes:
     """Return the times of decisions and of the whole run."""
     took_ms = np.concatenate([each.decisions_ms for each in outcomes])
     found: dict[str, float] = {}
@@ -175,7 +177,7 @@ def times_of(outcomes: Sequence[Outcome], wall_s: float, workers: int) -> result
         median, late = np.percentile(took_ms, (50, 99)).tolist()
         found = {"median": median, "mean": float(took_ms.mean()), "p99": late, "worst": float(took_ms.max())}
     decisions = {"number": float(len(took_ms)), **{name: round(value, 4) for name, value in found.items()}}
-    return results.Times(decisions, round(wall_s, 1), workers, _machine())
+    return results.RunTimes(decisions, round(wall_s, 1), workers, _machine())
 
 
 def _machine() -> dict[str, str | int | float]:

@@ -27,7 +27,7 @@ class Estimate(msgspec.Struct, frozen=True):
     number: int
 
 
-def estimate(values: Sequence[float | None]) -> Estimate:
+def estimate_mean(values: Sequence[float | None]) -> Estimate:
     """Return the mean of the values that are not None, and its 95% interval from ``DRAWS`` resamplings of all plans.
 
     Resamplings without any value are left out.
@@ -36,14 +36,14 @@ def estimate(values: Sequence[float | None]) -> Estimate:
     number = int(np.count_nonzero(~np.isnan(given)))
     if not number:
         return Estimate(None, None, None, 0)
-    mean, low, high = (float(row[0]) for row in means(given[:, None]))
+    mean, low, high = (float(row[0]) for row in estimate_column_means(given[:, None]))
     return Estimate(mean, low, high, number)
 
 
-def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
+def estimate_mean_over_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
     """Return the mean over plans and training seeds, from the values (plans,) of each seed; both are resampled."""
     if len(columns) == 1:
-        return estimate(columns[0])
+        return estimate_mean(columns[0])
     given = np.array([[np.nan if value is None else value for value in column] for column in columns], np.float64)
     has = ~np.isnan(given)
     if not has.any():
@@ -57,7 +57,7 @@ def estimate_seeds(columns: Sequence[Sequence[float | None]]) -> Estimate:
     return Estimate(mean, low, high, int(has.any(axis=0).sum()))
 
 
-def means(values: Floats) -> tuple[Floats, Floats, Floats]:
+def estimate_column_means(values: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the mean and its interval for each column of (plans, columns); NaN means that a plan has no value."""
     has = ~np.isnan(values)
     filled = np.where(has, values, 0.0)
@@ -70,7 +70,7 @@ def means(values: Floats) -> tuple[Floats, Floats, Floats]:
     return tuple(rounded)
 
 
-def paired_p(differences: Sequence[float | None]) -> float | None:
+def paired_p_value(differences: Sequence[float | None]) -> float | None:
     """Return the two-sided p-value of the mean of paired differences; None if there are none.
 
     It is that of the randomisation test by change of signs (Fisher, 1935), with ``FLIPS`` random changes of signs, of
@@ -83,7 +83,7 @@ def paired_p(differences: Sequence[float | None]) -> float | None:
     return float((1 + np.count_nonzero(extreme)) / (1 + FLIPS))
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
+def holm_correction(p_values: Sequence[float]) -> list[float]:
     """Return p-values corrected for their number by the step-down method of Holm (1979), in the given order."""
     found, least = [0.0] * len(p_values), 0.0
     for rank, k in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):

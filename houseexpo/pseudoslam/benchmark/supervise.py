@@ -23,11 +23,11 @@ from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import HouseExpoError, PolicyError
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
-from houseexpo.pseudoslam.benchmark.episodes import Outcome, Runner
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
 from houseexpo.pseudoslam.kernels.compiling import call_around_compiling
 
 _LOOK_S = 0.5
-NewRunner: TypeAlias = Callable[[], Runner]
+NewRunner: TypeAlias = Callable[[], EpisodeRunner]
 """A function that makes a runner. It is pickled: a ``functools.partial`` of a function of a module."""
 
 
@@ -43,7 +43,7 @@ class _Worker:
 
 def run_cases(
     new_runner: NewRunner, cases: Sequence[Case], workers: int, decision_limit_s: float, name: str
-) -> Iterator[tuple[int, Outcome]]:
+) -> Iterator[tuple[int, EpisodeOutcome]]:
     """Yield the numbers of cases and their outcomes as they are done.
 
     Parameters
@@ -97,7 +97,7 @@ def _hand_over(worker: _Worker, cases: Sequence[Case], waiting: Iterator[int]) -
 
 def _answers(
     running: Sequence[_Worker], cases: Sequence[Case], waiting: Iterator[int], name: str
-) -> Iterator[tuple[int, Outcome]]:
+) -> Iterator[tuple[int, EpisodeOutcome]]:
     """Yield the answers, and send the next cases."""
     busy = {worker.pipe: worker for worker in running if worker.case >= 0}
     for pipe in wait(list(busy), timeout=_LOOK_S):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from houseexpo.pseudoslam.benchmark.comparison import Compared, Entry
+from houseexpo.pseudoslam.benchmark.comparison import ComparisonRow, TrackComparison
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.statistics import Estimate
 
@@ -20,24 +20,24 @@ ABOUT: Final = (
 )
 
 
-def heads(metrics: Sequence[Metric]) -> list[str]:
+def table_heads(metrics: Sequence[Metric]) -> list[str]:
     """Return the heads of a table's columns, including the policy and its time."""
     return ["policy", *(f"{metric.title}{_unit(metric)}" for metric in metrics), "ms a decision"]
 
 
-def row(compared: Compared, entry: Entry, metrics: Sequence[Metric]) -> list[str]:
+def table_row(compared: TrackComparison, entry: ComparisonRow, metrics: Sequence[Metric]) -> list[str]:
     """Return the cells of a row."""
     median = entry.decision_ms
-    values = [cell(metric, compared.value(entry, metric)) for metric in metrics]
-    return [title(entry), *values, "-" if median is None else f"{median:.2g}"]
+    values = [format_cell(metric, compared.value(entry, metric)) for metric in metrics]
+    return [row_title(entry), *values, "-" if median is None else f"{median:.2g}"]
 
 
-def title(entry: Entry) -> str:
+def row_title(entry: ComparisonRow) -> str:
     """Return the title of a row, with a star for policies that see the truth."""
     return f"{entry.name}{' *' if entry.sees_truth else ''}"
 
 
-def cell(metric: Metric, value: Estimate) -> str:
+def format_cell(metric: Metric, value: Estimate) -> str:
     """Return a mean with its interval, or "-" if no plan has a value."""
     if value.mean is None or value.low is None or value.high is None:
         return "-"
@@ -50,8 +50,8 @@ def cell(metric: Metric, value: Estimate) -> str:
     return f"{mean:{sign}.{digits}f} [{low:{sign}.{digits}f}, {high:{sign}.{digits}f}]"
 
 
-def markdown(
-    all_compared: Sequence[Compared],
+def format_markdown(
+    all_compared: Sequence[TrackComparison],
     heading: str = HEADING,
     pictures: Mapping[tuple[str, str], str] | None = None,
     of_maps: Mapping[str, Sequence[tuple[str, str]]] | None = None,
@@ -73,22 +73,22 @@ def markdown(
     return "\n".join(lines).rstrip() + "\n"
 
 
-def facts(compared: Compared) -> str:
+def describe_plans(compared: TrackComparison) -> str:
     """Return a line on the plans of the results."""
     plans = compared.entries[0].results[0].plans
     where = f"{plans.number} plans of list {plans.split}" if plans.content_sha256 else f"{plans.number} episodes"
     return f"{where}; ids {plans.ids_sha256[:12]}, content {plans.content_sha256[:12] or 'the room'}"
 
 
-def _section(compared: Compared, pictures: Mapping[tuple[str, str], str]) -> list[str]:
-    lines = [f"## {compared.track.id}", f"{compared.track.about} {facts(compared)}.", ""]
+def _section(compared: TrackComparison, pictures: Mapping[tuple[str, str], str]) -> list[str]:
+    lines = [f"## {compared.track.id}", f"{compared.track.about} {describe_plans(compared)}.", ""]
     for over, _ in compared.track.curves:
         if (compared.track.id, over) in pictures:
             lines += [f"![Coverage over {over}]({pictures[compared.track.id, over]})", ""]
     for metrics in compared.tables():
-        names = heads(metrics)
+        names = table_heads(metrics)
         lines += [_line(names), _line(["---", *["---:"] * (len(names) - 1)])]
-        lines += [_line(row(compared, entry, metrics)) for entry in compared.rows(metrics)]
+        lines += [_line(table_row(compared, entry, metrics)) for entry in compared.rows(metrics)]
         lines.append("")
     return lines
 

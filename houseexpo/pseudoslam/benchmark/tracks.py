@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.envs.slam_env import SlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
@@ -79,7 +79,7 @@ class Track:
     @property
     def budgets_m(self) -> tuple[int, ...]:
         """The budgets of metres after which coverage is measured; none for tracks without budgets."""
-        return self.measure.budgets if isinstance(self.measure, measures.Budget) else ()
+        return self.measure.budgets if isinstance(self.measure, measures.CoverageAtBudgets) else ()
 
     def environment(self, plans: Houses, interface: Interface) -> PseudoSlamEnv:
         """Return an environment of the track with the interface of a policy."""
@@ -114,56 +114,58 @@ TRACKS: Final = (
         "budget", "exploration-budget-v1",
         "See as much of a house as a budget of steps or metres allows.",
         _EXPLORER, "exploration", {"success_coverage": 1.0},
-        measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
+        measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
     Track(
         "quality", "exploration-quality-v1",
         "See 99% of a house, by a short way.",
         _EXPLORER, "exploration", {"success_coverage": 0.99},
-        measures.quality_metrics(SHARES), measures.Quality(SHARES),
+        measures.steps_to_coverage_metrics(SHARES), measures.StepsToCoverage(SHARES),
     ),
     Track(
         "avoidance", "avoidance-v1",
         "Keep moving in the paper's room among 1 to 5 obstacles, and touch none: 200 steps, the paper's reward.",
         replace(ObstacleAvoidance.default, max_steps=200), "avoidance", {},
-        measures.AVOIDANCE, measures.avoidance,
+        measures.AVOIDANCE, measures.measure_avoidance,
     ),
     Track(
         "navigation", "navigation-v1",
         "Go to a place in a house whose map is known.",
         replace(Navigation.default, max_steps=1000), "navigation", {},
-        measures.NAVIGATION, measures.navigation,
+        measures.NAVIGATION, measures.measure_navigation,
     ),
     Track(
         "pointgoal", "pointgoal-v1",
         "Go to a place in a house that nobody has seen yet.",
         replace(Navigation.default, max_steps=1000, known_map=False), "navigation", {},
-        measures.NAVIGATION, measures.navigation,
+        measures.NAVIGATION, measures.measure_navigation,
     ),
     Track(
         "large", "exploration-large-v1",
         "See as much of one of the largest houses as a budget of steps or metres allows.",
         replace(_EXPLORER, max_steps=6000), "exploration", {"success_coverage": 1.0},
-        measures.budget_metrics(LONG_BUDGETS), measures.Budget(LONG_BUDGETS), (("steps", 1600), ("metres", 400)),
+        measures.budget_metrics(LONG_BUDGETS), measures.CoverageAtBudgets(LONG_BUDGETS),
+        (("steps", 1600), ("metres", 400)),
         largest=500,
     ),
     Track(
         "noisy", "exploration-noisy-v1",
         "See as much of a house as a budget allows, with drifting odometry and a laser that errs.",
         replace(_EXPLORER, noise=_NOISE), "exploration", {"success_coverage": 1.0},
-        measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
+        measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
     Track(
         "people", "exploration-people-v1",
         "See as much of a house in which up to four people walk as a budget allows.",
         replace(_EXPLORER, people=PeopleConfig(4)), "exploration", {"success_coverage": 1.0},
-        measures.budget_metrics(BUDGETS), measures.Budget(BUDGETS), (("steps", 800), ("metres", 200)),
+        measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
     Track(
         "slam", "exploration-slam-v1",
         "See as much of a house as a budget allows, on the map of a SLAM that corrects the odometry of `noisy`.",
         replace(_EXPLORER, noise=_NOISE, laser=_FINE_LASER, max_steps=2000), "exploration", {"success_coverage": 1.0},
-        (*measures.budget_metrics(BUDGETS), *measures.SLAM), measures.Slam(BUDGETS), (("steps", 800), ("metres", 200)),
+        (*measures.budget_metrics(BUDGETS), *measures.SLAM), measures.CoverageAndSlamErrors(BUDGETS),
+        (("steps", 800), ("metres", 200)),
         slam=True,
     ),
 )  # fmt: skip
@@ -179,27 +181,28 @@ MAP_TRACKS: Final = (
         "See as much of MapEx's floors as a way of 300 m allows, from its 24 starts.",
         SimulatorConfig(10.0, RobotConfig(0.1), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 1.0},
-        measures.way_metrics((75, 150, _WAY_M)), measures.Budget((75, 150, _WAY_M)), (("metres", _WAY_M),),
+        measures.metre_budget_metrics((75, 150, _WAY_M)), measures.CoverageAtBudgets((75, 150, _WAY_M)),
+        (("metres", _WAY_M),),
     ),
     Track(
         "dare", "dare-v1",
         "See 99% of DARE's test maps, by a short way.",
         SimulatorConfig(5.0, RobotConfig(0.2, 0.4), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 0.99},
-        measures.quality_metrics(SHARES), measures.Quality(SHARES), (("metres", 800),),
+        measures.steps_to_coverage_metrics(SHARES), measures.StepsToCoverage(SHARES), (("metres", 800),),
     ),
     Track(
         "ariadne", "ariadne-v1",
         "See 99% of ARiADNE's complex maps, by a short way; a cell counts as 0.25 m.",
         SimulatorConfig(4.0, RobotConfig(0.2), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 0.99},
-        measures.quality_metrics(SHARES), measures.Quality(SHARES), (("metres", 800),),
+        measures.steps_to_coverage_metrics(SHARES), measures.StepsToCoverage(SHARES), (("metres", 800),),
     ),
 )  # fmt: skip
 """The tracks on maps of other people, which ``--maps`` names (``benchmark.maps`` reads them)."""
 
 
-def track_of(name: str) -> Track:
+def find_track(name: str) -> Track:
     """Return a track by its name or id; raise ConfigError if it does not exist."""
     for track in (*TRACKS, *MAP_TRACKS):
         if name in {track.name, track.id}:

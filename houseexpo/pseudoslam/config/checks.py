@@ -9,7 +9,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 
 
-def number(
+def check_number(
     value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf, at_most: float = math.inf
 ) -> None:
     """Raise ConfigError unless ``value`` is a finite number within the limits."""
@@ -23,7 +23,7 @@ def number(
         raise ConfigError(f"{key}: expected at most {at_most:g}, found {value!r}")
 
 
-def whole(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
+def check_whole_number(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
     """Raise ConfigError unless ``value`` is a whole number within the limits."""
     if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
         raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {describe_found(value)}")
@@ -37,15 +37,15 @@ def describe_found(value: object) -> str:
     return f"found {value!r}" + ("; convert it to a Python number with .item()" if strange else "")
 
 
-def above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
+def check_above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
     """Raise ConfigError unless the fields are numbers above 0 and at most ``at_most``."""
     for name in names:
         value = getattr(config, name)
         if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case
-            number(value, f"{where}.{name}", above=0.0, at_most=at_most)
+            check_number(value, f"{where}.{name}", above=0.0, at_most=at_most)
 
 
-def one_of(value: object, key: str, known: tuple[str, ...]) -> None:
+def check_one_of(value: object, key: str, known: tuple[str, ...]) -> None:
     """Raise ConfigError unless ``value`` is one of the known names."""
     if value not in known:
         raise ConfigError(f"{key}: expected one of {', '.join(known)}; found {value!r}")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final, Literal
 
-from houseexpo.pseudoslam.config.checks import number
+from houseexpo.pseudoslam.config.checks import check_number
 
 Motion = Literal["discrete", "differential", "ackermann"]
 """How a robot moves: by exact turns and distances, or with one of the drives."""
@@ -37,9 +37,9 @@ class Differential:
 
     def __post_init__(self) -> None:
         _check_speed(self, "robot.drive.differential")
-        number(self.max_turn_deg_s, "robot.drive.differential.max_turn_deg_s", above=0.0, at_most=3600.0)
+        check_number(self.max_turn_deg_s, "robot.drive.differential.max_turn_deg_s", above=0.0, at_most=3600.0)
         name = "robot.drive.differential.turn_acceleration_deg_s2"
-        number(self.turn_acceleration_deg_s2, name, above=0.0, at_most=1e6)
+        check_number(self.turn_acceleration_deg_s2, name, above=0.0, at_most=1e6)
 
     @property
     def most_turning(self) -> float:
@@ -80,9 +80,9 @@ class Ackermann:
 
     def __post_init__(self) -> None:
         _check_speed(self, "robot.drive.ackermann")
-        number(self.wheelbase_m, "robot.drive.ackermann.wheelbase_m", at_least=0.01, at_most=100.0)
-        number(self.max_steering_deg, "robot.drive.ackermann.max_steering_deg", above=0.0, at_most=80.0)
-        number(self.steering_deg_s, "robot.drive.ackermann.steering_deg_s", above=0.0, at_most=1e6)
+        check_number(self.wheelbase_m, "robot.drive.ackermann.wheelbase_m", at_least=0.01, at_most=100.0)
+        check_number(self.max_steering_deg, "robot.drive.ackermann.max_steering_deg", above=0.0, at_most=80.0)
+        check_number(self.steering_deg_s, "robot.drive.ackermann.steering_deg_s", above=0.0, at_most=1e6)
 
     @property
     def least_radius_m(self) -> float:
@@ -107,5 +107,5 @@ DRIVES: Final[Mapping[str, type[Differential | Ackermann]]] = MappingProxyType(
 
 
 def _check_speed(drive: Differential | Ackermann, key: str) -> None:
-    number(drive.max_speed_m_s, f"{key}.max_speed_m_s", above=0.0, at_most=100.0)
-    number(drive.acceleration_m_s2, f"{key}.acceleration_m_s2", above=0.0, at_most=1e6)
+    check_number(drive.max_speed_m_s, f"{key}.max_speed_m_s", above=0.0, at_most=100.0)
+    check_number(drive.acceleration_m_s2, f"{key}.acceleration_m_s2", above=0.0, at_most=1e6)

@@ -1,4 +1,4 @@
-"""Configure obstacles: their shapes, placed and random static ones (section III-E), people, and moving shapes."""
+"""Configure obstacles that stand still, at given or random poses (section III-E), and the shapes of obstacles."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import FloatArray, GridFrame
-from houseexpo.pseudoslam.config.checks import above_zero, describe_found, number, whole
-from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
+from houseexpo.pseudoslam.config.checks import check_above_zero, check_number
 from houseexpo.pseudoslam.kernels.placement import list_shape_spans
 from houseexpo.pseudoslam.kernels.types import Cells
 
@@ -33,7 +32,7 @@ class Rectangle:
     is_round: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        above_zero(self, "rectangle", "width_m", "height_m", at_most=LARGEST_M)
+        check_above_zero(self, "rectangle", "width_m", "height_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -56,7 +55,7 @@ class Ellipse:
     is_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "ellipse", "width_m", "height_m", at_most=LARGEST_M)
+        check_above_zero(self, "ellipse", "width_m", "height_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -77,7 +76,7 @@ class Circle:
     is_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "circle", "radius_m", at_most=LARGEST_M)
+        check_above_zero(self, "circle", "radius_m", at_most=LARGEST_M)
 
     @property
     def thickness_m(self) -> float:
@@ -147,7 +146,7 @@ class Obstacle:
         if not isinstance(self.shape, Shape):
             raise ConfigError(f"obstacle.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}")
         for name in ("x_m", "y_m", "heading_deg"):
-            number(getattr(self, name), f"obstacle.{name}")
+            check_number(getattr(self, name), f"obstacle.{name}")
 
     def outline_px(self, frame: GridFrame) -> FloatArray:
         """Return the shape's ``outline_m`` at its pose, in pixels (n, 2), (across, down)."""
@@ -188,8 +187,8 @@ def _points(value: object) -> tuple[Point, ...]:
         raise ConfigError(f"{key}: expected at least 3 corners (x, y) in metres, found {value!r}")
     for i, (x, y) in enumerate(points):
         if not (type(x) is type(y) is float and max(abs(x), abs(y)) <= LARGEST_M):  # the common case
-            number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
-            number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+            check_number(x, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
+            check_number(y, f"{key}[{i}]", at_least=-LARGEST_M, at_most=LARGEST_M)
     if points[0] == points[-1]:
         raise ConfigError(
             f"{key}: expected a ring that is not closed, found the first corner again at the end; leave it out"
@@ -230,7 +229,7 @@ class RandomObstacles:
         if not all(isinstance(end, int) for end in self.number):
             raise ConfigError(f"obstacles.random.number: expected whole numbers, found {self.number!r}")
         _low_and_high(self.size_m, "obstacles.random.size_m", above=0, at_most=1000)
-        number(self.gap_m, "obstacles.random.gap_m", at_least=0.0, at_most=10.0)
+        check_number(self.gap_m, "obstacles.random.gap_m", at_least=0.0, at_most=10.0)
         strange = [name for name in self.shapes if name not in get_args(ShapeName)]
         if strange or not self.shapes:
             raise ConfigError(
@@ -289,148 +288,6 @@ def _low_and_high(ends: tuple[float, ...], key: str, **bound: float) -> None:
     if len(ends) != 2:
         raise ConfigError(f"{key}: expected (low, high), found {ends!r}")
     for end in ends:
-        number(end, key, **bound)
+        check_number(end, key, **bound)
     if ends[0] > ends[1]:
         raise ConfigError(f"{key}: expected (low, high) with low at most high, found {ends!r}")
-
-
-Pose: TypeAlias = tuple[float, float, float]
-
-FASTEST_M_S = 20.0
-FASTEST_DEG_S = 3600.0
-"""The highest speed; a higher one is probably a mistake, and would need very many substeps."""
-
-
-@dataclass(frozen=True)
-class PeopleConfig:
-    """People who walk from room to room; none by default.
-
-    Parameters
-    ----------
-    number
-        Number of people in each house; fewer if the house is too small for them.
-    least
-        Smallest number of people; a house that is too small for them raises ConfigError.
-    radius_m
-        Radius of a person, who is a disc, metres.
-    speed_m_s, speed_sd
-        Mean and standard deviation of the desired speed of each person, drawn at the start from a normal distribution
-        that is truncated at two standard deviations.
-    relaxation_s
-        Time in which people reach their desired speed, seconds.
-    away_m
-        Smallest distance from the robot's centre at the start, metres, if there is such a place.
-    """
-
-    number: int = 0
-    radius_m: float = 0.2
-    speed_m_s: float = 1.2
-    speed_sd: float = 0.2
-    relaxation_s: float = 0.5
-    away_m: float = 1.0
-    least: int = 0
-
-    def __post_init__(self) -> None:
-        if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
-            raise ConfigError(
-                f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {describe_found(self.number)}"
-            )
-        whole(self.least, "people.least", at_least=0, at_most=self.number)
-        above_zero(self, "people", "radius_m", at_most=10.0)
-        above_zero(self, "people", "speed_m_s")
-        number(self.relaxation_s, "people.relaxation_s", at_least=0.1)
-        for name in ("speed_sd", "away_m"):
-            number(getattr(self, name), f"people.{name}", at_least=0.0)
-        if self.speed_m_s + 2 * self.speed_sd > FASTEST_M_S:
-            raise ConfigError(
-                f"people.speed_m_s: expected at most {FASTEST_M_S:g} with two standard deviations, "
-                f"found {self.speed_m_s:g} and {self.speed_sd:g}"
-            )
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """A shape that moves straight from pose to pose and rotates by the smaller angle; it rests before the first time.
-
-    Parameters
-    ----------
-    times_s
-        Times of the poses, ascending, in seconds since the start of the episode, 0 or more.
-    poses
-        (x_m, y_m, heading_deg) for each time, in the plan's frame, counter-clockwise from x.
-    loop
-        Whether it starts again at time 0 after the last pose; if the first pose differs, it jumps there. Otherwise it
-        rests at the last pose.
-
-    The shape's clock stops while the robot or a person blocks it.
-
-    Examples
-    --------
-    >>> from houseexpo.pseudoslam.config.obstacles import Circle
-    >>> Trajectory(Circle(0.2), times_s=(0, 4, 8), poses=((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True).duration_s
-    8.0
-    """
-
-    shape: Shape
-    times_s: tuple[float, ...]
-    poses: tuple[Pose, ...]
-    loop: bool = False
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.shape, get_args(Shape)):
-            raise ConfigError(
-                f"trajectory.shape: expected a Rectangle, Ellipse, Circle or Polygon, found {self.shape!r}"
-            )
-        if not isinstance(self.loop, bool):
-            raise ConfigError(f"trajectory.loop: expected True or False, found {self.loop!r}")
-        object.__setattr__(self, "times_s", _times(self.times_s))
-        object.__setattr__(self, "poses", _poses(self.poses))
-        if len(self.times_s) != len(self.poses):
-            raise ConfigError(
-                f"trajectory: expected as many times_s as poses, found {len(self.times_s)} and {len(self.poses)}"
-            )
-        pairs = zip(itertools.pairwise(self.times_s), itertools.pairwise(self.poses), strict=True)
-        for i, ((start, end), (one, other)) in enumerate(pairs):
-            speed = math.dist(one[:2], other[:2]) / (end - start)
-            if speed > FASTEST_M_S:
-                raise ConfigError(
-                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it moves at {speed:.4g} m/s, "
-                    f"at most {FASTEST_M_S:g} can be simulated; give it more time"
-                )
-            turning = abs(math.remainder(other[2] - one[2], 360.0)) / (end - start)
-            if turning > FASTEST_DEG_S:
-                raise ConfigError(
-                    f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it turns at {turning:.4g} degrees/s, "
-                    f"at most {FASTEST_DEG_S:g} can be simulated; give it more time"
-                )
-
-    @property
-    def duration_s(self) -> float:
-        """The last time, seconds."""
-        return self.times_s[-1]
-
-
-def _times(value: object) -> tuple[float, ...]:
-    key = "trajectory.times_s"
-    times = tuple(value) if isinstance(value, Iterable) else ()
-    if len(times) < 2:
-        raise ConfigError(f"{key}: expected at least 2 times in seconds, found {value!r}")
-    for i, time in enumerate(times):
-        number(time, f"{key}[{i}]", at_least=0.0)
-        if i > 0 and time <= times[i - 1]:
-            raise ConfigError(f"{key}[{i}]: expected a time after {times[i - 1]:g} s, found {time:g} s")
-    return tuple(map(float, times))
-
-
-def _poses(value: object) -> tuple[Pose, ...]:
-    key = "trajectory.poses"
-    try:
-        poses = [(x, y, heading) for x, y, heading in value] if isinstance(value, Iterable) else []
-    except (TypeError, ValueError):
-        poses = []
-    if len(poses) < 2:
-        raise ConfigError(f"{key}: expected at least 2 poses (x_m, y_m, heading_deg), found {value!r}")
-    for i, pose in enumerate(poses):
-        for part in pose:
-            number(part, f"{key}[{i}]")
-    return tuple((float(x), float(y), float(heading)) for x, y, heading in poses)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from houseexpo.pseudoslam.config.checks import number
+from houseexpo.pseudoslam.config.checks import check_number
 
 
 @dataclass(frozen=True)
@@ -78,13 +78,13 @@ class Wheels:
 
     def __post_init__(self) -> None:
         where = "noise.odometry_model.wheels"
-        number(self.separation_m, f"{where}.separation_m", at_least=0.01, at_most=100.0)
+        check_number(self.separation_m, f"{where}.separation_m", at_least=0.01, at_most=100.0)
         for name in ("diameter_ratio", "separation_ratio"):
-            number(getattr(self, name), f"{where}.{name}", at_least=0.5, at_most=2.0)
+            check_number(getattr(self, name), f"{where}.{name}", at_least=0.5, at_most=2.0)
         for name in ("right_m_per_root_m", "left_m_per_root_m"):
-            number(getattr(self, name), f"{where}.{name}", at_least=0.0, at_most=10.0)
+            check_number(getattr(self, name), f"{where}.{name}", at_least=0.0, at_most=10.0)
 
 
 def _check_shares(model: Velocity | Odometry, name: str) -> None:
     for f in fields(model):
-        number(getattr(model, f.name), f"noise.odometry_model.{name}.{f.name}", at_least=0.0, at_most=1000.0)
+        check_number(getattr(model, f.name), f"noise.odometry_model.{name}.{f.name}", at_least=0.0, at_most=1000.0)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
+from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential, Motion
 from houseexpo.pseudoslam.config.odometry import Odometry, Velocity, Wheels
 
@@ -36,9 +36,9 @@ class RobotConfig:
     drive: Differential | Ackermann | None = None
 
     def __post_init__(self) -> None:
-        number(self.radius_m, "robot.radius_m", above=0.0, at_least=0.01, at_most=10.0)
-        number(self.step_m, "robot.step_m", above=0.0, at_most=FURTHEST_M)
-        number(self.turn_deg, "robot.turn_deg", above=0.0, at_most=360.0)
+        check_number(self.radius_m, "robot.radius_m", above=0.0, at_least=0.01, at_most=10.0)
+        check_number(self.step_m, "robot.step_m", above=0.0, at_most=FURTHEST_M)
+        check_number(self.turn_deg, "robot.turn_deg", above=0.0, at_most=360.0)
         if not (self.drive is None or isinstance(self.drive, (Differential, Ackermann))):
             raise ConfigError(f"robot.drive: expected a Differential, an Ackermann or None, found {self.drive!r}")
 
@@ -64,7 +64,7 @@ class LaserConfig:
     rule: ScanRule = "sector"
 
     def __post_init__(self) -> None:
-        above_zero(self, "laser", "range_m", "fov_deg", "resolution_deg")
+        check_above_zero(self, "laser", "range_m", "fov_deg", "resolution_deg")
         if self.fov_deg > 360:
             raise ConfigError(f"laser.fov_deg: expected at most 360, found {self.fov_deg!r}")
         if self.resolution_deg > self.fov_deg:
@@ -72,8 +72,8 @@ class LaserConfig:
                 f"laser.resolution_deg: expected at most the field of view, {self.fov_deg:g}, "
                 f"found {self.resolution_deg!r}"
             )
-        number(self.resolution_deg, "laser.resolution_deg", at_least=self.fov_deg / MAX_BEAMS)
-        one_of(self.rule, "laser.rule", get_args(ScanRule))
+        check_number(self.resolution_deg, "laser.resolution_deg", at_least=self.fov_deg / MAX_BEAMS)
+        check_one_of(self.rule, "laser.rule", get_args(ScanRule))
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ class NoiseConfig:
 
     def __post_init__(self) -> None:
         for name in self._numbers():
-            number(getattr(self, name), f"noise.{name}", at_least=0.0, at_most=1000.0)
-        number(self.slip, "noise.slip", at_most=0.5)
+            check_number(getattr(self, name), f"noise.{name}", at_least=0.0, at_most=1000.0)
+        check_number(self.slip, "noise.slip", at_most=0.5)
         if not (self.odometry_model is None or isinstance(self.odometry_model, (Velocity, Odometry, Wheels))):
             raise ConfigError(
                 f"noise.odometry_model: expected a Velocity, an Odometry, Wheels or None, found {self.odometry_model!r}"
@@ -166,10 +166,10 @@ class ObservationConfig:
     far_size_m: float = 16.0
 
     def __post_init__(self) -> None:
-        above_zero(self, "observation", "size_m", "global_size_m", "far_size_m")
+        check_above_zero(self, "observation", "size_m", "global_size_m", "far_size_m")
         if self.pixels is not None:
-            whole(self.pixels, "observation.pixels", at_least=2, at_most=MAX_SIDE_PX)
-        whole(self.global_cells, "observation.global_cells", at_least=2, at_most=MAX_SIDE_PX)
+            check_whole_number(self.pixels, "observation.pixels", at_least=2, at_most=MAX_SIDE_PX)
+        check_whole_number(self.global_cells, "observation.global_cells", at_least=2, at_most=MAX_SIDE_PX)
 
 
 @dataclass(frozen=True)
@@ -188,9 +188,9 @@ class GoalConfig:
 
     def __post_init__(self) -> None:
         for name in ("x_m", "y_m"):
-            number(getattr(self, name), f"goal.{name}")
-        above_zero(self, "goal", "radius_m", at_most=1000.0)
-        number(self.least_way_m, "goal.least_way_m", at_least=0.0, at_most=1000.0)
+            check_number(getattr(self, name), f"goal.{name}")
+        check_above_zero(self, "goal", "radius_m", at_most=1000.0)
+        check_number(self.least_way_m, "goal.least_way_m", at_least=0.0, at_most=1000.0)
 
 
 @dataclass(frozen=True)
@@ -209,6 +209,6 @@ class StartConfig:
 
     def __post_init__(self) -> None:
         for name in ("x_m", "y_m"):
-            number(getattr(self, name), f"start.{name}")
-        number(self.heading_deg, "start.heading_deg", at_least=-360.0, at_most=360.0)
-        one_of(self.origin, "start.origin", get_args(Origin))
+            check_number(getattr(self, name), f"start.{name}")
+        check_number(self.heading_deg, "start.heading_deg", at_least=-360.0, at_most=360.0)
+        check_one_of(self.origin, "start.origin", get_args(Origin))

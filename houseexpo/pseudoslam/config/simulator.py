@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import number, whole
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.checks import check_number, check_whole_number
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,
     MAX_SIDE_PX,
@@ -58,9 +59,9 @@ class SimulatorConfig:
             wanted, value = _PARTS.get(f.name), getattr(self, f.name)
             if wanted and not (isinstance(value, wanted) or (value is None and f.name == "goal")):
                 raise ConfigError(f"{f.name}: expected a {wanted.__name__}, found {value!r}")
-        number(self.pixels_per_metre, "pixels_per_metre", above=0.0, at_most=200.0)
-        number(self.step_s, "step_s", above=0.0, at_most=60.0)
-        whole(self.max_steps, "max_steps", at_least=1)
+        check_number(self.pixels_per_metre, "pixels_per_metre", above=0.0, at_most=200.0)
+        check_number(self.step_s, "step_s", above=0.0, at_most=60.0)
+        check_whole_number(self.max_steps, "max_steps", at_least=1)
         if not isinstance(self.trajectories, Iterable):
             raise ConfigError(f"trajectories: expected a list, found {self.trajectories!r}")
         object.__setattr__(self, "trajectories", tuple(self.trajectories))
@@ -90,7 +91,7 @@ class SimulatorConfig:
         """Return the configuration in a YAML file with these keys, nested, or in the published simulator's config.yaml.
 
         For the latter, the logger ``houseexpo.pseudoslam`` reports at level INFO how each key is converted;
-        ``config.yaml_files.read`` returns these notes.
+        ``config.yaml_files.read_config`` returns these notes.
 
         Raises
         ------
@@ -98,9 +99,9 @@ class SimulatorConfig:
             The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and
             key.
         """
-        from houseexpo.pseudoslam.config.yaml_files import read
+        from houseexpo.pseudoslam.config.yaml_files import read_config
 
-        config, notes = read(cls, path)
+        config, notes = read_config(cls, path)
         for note in notes:
             logging.getLogger("houseexpo.pseudoslam").info("%s: %s", path, note)
         return config
@@ -231,12 +232,12 @@ class PlanningConfig:
     neighbours: int = 8
 
     def __post_init__(self) -> None:
-        whole(self.frontiers, "planning.frontiers", at_least=1, at_most=MAX_FRONTIERS)
-        whole(self.max_steps, "planning.max_steps", at_least=1)
-        whole(self.nodes, "planning.nodes", at_least=1, at_most=MAX_NODES)
-        whole(self.neighbours, "planning.neighbours", at_least=1, at_most=MAX_NEIGHBOURS)
-        number(self.spacing_m, "planning.spacing_m", above=0.0, at_most=1000.0)
+        check_whole_number(self.frontiers, "planning.frontiers", at_least=1, at_most=MAX_FRONTIERS)
+        check_whole_number(self.max_steps, "planning.max_steps", at_least=1)
+        check_whole_number(self.nodes, "planning.nodes", at_least=1, at_most=MAX_NODES)
+        check_whole_number(self.neighbours, "planning.neighbours", at_least=1, at_most=MAX_NEIGHBOURS)
+        check_number(self.spacing_m, "planning.spacing_m", above=0.0, at_most=1000.0)
         for name in ("large_m", "least_m", "settled_m"):
-            number(getattr(self, name), f"planning.{name}", at_least=0.0, at_most=1000.0)
+            check_number(getattr(self, name), f"planning.{name}", at_least=0.0, at_most=1000.0)
         if self.reach_m is not None:
-            number(self.reach_m, "planning.reach_m", above=0.0, at_most=1000.0)
+            check_number(self.reach_m, "planning.reach_m", above=0.0, at_most=1000.0)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from houseexpo.configuration import Config, config_from_mapping, mapping_entries
 from houseexpo.errors import ConfigError
 from houseexpo.files import decode_yaml, read_file
-from houseexpo.pseudoslam.config.checks import number
+from houseexpo.pseudoslam.config.checks import check_number
 
 _DEEPEST = 20
 
@@ -69,7 +69,7 @@ _PUBLISHED: dict[str, _Key | None] = {
 _SHAPES = ["rectangle", "ellipse", "circle"]  # the shapes that the published simulator draws at random
 
 
-def read(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
+def read_config(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
     """Return the ``SimulatorConfig`` (``kind``) in a file, and a line for each published key, converted or ignored.
 
     Raises
@@ -113,7 +113,7 @@ def _convert(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, 
     if given.get("stateSize.x", given.get("stateSize.y")) != given.get("stateSize.y", given.get("stateSize.x")):
         raise ConfigError(f"stateSize.y: expected x's {given['stateSize.x']!r}, found {given['stateSize.y']!r}")
     ppm: Any = given.get("meter2pixel", kind.pixels_per_metre)  # type: ignore[attr-defined]  # a SimulatorConfig
-    number(ppm, "meter2pixel", above=0.0)
+    check_number(ppm, "meter2pixel", above=0.0)
     own, notes = {}, []
     for name, value in given.items():
         key = _PUBLISHED[name]
@@ -123,7 +123,7 @@ def _convert(kind: type[Config], loaded: Mapping[str, object]) -> tuple[Config, 
         if name in _FLAGS and value not in (0, 1):
             raise ConfigError(f"{name}: expected 0 or 1, found {value!r}")
         if name not in _FLAGS:
-            number(value, name)
+            check_number(value, name)
         own[key.own] = key.convert(value, ppm)
         notes.append(f"{name}: {value!r} -> {key.own}: {own[key.own]!r}" + (f" ({key.remark})" if key.remark else ""))
     if any(name.startswith("startPose") for name in given):

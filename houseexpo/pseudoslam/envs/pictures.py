@@ -22,19 +22,19 @@ Work: TypeAlias = Callable[[int, int], None]
 """A function for the environments from one number up to but excluding another."""
 
 
-def channels_of(config: SimulatorConfig, *, several: bool) -> int:
+def count_channels(config: SimulatorConfig, *, several: bool) -> int:
     """Return the number of pictures: one, or those of several scales and of the marks."""
     if not several:
         return NEAR + 1
     return (GOAL if config.goal else ROBOT) + 1
 
 
-def side_of(config: SimulatorConfig) -> int:
+def picture_side_px(config: SimulatorConfig) -> int:
     """Return the width and height of a picture in pixels."""
     return config.observation.pixels or config.side_px
 
 
-def near_px_of(config: SimulatorConfig) -> float:
+def near_pixel_width(config: SimulatorConfig) -> float:
     """Return the width of a pixel of the near picture in cells of the map."""
     view = config.observation
     return 1.0 if view.pixels is None else view.size_m * config.pixels_per_metre / view.pixels
@@ -50,9 +50,9 @@ class Pictures:
     """
 
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
-        side, view, ppm = side_of(config), config.observation, config.pixels_per_metre
+        side, view, ppm = picture_side_px(config), config.observation, config.pixels_per_metre
         self._scales = PictureScales(
-            near_px_of(config),
+            near_pixel_width(config),
             view.far_size_m * ppm / side,
             view.global_size_m * ppm / side,
             float(config.robot.radius_m * ppm),  # an int would compile the kernel again
@@ -61,7 +61,7 @@ class Pictures:
         self._pixels_per_metre = float(ppm)
         self._goals = np.full((number, 2), np.nan)
         self._draw: Callable[..., None] | None = None
-        self.shown = np.zeros((number, channels_of(config, several=several), side, side), np.uint8)
+        self.shown = np.zeros((number, count_channels(config, several=several), side, side), np.uint8)
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle and copy without the compiled function, which the copy finds again."""

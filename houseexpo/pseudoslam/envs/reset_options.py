@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import one_of
+from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import World
@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.worlds.world import World
 Order = Literal["random", "in_turn"]
 
 
-class PlanChoice:
+class PlanChooser:
     """Chooses the worlds of episodes.
 
     Parameters
@@ -37,7 +37,7 @@ class PlanChoice:
     """
 
     def __init__(self, worlds: WorldCache, plan_ids: Iterable[str] | None, order: Order) -> None:
-        one_of(order, "plan_order", get_args(Order))
+        check_one_of(order, "plan_order", get_args(Order))
         self._worlds, self._order = worlds, order
         self.take(plan_ids)
 
@@ -88,7 +88,7 @@ OPTIONS = ("plan_id", "pose")
 """The keys of ``options``, other than the mask."""
 
 
-def options_of(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIONS) -> dict[str, Any]:
+def check_reset_options(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIONS) -> dict[str, Any]:
     """Return a copy of the options; raise ConfigError if they are not a mapping or have an unknown key."""
     if not isinstance(options, (Mapping, type(None))):
         raise ConfigError(f"options: expected a dictionary or None, found {options!r}")
@@ -99,19 +99,19 @@ def options_of(options: Mapping[str, Any] | None, known: tuple[str, ...] = OPTIO
     return found
 
 
-def options_for(
+def parse_vector_options(
     options: Mapping[str, Any] | None, number: int
 ) -> tuple[npt.NDArray[np.bool_], list[str | None], list[Pose | None]]:
     """Return which environments to reset, and a plan and a pose for each of them, None for a random one.
 
-    Raise ConfigError like ``options_of``, and if there is not one value for each environment.
+    Raise ConfigError like ``check_reset_options``, and if there is not one value for each environment.
     """
-    given = options_of(options, (*OPTIONS, "reset_mask"))
-    which = mask_of(given.get("reset_mask"), number)
-    return which, plans_of(given.get("plan_id"), number), poses_of(given.get("pose"), number)
+    given = check_reset_options(options, (*OPTIONS, "reset_mask"))
+    which = parse_reset_mask(given.get("reset_mask"), number)
+    return which, parse_plan_ids(given.get("plan_id"), number), parse_poses(given.get("pose"), number)
 
 
-def seeds_of(seed: Seeds, number: int) -> list[int | None]:
+def parse_seeds(seed: Seeds, number: int) -> list[int | None]:
     """Return a seed for each environment; a single number gives this number and the following ones.
 
     Raise ConfigError for anything else.
@@ -124,7 +124,7 @@ def seeds_of(seed: Seeds, number: int) -> list[int | None]:
     return [None if one is None else int(one) for one in seeds]
 
 
-def mask_of(mask: object, number: int) -> npt.NDArray[np.bool_]:
+def parse_reset_mask(mask: object, number: int) -> npt.NDArray[np.bool_]:
     """Return the mask of environments to reset, by default all; raise ConfigError if it is not such a mask."""
     if mask is None:
         return np.ones(number, bool)
@@ -135,7 +135,7 @@ def mask_of(mask: object, number: int) -> npt.NDArray[np.bool_]:
     return mask
 
 
-def plans_of(plan_id: object, number: int) -> list[str | None]:
+def parse_plan_ids(plan_id: object, number: int) -> list[str | None]:
     """Return a plan's id for each environment, None for a random one; raise ConfigError for anything else."""
     if plan_id is None or isinstance(plan_id, str):
         return [plan_id] * number
@@ -147,12 +147,12 @@ def plans_of(plan_id: object, number: int) -> list[str | None]:
     return ids
 
 
-def pose_of(pose: object) -> Pose | None:
+def parse_pose(pose: object) -> Pose | None:
     """Return the pose at the start of an episode, None if none is given; raise ConfigError for anything else."""
     return None if pose is None else _pose(pose, f"(x, y, heading) in metres and radians or None, found {pose!r}")
 
 
-def poses_of(poses: object, number: int) -> list[Pose | None]:
+def parse_poses(poses: object, number: int) -> list[Pose | None]:
     """Return a pose for each environment, from (3,) for all or from a list or array with one pose or None for each."""
     expected = f"(x, y, heading) in metres and radians, a list of {number} of them or None, found {poses!r}"
     if poses is None:

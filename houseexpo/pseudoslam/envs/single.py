@@ -12,18 +12,18 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
-from houseexpo.pseudoslam.envs.reset_options import options_of, pose_of
+from houseexpo.pseudoslam.envs.reset_options import check_reset_options, parse_pose
 from houseexpo.pseudoslam.envs.spec import (
     MAPS,
     Actions,
-    AllOptions,
+    AllEnvOptions,
     EnvOptions,
     Kind,
     Observation,
     check_options,
-    constants_of,
+    compute_episode_constants,
     make_env_spec,
-    new_constants,
+    new_episode_constants,
 )
 from houseexpo.pseudoslam.envs.time_limit import steps_asked_of_make
 from houseexpo.pseudoslam.kernels.step import STEP
@@ -124,7 +124,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._pictures = self._env_spec.pictures(1)
         self._simulator: Simulator | None = None
         self._state: State | None = None
-        self._constants = new_constants(1)
+        self._constants = new_episode_constants(1)
         self._after: Metrics
         self._trail: list[npt.NDArray[np.float64]] = []
         self._window: Window | None = None
@@ -157,8 +157,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; return the observation and the info."""
         super().reset(seed=seed)
-        given = options_of(options)
-        pose = pose_of(given.get("pose"))
+        given = check_reset_options(options)
+        pose = parse_pose(given.get("pose"))
         if seed is not None:
             self._env_spec.choice.start_over()
         self._simulator = self._state = None  # if the start fails, the old episode must not continue
@@ -169,7 +169,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         take_first_scan(state, self._params, self._scratch)
         self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
         self._believe(starts=True)
-        self._constants.rows[0] = constants_of(state, world)
+        self._constants.rows[0] = compute_episode_constants(state, world)
         after = self._after = self._metrics()
         self._trail = []
         self._show()
@@ -199,9 +199,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
                 "nothing is drawn without a render_mode: make the environment with 'rgb_array' or 'human'"
             )
             return None
-        from houseexpo.pseudoslam.render.picture import picture
+        from houseexpo.pseudoslam.render.picture import draw_episode
 
-        image = picture(self.simulator, self.state, self._trail)
+        image = draw_episode(self.simulator, self.state, self._trail)
         if self.render_mode == "rgb_array":
             return image
         from houseexpo.pseudoslam.render.window import Window
@@ -266,7 +266,7 @@ class ExplorationMixin:
         reward: ExplorationReward = "area",
         cost_per_metre: float = 0.0,
         cost_per_turn: float = 0.0,
-        **options: Unpack[AllOptions],
+        **options: Unpack[AllEnvOptions],
     ) -> None:
         task = Exploration(success_coverage, reward, cost_per_metre, cost_per_turn)
         super().__init__(task, dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
@@ -283,7 +283,7 @@ class ObstacleAvoidanceMixin:
         terminate_on_collision: bool = False,
         safe_m: float = 0.5,
         reward: AvoidanceReward = "paper",
-        **options: Unpack[AllOptions],
+        **options: Unpack[AllEnvOptions],
     ) -> None:
         task = ObstacleAvoidance(terminate_on_collision, safe_m, reward)
         super().__init__(task, dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
@@ -298,7 +298,7 @@ class NavigationMixin:
         config: SimulatorConfig | str | None = None,
         *,
         success_reward: float = 2.5,
-        **options: Unpack[AllOptions],
+        **options: Unpack[AllEnvOptions],
     ) -> None:
         super().__init__(Navigation(success_reward), dataset, config, **options)  # type: ignore[call-arg, misc]  # the next base's
 

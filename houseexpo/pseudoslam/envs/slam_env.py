@@ -18,7 +18,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.envs.spec import AllOptions
+from houseexpo.pseudoslam.envs.spec import AllEnvOptions
 from houseexpo.pseudoslam.kernels.collision import wrap_angle
 from houseexpo.pseudoslam.kernels.episode import BEAMS, noise_key
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop_view
@@ -46,7 +46,7 @@ class SlamEnv(ExplorationEnv):
         config: SimulatorConfig | str | None = None,
         *,
         success_coverage: float | None = 0.95,
-        **options: Unpack[AllOptions],
+        **options: Unpack[AllEnvOptions],
     ) -> None:
         super().__init__(dataset, config, success_coverage=success_coverage, **options)
         if self.actions not in {"discrete", "continuous"} or self.observation != "map":

@@ -16,24 +16,24 @@ from gymnasium.vector import AutoresetMode
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import one_of, whole
+from houseexpo.pseudoslam.config.checks import check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
-from houseexpo.pseudoslam.envs.pictures import Pictures, channels_of, side_of
-from houseexpo.pseudoslam.envs.planners import PlannerSpec, make_planner_spec
-from houseexpo.pseudoslam.envs.reset_options import Order, PlanChoice, Pose
+from houseexpo.pseudoslam.envs.pictures import Pictures, count_channels, picture_side_px
+from houseexpo.pseudoslam.envs.planner_actions import PlannerSpec, make_planner_spec
+from houseexpo.pseudoslam.envs.reset_options import Order, PlanChooser, Pose
 from houseexpo.pseudoslam.kernels.action_masks import find_free_steps
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.step import look_up_motions
 from houseexpo.pseudoslam.kernels.types import Counts, Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
-from houseexpo.pseudoslam.simulator import ACTIONS, motions
+from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import make_scratch, make_step_params, prepare_kernel
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import WorldCache
-from houseexpo.pseudoslam.worlds.maps import Plans, open_houses, own_resolution
-from houseexpo.pseudoslam.worlds.reset import initial_state
+from houseexpo.pseudoslam.worlds.maps import Plans, common_resolution, open_houses
+from houseexpo.pseudoslam.worlds.reset import make_initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
 Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
@@ -67,7 +67,7 @@ class EnvOptions(TypedDict, total=False):
     True by default."""
 
 
-class AllOptions(EnvOptions, total=False):
+class AllEnvOptions(EnvOptions, total=False):
     """All arguments of the environments of a task, other than the data set, the configuration and the task's own."""
 
     actions: Actions | None
@@ -118,13 +118,13 @@ class EnvSpec:
         "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of the distance of
         a step (negative for backward) and of its turn (positive for left); the robot turns first. With a drive, they
         are shares of its largest speed, and of its largest speed of turning or steering angle. "frontier", "waypoint"
-        and "neighbour": travels on the robot's own map, see ``planners.PlannerSpec``.
+        and "neighbour": travels on the robot's own map, see ``planner_actions.PlannerSpec``.
     kind
         "map": the map around the robot, (1, side, side) uint8, with its heading up: 0 unknown, 127 free, 255 obstacle.
         "dict": "map" as above; "global_map" (1, cells, cells) uint8, the whole map around the start; "pose" (3,)
         float32, the pose by odometry relative to the start (m, m, rad); and "ranges" (beams,) float32, metres, from the
         right edge of the fan.
-        "graph": "map" as above, and a graph of the known area, see ``planners.PlannerSpec``.
+        "graph": "map" as above, and a graph of the known area, see ``planner_actions.PlannerSpec``.
         With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left. With a
         drive, each also has "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
         "scales": pictures (4, side, side) uint8: the map near the robot and the one ``observation.far_size_m`` wide
@@ -137,7 +137,7 @@ class EnvSpec:
 
     task: Task
     config: SimulatorConfig
-    choice: PlanChoice
+    choice: PlanChooser
     actions: Actions
     kind: Kind
     layout: Layout = "CHW"
@@ -180,7 +180,7 @@ class EnvSpec:
         """Return the space of one environment's observations."""
         config, several = self.config, self.kind == "scales"
         parts: dict[str, spaces.Space[Any]] = {
-            "map": self.image_space(channels_of(config, several=several), side_of(config))
+            "map": self.image_space(count_channels(config, several=several), picture_side_px(config))
         }
         if self.complete:
             cells, reach = config.observation.global_cells, np.float32(config.laser.range_m)
@@ -250,7 +250,10 @@ class EnvSpec:
     @cached_property
     def _table(self) -> npt.NDArray[np.float64]:
         """The motions of the discrete actions, in the form of ``motions``."""
-        return np.array([motions(self.config)[action] for action in ACTIONS]) * (1.0, self.config.pixels_per_metre)
+        return np.array([action_motions(self.config)[action] for action in ACTIONS]) * (
+            1.0,
+            self.config.pixels_per_metre,
+        )
 
     @cached_property
     def _full(self) -> npt.NDArray[np.float64]:
@@ -295,7 +298,7 @@ class EnvSpec:
         pose_m: Pose | None = None,
     ) -> State:
         """Return the start of an episode (``worlds.reset``); the next step takes its first scan."""
-        state = initial_state(
+        state = make_initial_state(
             world, self.config, params, scratch, rng, complete=self.complete, own=own, pose_m=pose_m,
             view_px=_NO_VIEW_PX if self.has_pictures else None,
         )  # fmt: skip
@@ -339,14 +342,14 @@ def _shape_text(shape: tuple[int, ...]) -> str:
     return f"an array of shape {shape}" if shape else "a single number"
 
 
-def new_constants(number: int) -> EpisodeConstants:
+def new_episode_constants(number: int) -> EpisodeConstants:
     """Return the constants of a number of episodes that have not begun."""
     rows = np.full((number, 10), np.nan)
     rows[:, 6], rows[:, 7] = 1.0, 0.0
     return EpisodeConstants.of(rows)
 
 
-def constants_of(state: State, world: World) -> tuple[float, ...]:
+def compute_episode_constants(state: State, world: World) -> tuple[float, ...]:
     """Return the constants of a new episode: a row of ``EpisodeConstants.rows``."""
     corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
     return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal
@@ -377,7 +380,7 @@ def make_env_spec(
     Without ``actions``, they are "continuous" for a robot with a drive, and otherwise "discrete".
     """
     houses = open_houses(dataset)
-    kept = own_resolution(houses) if config is None or isinstance(config, str) else None
+    kept = common_resolution(houses) if config is None or isinstance(config, str) else None
     config = _with_motion(_make_config(task, config, observation, max_episode_steps, kept), motion)
     actions = actions if actions is not None else "continuous" if config.robot.drive else "discrete"
     for name, value, kinds in (
@@ -385,7 +388,7 @@ def make_env_spec(
         ("observation", observation, Kind),
         ("layout", layout, Layout),
     ):
-        one_of(value, name, get_args(kinds))
+        check_one_of(value, name, get_args(kinds))
     if config.robot.drive and actions != "continuous":
         raise ConfigError(
             f"actions: a robot with a drive takes continuous actions, found {actions!r}; leave actions out, or take "
@@ -396,7 +399,7 @@ def make_env_spec(
         raise ConfigError(
             f'action_mask: expected actions="discrete", "frontier" or "neighbour", found {actions!r}; leave it out'
         )
-    choice = PlanChoice(WorldCache(houses, config), plan_ids, plan_order)
+    choice = PlanChooser(WorldCache(houses, config), plan_ids, plan_order)
     spec = EnvSpec(task, config, choice, actions, observation, layout, planner, action_mask, float_maps, text_info)
     prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
     return spec
@@ -406,7 +409,7 @@ def _with_motion(config: SimulatorConfig, motion: str | None) -> SimulatorConfig
     """Return the configuration with the drive of a motion; raise ConfigError if it has another one."""
     if motion is None or motion == config.robot.motion:
         return config
-    one_of(motion, "motion", get_args(Motion))
+    check_one_of(motion, "motion", get_args(Motion))
     if config.robot.drive is not None:
         raise ConfigError(f"motion: expected that of config.robot.drive, {config.robot.motion!r}, found {motion!r}")
     return replace(config, robot=replace(config.robot, drive=DRIVES[motion]()))
@@ -432,7 +435,7 @@ def _make_config(
         raise ConfigError(f"config: expected a SimulatorConfig, one of {', '.join(PRESETS)}, or None; found {config!r}")
     config = task.configure(config)
     if max_episode_steps is not None:
-        whole(max_episode_steps, "max_episode_steps", at_least=1)
+        check_whole_number(max_episode_steps, "max_episode_steps", at_least=1)
         config = replace(config, max_steps=max_episode_steps)
     view = config.observation
     if observation == "scales" and view.far_size_m <= view.size_m:
@@ -447,8 +450,8 @@ def check_vector_arguments(
     num_envs: int, threads: int | None, autoreset_mode: AutoresetMode | str, render_mode: str | None
 ) -> AutoresetMode:
     """Return the autoreset mode of a vector environment; raise ConfigError if an argument is invalid."""
-    whole(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
-    whole(1 if threads is None else threads, "threads", at_least=1)
+    check_whole_number(num_envs, "num_envs", at_least=1, at_most=MAX_ENVS)
+    check_whole_number(1 if threads is None else threads, "threads", at_least=1)
     if autoreset_mode not in set(AutoresetMode) | {mode.value for mode in AutoresetMode}:
         modes = ", ".join(mode.value for mode in AutoresetMode)
         raise ConfigError(f"autoreset_mode: expected one of {modes}; found {autoreset_mode!r}")

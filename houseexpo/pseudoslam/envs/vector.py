@@ -18,8 +18,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.envs.pictures import channels_of, side_of
-from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, options_for, seeds_of
+from houseexpo.pseudoslam.envs.pictures import count_channels, picture_side_px
+from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, parse_seeds, parse_vector_options
 from houseexpo.pseudoslam.envs.single import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin, PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import (
     Actions,
@@ -28,9 +28,9 @@ from houseexpo.pseudoslam.envs.spec import (
     Observation,
     check_options,
     check_vector_arguments,
-    constants_of,
+    compute_episode_constants,
     make_env_spec,
-    new_constants,
+    new_episode_constants,
 )
 from houseexpo.pseudoslam.kernels.step import REDRAW, SKIP, STEP
 from houseexpo.pseudoslam.metrics import Metrics
@@ -52,7 +52,7 @@ PICTURE_PX = (480, 360)
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
-def one_at_a_time(method: Method) -> Method:
+def lock_method(method: Method) -> Method:
     """Make calls of a method of ``PseudoSlamVectorEnv`` wait for those of other threads."""
 
     @wraps(method)
@@ -130,7 +130,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._begun = np.zeros(num_envs, bool)
         self._are_begun = False
         self._everywhere, self._all = np.ones(num_envs, bool), np.full(num_envs, STEP, np.uint8)
-        self._constants = new_constants(num_envs)
+        self._constants = new_episode_constants(num_envs)
         self._own: frozenset[str] = frozenset()  # names of attributes that the caller has set
         self._after: Metrics
 
@@ -150,11 +150,11 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
     def plan_ids(self, plan_ids: Iterable[str] | None) -> None:
         self._env_spec.choice.take(plan_ids)
 
-    @one_at_a_time
+    @lock_method
     def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of ``options["reset_mask"]``."""
-        seeds = seeds_of(seed, self.num_envs)
-        which, plan_ids, poses = options_for(options, self.num_envs)
+        seeds = parse_seeds(seed, self.num_envs)
+        which, plan_ids, poses = parse_vector_options(options, self.num_envs)
         if which.all() and any(one is not None for one in seeds):
             self._env_spec.choice.start_over()
         self._are_begun, self._begun = False, self._begun & ~which  # if a start fails, none is half started
@@ -167,7 +167,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         infos = self._infos(self._after, self.task.success(self._after), which)
         return self._observations(self._after), infos
 
-    @one_at_a_time
+    @lock_method
     def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take one action in each environment; actions (N,) or (N, 2)."""
         if not self._are_begun or (self.autoreset_mode == AutoresetMode.DISABLED and np.count_nonzero(self._ended)):
@@ -198,7 +198,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         infos = self._infos(self._after, success, self._everywhere) | final
         return self._observations(self._after), rewards, terminated, truncated, infos
 
-    @one_at_a_time
+    @lock_method
     def state(self, i: int) -> State:
         """Return the state of environment ``i``; its arrays are views, which the next step changes.
 
@@ -207,7 +207,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self._check_ready(self._begun, i)
         return self._batch.state(i)
 
-    @one_at_a_time
+    @lock_method
     def render(self) -> list[npt.NDArray[np.uint8] | None] | None:  # type: ignore[override]  # a picture or none
         """Return a picture of each environment like ``PseudoSlamEnv.render``, all of size ``PICTURE_PX`` for movies.
 
@@ -216,19 +216,19 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         if self.render_mode is None:
             return None
         self._check_ready(self._begun)
-        from houseexpo.pseudoslam.render.picture import pad_picture, picture
+        from houseexpo.pseudoslam.render.picture import draw_episode, pad_picture
 
-        drawn = (picture(self._simulators[i], self.state(i), most_px=PICTURE_PX) for i in range(self.num_envs))
+        drawn = (draw_episode(self._simulators[i], self.state(i), most_px=PICTURE_PX) for i in range(self.num_envs))
         return [pad_picture(image, PICTURE_PX) for image in drawn]
 
-    @one_at_a_time
+    @lock_method
     def action_masks(self, i: int | None = None) -> Bools:
         """Return the masks of allowed actions (N, K), or the one of environment ``i`` (K,)."""
         self._check_ready(self._begun, i)
         masks = self._env_spec.masks(self._batch.arrays, self._batch.sizes)
         return masks if i is None else masks[i]
 
-    @one_at_a_time
+    @lock_method
     def draw_into(self, maps: npt.NDArray[np.uint8]) -> None:
         """Draw maps into an array of the caller from now on; each reset and step overwrites it.
 
@@ -243,7 +243,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
             The array has another shape, type or layout, or the environments were made without ``copy=False``.
         """
         config, several = self._env_spec.config, self._env_spec.kind == "scales"
-        shape = self.num_envs, channels_of(config, several=several), side_of(config), side_of(config)
+        shape = self.num_envs, count_channels(config, several=several), picture_side_px(config), picture_side_px(config)
         if self._copy or self._env_spec.layout != "CHW":
             raise ConfigError('draw_into: expected environments made with copy=False and layout="CHW"')
         if maps.shape != shape or maps.dtype != np.uint8 or not (maps.flags.c_contiguous and maps.flags.writeable):
@@ -320,7 +320,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         world = self._env_spec.choice.draw(rng, plan_id)
         state = self._env_spec.initial_state(world, self._params, self._scratch, rng, own=False, pose_m=pose)
         self._batch.put(i, state)
-        self._constants.rows[i], self._plan_ids[i] = constants_of(state, world), world.plan_id
+        self._constants.rows[i], self._plan_ids[i] = compute_episode_constants(state, world), world.plan_id
         if self.render_mode is not None:  # a simulator keeps the rasters of its world
             self._simulators[i] = Simulator(world, self.config, self._params, self._scratch)
 

@@ -28,18 +28,27 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.files import PARTIAL, make_folder
-from houseexpo.pseudoslam.io.poses import Pose, relative
-from houseexpo.pseudoslam.io.robot_topics import BASE, RANGE_MIN_M, SCAN, START_NS, TOPICS, Quality, beams, fixed_frames
+from houseexpo.pseudoslam.io.poses import Pose, relative_pose
+from houseexpo.pseudoslam.io.robot_topics import (
+    BASE,
+    RANGE_MIN_M,
+    SCAN,
+    START_NS,
+    TOPICS,
+    TopicQuality,
+    beam_directions,
+    fixed_frames_message,
+)
 from houseexpo.pseudoslam.io.ros_messages import (
     FIELDS,
     NANOSECONDS,
     Fields,
     Message,
-    clock,
-    laser_scan,
-    occupancy_grid,
-    odometry,
-    transforms,
+    clock_message,
+    laser_scan_message,
+    occupancy_grid_message,
+    odometry_message,
+    transforms_message,
 )
 from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.simulator import Simulator
@@ -109,20 +118,20 @@ class BagWriter:
         believed = simulator.believed_pose(state)
         if self._start is None:
             self._start = believed
-            self._add("tf_static", now, fixed_frames())
-        here = relative(self._start, believed)
-        self._add("clock", now, clock(now))
-        self._add("tf", now, transforms([(now, "map", "odom", self._start), (now, "odom", BASE, here)]))
-        self._add("odom", now, odometry(now, "odom", BASE, here, self._speed(now, here)))
+            self._add("tf_static", now, fixed_frames_message())
+        here = relative_pose(self._start, believed)
+        self._add("clock", now, clock_message(now))
+        self._add("tf", now, transforms_message([(now, "map", "odom", self._start), (now, "odom", BASE, here)]))
+        self._add("odom", now, odometry_message(now, "odom", BASE, here, self._speed(now, here)))
         self._add("scan", now, _scan(now, simulator, state))
-        self._add("map", now, occupancy_grid(now, "map", simulator.map(state)))
+        self._add("map", now, occupancy_grid_message(now, "map", simulator.map(state)))
 
     def _speed(self, now: int, here: Pose) -> tuple[float, float, float]:
         """Return the mean velocity since the message before, in the robot's frame then, and the turning."""
         (since, there), self._before = self._before or (now, here), (now, here)
         if now == since:
             return 0.0, 0.0, 0.0
-        ahead, left, turned = relative(there, here)
+        ahead, left, turned = relative_pose(there, here)
         seconds = (now - since) / NANOSECONDS
         return ahead / seconds, left / seconds, turned / seconds
 
@@ -139,7 +148,7 @@ class BagWriter:
         return [self._part(kind.removesuffix("[]"), one) for one in part] if isinstance(part, list) else part
 
 
-def _qos(quality: Quality) -> Any:
+def _qos(quality: TopicQuality) -> Any:
     """Return what rosbag2 offers at playback."""
     from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
@@ -153,8 +162,8 @@ def _qos(quality: Quality) -> Any:
 
 def _scan(now: int, simulator: Simulator, state: State) -> Message:
     laser = simulator.config.laser
-    return laser_scan(
-        now, SCAN, _ranges_m(simulator, state), first_rad=float(beams(laser)[0]),
+    return laser_scan_message(
+        now, SCAN, _ranges_m(simulator, state), first_rad=float(beam_directions(laser)[0]),
         step_rad=math.radians(laser.resolution_deg), scan_s=simulator.config.step_s, least_m=RANGE_MIN_M,
         most_m=laser.range_m,
     )  # fmt: skip

@@ -6,8 +6,8 @@ The laser is at the centre of the robot; all poses in the log are from odometry.
     scanner = Scanner()
     write_log("run.log", scanner, readings(simulator.world, scanner, poses, rng, drift=Drift(), laser_m=0.01))
 
-``readings`` uses the house without obstacles and people. If there are any, make a ``Reading`` after each step from
-``simulator.believed_pose(state)`` and ``scanner.look(state.occupied, world.frame, simulator.pose(state))``.
+``simulate_readings`` uses the house without obstacles and people. If there are any, make a ``Reading`` after each step
+from ``simulator.believed_pose(state)`` and ``scanner.look(state.occupied, world.frame, simulator.pose(state))``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.io.poses import Pose, relative
+from houseexpo.pseudoslam.io.poses import Pose, relative_pose
 from houseexpo.pseudoslam.kernels.collision import wrap_angle
 from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.worlds.world import World
@@ -71,7 +71,7 @@ class Scanner:
 
 
 @dataclass(frozen=True)
-class Drift:
+class OdometryDrift:
     """The errors of odometry: standard deviations that accumulate with the distance travelled and the angle turned."""
 
     metres_per_sqrt_metre: float = 0.01
@@ -86,7 +86,7 @@ class Drift:
             if before is None:
                 x, y, heading = pose
             else:
-                ahead, aside, turn = relative(before, pose)
+                ahead, aside, turn = relative_pose(before, pose)
                 way, angle = math.hypot(ahead, aside), abs(turn)
                 errors = rng.normal(size=3)
                 ahead += errors[0] * self.metres_per_sqrt_metre * math.sqrt(way)
@@ -111,13 +111,13 @@ class Reading:
     ranges_m: Floats
 
 
-def readings(
+def simulate_readings(
     world: World,
     scanner: Scanner,
     poses: Iterable[Pose],
     rng: np.random.Generator,
     *,
-    drift: Drift | None = None,
+    drift: OdometryDrift | None = None,
     laser_m: float = 0.0,
 ) -> Iterator[Reading]:
     """Yield the readings of a robot at these poses.
@@ -144,11 +144,11 @@ def write_log(path: str | os.PathLike[str], scanner: Scanner, run: Iterable[Read
     with Path(path).open("w", encoding="ascii") as stream:
         stream.write("# CARMEN log\n")
         for count, reading in enumerate(run, start=1):
-            stream.write(laser_line(scanner, reading, (count - 1) * seconds) + "\n")
+            stream.write(format_laser_line(scanner, reading, (count - 1) * seconds) + "\n")
     return count
 
 
-def laser_line(scanner: Scanner, reading: Reading, seconds: float) -> str:
+def format_laser_line(scanner: Scanner, reading: Reading, seconds: float) -> str:
     """Return a reading as a line ``ROBOTLASER1``.
 
     The fields are, in order: kind of laser (3, simulated), first angle, field of view, angle between beams, range,

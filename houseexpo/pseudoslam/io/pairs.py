@@ -20,7 +20,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import NOTHING, room_ids
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import above_zero, whole
+from houseexpo.pseudoslam.config.checks import check_above_zero, check_whole_number
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse_view, draw_nearest_cells
 from houseexpo.pseudoslam.simulator import Action, Simulator
@@ -66,10 +66,10 @@ class PairConfig:
     simulator: SimulatorConfig = field(default_factory=SimulatorConfig)
 
     def __post_init__(self) -> None:
-        whole(self.each, "each", at_least=1, at_most=100_000)
-        whole(self.every, "every", at_least=1, at_most=100_000)
-        whole(self.pixels, "pixels", at_least=2, at_most=4096)
-        above_zero(self, "pairs", "size_m", at_most=1000.0)
+        check_whole_number(self.each, "each", at_least=1, at_most=100_000)
+        check_whole_number(self.every, "every", at_least=1, at_most=100_000)
+        check_whole_number(self.pixels, "pixels", at_least=2, at_most=4096)
+        check_above_zero(self, "pairs", "size_m", at_most=1000.0)
 
     def arrays(self) -> dict[str, tuple[str, tuple[int, ...]]]:
         """Return the type and shape of each array of one pair (see ``Pair``)."""
@@ -102,7 +102,7 @@ class Pair(NamedTuple):
     """Number of steps since the start."""
 
 
-class Truth(NamedTuple):
+class CompleteMap(NamedTuple):
     """A house as cells (rows, cols): the complete map, the numbers of rooms, and those of their labels."""
 
     complete: Bytes
@@ -110,7 +110,7 @@ class Truth(NamedTuple):
     labels: Bytes
 
 
-def pairs_of(plan: FloorPlan, world: World, config: PairConfig, rng: np.random.Generator) -> Iterator[Pair]:
+def simulate_pairs(plan: FloorPlan, world: World, config: PairConfig, rng: np.random.Generator) -> Iterator[Pair]:
     """Yield the pairs of an episode in which the robot wanders from a random start.
 
     Raises
@@ -120,7 +120,7 @@ def pairs_of(plan: FloorPlan, world: World, config: PairConfig, rng: np.random.G
     """
     simulator = Simulator(world, config.simulator)
     state = simulator.start(rng)
-    truth = Truth(_complete(state), *(_rooms(plan, world.frame) if config.rooms else (_NO_ROOMS, _NO_ROOMS)))
+    truth = CompleteMap(_complete(state), *(_rooms(plan, world.frame) if config.rooms else (_NO_ROOMS, _NO_ROOMS)))
     walk = _wander(state, rng)
     for number in range(config.each):
         for _ in range(config.every if number else 0):
@@ -158,7 +158,7 @@ def _rooms(plan: FloorPlan, frame: GridFrame) -> tuple[Bytes, Bytes]:
     return numbers[ids], labels[ids]
 
 
-def _pair(simulator: Simulator, state: State, truth: Truth, config: PairConfig) -> Pair:
+def _pair(simulator: Simulator, state: State, truth: CompleteMap, config: PairConfig) -> Pair:
     """Draw the windows: the robot's map around its pose by odometry, and the truth around its true pose."""
     pixel = config.size_m * config.simulator.pixels_per_metre / config.pixels
     x, y, heading = state.pose_px.tolist()

@@ -8,7 +8,7 @@ from typing import TypeAlias
 Pose: TypeAlias = tuple[float, float, float]
 
 
-def relative(origin: Pose, pose: Pose) -> Pose:
+def relative_pose(origin: Pose, pose: Pose) -> Pose:
     """Return a pose in the frame of another: metres ahead and to the left, and the angle between the headings.
 
     Examples
@@ -21,8 +21,8 @@ def relative(origin: Pose, pose: Pose) -> Pose:
     return x * cos + y * sin, y * cos - x * sin, wrap_angle(turn)
 
 
-def compose(origin: Pose, pose: Pose) -> Pose:
-    """Return a pose that is given in the frame of another; the inverse of ``relative``.
+def compose_poses(origin: Pose, pose: Pose) -> Pose:
+    """Return a pose that is given in the frame of another; the inverse of ``relative_pose``.
 
     Examples
     --------

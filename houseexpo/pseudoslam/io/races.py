@@ -12,10 +12,10 @@ import gymnasium
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.policies import Policy, known_env
-from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.agents.policies import Policy, unwrap_env
+from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
-from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, pad_picture, picture
+from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, draw_episode, pad_picture
 
 _GAP_PX: Final = 8
 _CAPTION_PX: Final = 40
@@ -46,18 +46,18 @@ class Racer:
     def begin(self, seed: int | None, options: dict[str, Any] | None) -> None:
         """Start an episode."""
         self.observation, self.info = self.env.reset(seed=seed, options=options)
-        self.trail = [known_env(self.env).state.poses_px.copy()]
+        self.trail = [unwrap_env(self.env).state.poses_px.copy()]
 
     def go(self, steps: int) -> None:
         """Continue until at least this number of steps is taken, or the episode has ended."""
         while not self.ended and self.steps < steps:
             self.observation, _, terminated, truncated, self.info = self.env.step(self.policy(self.observation))
-            self.steps, self.ended = int(known_env(self.env).state.counts.steps), terminated or truncated
-            self.trail.append(known_env(self.env).state.poses_px.copy())
+            self.steps, self.ended = int(unwrap_env(self.env).state.counts.steps), terminated or truncated
+            self.trail.append(unwrap_env(self.env).state.poses_px.copy())
 
     def caption(self) -> str:
         """Return a line on the progress."""
-        env = known_env(self.env)
+        env = unwrap_env(self.env)
         metres = float(env.state.episode.readings[0].path_length) / env.config.pixels_per_metre
         return f"{self.info['coverage']:.0%} seen, {self.steps} steps, {metres:.0f} m"
 
@@ -116,8 +116,10 @@ def _draw_frame(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int])
     wide = (most_px[0] - _GAP_PX * (len(racers) - 1)) // len(racers)
     panels: list[Image] = []
     for racer in racers:
-        env = known_env(racer.env)
-        drawn = picture(env.simulator, env.state, racer.trail, shows=shows, most_px=(wide, most_px[1] - _CAPTION_PX))
+        env = unwrap_env(racer.env)
+        drawn = draw_episode(
+            env.simulator, env.state, racer.trail, shows=shows, most_px=(wide, most_px[1] - _CAPTION_PX)
+        )
         panel = pad_picture(drawn, (wide, drawn.shape[0]))
         head = np.full((_CAPTION_PX, wide, 3), 255, np.uint8)
         cv2.putText(head, racer.name, (4, 15), _FONT, _LARGE, ROBOT_COLOUR, 1, cv2.LINE_AA)

@@ -14,18 +14,18 @@ import gymnasium
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import name_in_os_errors
-from houseexpo.pseudoslam.agents.policies import Policy, known_env
-from houseexpo.pseudoslam.config.checks import one_of
+from houseexpo.pseudoslam.agents.policies import Policy, unwrap_env
+from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
-from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
-from houseexpo.pseudoslam.render.picture import beside, picture
+from houseexpo.pseudoslam.render.picture import draw_episode, draw_world_and_map
 
 Panels = Literal["map", "both", "truth", "beside"]
 
 
 @dataclass
-class Recorded:
+class RecordedEpisode:
     """The result: numbers of actions and steps, the sum of rewards, the last ``info``, whether the episode ended."""
 
     actions: int = 0
@@ -35,7 +35,7 @@ class Recorded:
     info: dict[str, Any] = field(default_factory=dict)
 
 
-def record(
+def record_episode(
     env: gymnasium.Env[Any, Any],
     policy: Policy,
     path: str | os.PathLike[str] | None,
@@ -48,7 +48,7 @@ def record(
     shows: Panels = "both",
     most_px: tuple[int, int] = (640, 480),
     bag: str | os.PathLike[str] | None = None,
-) -> Recorded:
+) -> RecordedEpisode:
     """Write a movie of one episode, with a picture of the start and one after each action, or a ROS bag, or both.
 
     Parameters
@@ -56,7 +56,7 @@ def record(
     env
         An environment of PseudoSLAM, wrapped or not, with any ``render_mode``.
     policy
-        A function from an observation to an action, such as from ``policies.policy_of``.
+        A function from an observation to an action, such as from ``policies.make_policy``.
     path
         File to write, .gif or .mp4; None for no movie.
     steps
@@ -78,12 +78,12 @@ def record(
     MissingDependencyError
         A library for writing the file is not installed.
     """
-    one_of(shows, "shows", get_args(Panels))
+    check_one_of(shows, "shows", get_args(Panels))
     if steps < 1 or every < 1:
         raise ConfigError(f"record: expected steps and every to be at least 1, found {steps} and {every}")
     if path is None and bag is None:
         raise ConfigError("record: expected a movie or a bag to write, found neither")
-    inner, done = known_env(env), Recorded()
+    inner, done = unwrap_env(env), RecordedEpisode()
     trail: list[Any] = []
 
     def episode(writer: BagWriter | None) -> Iterator[bool]:
@@ -117,7 +117,7 @@ def record(
 
 
 def _draw_frame(env: gymnasium.Env[Any, Any], trail: list[Any], shows: Panels, most_px: tuple[int, int]) -> Image:
-    inner = known_env(env)
+    inner = unwrap_env(env)
     if shows == "beside":
-        return beside(inner.simulator, inner.state, trail, most_px=most_px)
-    return picture(inner.simulator, inner.state, trail, shows=shows, most_px=most_px)
+        return draw_world_and_map(inner.simulator, inner.state, trail, most_px=most_px)
+    return draw_episode(inner.simulator, inner.state, trail, shows=shows, most_px=most_px)

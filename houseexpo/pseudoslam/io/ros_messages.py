@@ -160,17 +160,17 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
 NANOSECONDS: Final = 1_000_000_000
 
 
-def time_of(nanoseconds: int) -> Fields:
+def time_fields(nanoseconds: int) -> Fields:
     """Return the fields of a ``builtin_interfaces/msg/Time``."""
     return {"sec": nanoseconds // NANOSECONDS, "nanosec": nanoseconds % NANOSECONDS}
 
 
-def clock(nanoseconds: int) -> Message:
+def clock_message(nanoseconds: int) -> Message:
     """Return the message of the simulated clock."""
-    return Message("rosgraph_msgs/msg/Clock", {"clock": time_of(nanoseconds)})
+    return Message("rosgraph_msgs/msg/Clock", {"clock": time_fields(nanoseconds)})
 
 
-def transforms(parts: Sequence[tuple[int, str, str, Pose]]) -> Message:
+def transforms_message(parts: Sequence[tuple[int, str, str, Pose]]) -> Message:
     """Return a message of ``/tf``; each part is (nanoseconds, parent frame, child frame, pose of the child)."""
     return Message(
         "tf2_msgs/msg/TFMessage",
@@ -187,7 +187,7 @@ def transforms(parts: Sequence[tuple[int, str, str, Pose]]) -> Message:
     )
 
 
-def odometry(
+def odometry_message(
     nanoseconds: int, frame: str, child: str, pose: Pose, speed: tuple[float, float, float] = (0.0, 0.0, 0.0)
 ) -> Message:
     """Return a ``nav_msgs/msg/Odometry``; ``speed`` is ahead and to the left, m/s, and the turning, rad/s."""
@@ -207,7 +207,7 @@ def odometry(
     )
 
 
-def laser_scan(
+def laser_scan_message(
     nanoseconds: int,
     frame: str,
     ranges: npt.NDArray[np.float32],
@@ -248,7 +248,7 @@ def laser_scan(
     )
 
 
-def occupancy_grid(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message:
+def occupancy_grid_message(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message:
     """Return a ``nav_msgs/msg/OccupancyGrid`` of a robot's map."""
     rows, cols = grid.data.shape
     return Message(
@@ -256,7 +256,7 @@ def occupancy_grid(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message
         {
             "header": _header(nanoseconds, frame),
             "info": {
-                "map_load_time": time_of(nanoseconds),
+                "map_load_time": time_fields(nanoseconds),
                 "resolution": grid.resolution,
                 "width": cols,
                 "height": rows,
@@ -267,7 +267,7 @@ def occupancy_grid(nanoseconds: int, frame: str, grid: OccupancyGrid) -> Message
     )
 
 
-def entity_state(nanoseconds: int, frame: str, pose: Pose, speed: tuple[float, float, float]) -> Message:
+def entity_state_message(nanoseconds: int, frame: str, pose: Pose, speed: tuple[float, float, float]) -> Message:
     """Return a ``simulation_interfaces/msg/EntityState``; ``speed`` is along x and y of the frame, and the turning."""
     right, up, turning = speed
     return Message(
@@ -281,13 +281,13 @@ def entity_state(nanoseconds: int, frame: str, pose: Pose, speed: tuple[float, f
     )
 
 
-def empty(kind: str) -> Fields:
+def empty_fields(kind: str) -> Fields:
     """Return a message of a type with all numbers 0 and all texts and sequences empty."""
     found: Fields = {}
     for name, of in FIELDS[kind].items():
         size = of.partition("[")[2].rstrip("]")
         if of in FIELDS:
-            found[name] = empty(of)
+            found[name] = empty_fields(of)
         elif "[" in of:
             found[name] = np.zeros(int(size)) if size else []
         else:
@@ -295,13 +295,13 @@ def empty(kind: str) -> Fields:
     return found
 
 
-def heading_of(quaternion: Fields) -> float:
+def heading_from_quaternion(quaternion: Fields) -> float:
     """Return the heading of a rotation about the vertical axis, radians; of any other, its yaw."""
     return yaw_from_quaternion(*(float(quaternion[name]) for name in "xyzw"))
 
 
 def _header(nanoseconds: int, frame: str) -> Fields:
-    return {"stamp": time_of(nanoseconds), "frame_id": frame}
+    return {"stamp": time_fields(nanoseconds), "frame_id": frame}
 
 
 def _xyz(x: float, y: float, z: float = 0.0) -> Fields:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import Bodies, Tracks, placed_people
+from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.collision import placed_people
 from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.people import WalkParams
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField

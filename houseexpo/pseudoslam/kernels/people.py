@@ -14,24 +14,26 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.body_tracks import (
+    Bodies,
+    Tracks,
+    body_may_move,
+    distance_to_body,
+    mark_body,
+    nearest_body_point,
+    to_body_frame,
+    track_pose_at,
+)
 from houseexpo.pseudoslam.kernels.collision import (
     HALF_DIAGONAL,
     THINNER_PX,
-    Bodies,
     Disc,
-    Tracks,
-    body_may_move,
     cell_meets_disc,
     disc_bounds,
     disc_columns,
     disc_is_free,
-    distance_to_body,
     erase_disc,
-    mark_body,
     mark_disc,
-    nearest_body_point,
-    to_body_frame,
-    track_pose_at,
 )
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.planning.fields import NOWHERE, STEPS, THERE, FlowField

@@ -56,8 +56,8 @@ class Checkpoint:
         return int(self.state["updates"])
 
 
-def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> Path:
-    """Write a checkpoint and return its file; ``run`` describes the run (see ``check_run``)."""
+def save_checkpoint(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> Path:
+    """Write a checkpoint and return its file; ``run`` describes the run (see ``check_same_run``)."""
     state = io.BytesIO()
     torch.save(_state_of(learner, updates), state)
     packed = io.BytesIO()
@@ -67,22 +67,22 @@ def save(folder: Path, learner: Learner, run: dict[str, Any], updates: int) -> P
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{learner.num_timesteps:012d}.zip"
     write_atomically(file, packed.getvalue(), durable=True)  # R1
-    for old in files(folder)[:-KEPT]:  # R4
+    for old in list_checkpoints(folder)[:-KEPT]:  # R4
         old.unlink()
     return file
 
 
-def files(folder: Path) -> list[Path]:
+def list_checkpoints(folder: Path) -> list[Path]:
     """Return the checkpoints of a run, the earliest first."""
     return sorted(folder.glob("[0-9]*.zip"))
 
 
-def last_whole(folder: Path) -> Checkpoint | None:
+def read_last_checkpoint(folder: Path) -> Checkpoint | None:
     """Return the last complete checkpoint, None if there is none; raise TrainingError if all are damaged."""
-    found = files(folder)
+    found = list_checkpoints(folder)
     for file in reversed(found):
         try:
-            return read(file)
+            return read_checkpoint(file)
         except TrainingError as error:
             _logger.warning("%s; the one before it is used", error)
     if found:
@@ -90,7 +90,7 @@ def last_whole(folder: Path) -> Checkpoint | None:
     return None
 
 
-def read(file: Path) -> Checkpoint:
+def read_checkpoint(file: Path) -> Checkpoint:
     """Return a checkpoint; raise TrainingError if it is damaged or from another version."""
     try:
         with zipfile.ZipFile(file) as archive:
@@ -103,7 +103,7 @@ def read(file: Path) -> Checkpoint:
     return Checkpoint(file, about, state)
 
 
-def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> None:
+def check_same_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> None:
     """Raise TrainingError, which names the first difference outside ``FREE``, unless the runs are the same."""
     there, here = _leaves(found), _leaves(wanted)
     for key in {**here, **there}:
@@ -114,7 +114,7 @@ def check_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> Non
             )
 
 
-def restore(learner: Learner, state: dict[str, Any]) -> None:
+def restore_learner(learner: Learner, state: dict[str, Any]) -> None:
     """Restore the saved state of a learner."""
     learner.policy.load_state_dict(state["policy"])
     learner.policy.optimizer.load_state_dict(state["optimizer"])

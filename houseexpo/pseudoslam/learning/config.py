@@ -23,7 +23,7 @@ from typing import Any, Literal, get_args
 
 from houseexpo.configuration import config_to_mapping
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import above_zero, number, one_of, whole
+from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import Motion
 
 Network = Literal["cnn", "cnn-lstm", "set"]
@@ -78,16 +78,16 @@ class PPOConfig:
     normalise_rewards: bool = True
 
     def __post_init__(self) -> None:
-        above_zero(self, "ppo", "learning_rate", at_most=1.0)
-        above_zero(self, "ppo", "clip", "max_grad_norm")
+        check_above_zero(self, "ppo", "learning_rate", at_most=1.0)
+        check_above_zero(self, "ppo", "clip", "max_grad_norm")
         for name in ("rollout_steps", "minibatch"):  # the deviation of advantages needs two
-            whole(getattr(self, name), f"ppo.{name}", at_least=2)
-        whole(self.epochs, "ppo.epochs", at_least=1)
-        one_of(self.discount, "ppo.discount", get_args(Clock))
+            check_whole_number(getattr(self, name), f"ppo.{name}", at_least=2)
+        check_whole_number(self.epochs, "ppo.epochs", at_least=1)
+        check_one_of(self.discount, "ppo.discount", get_args(Clock))
         for name in ("gamma", "gae_lambda"):
-            number(getattr(self, name), f"ppo.{name}", at_least=0.0, at_most=1.0)
+            check_number(getattr(self, name), f"ppo.{name}", at_least=0.0, at_most=1.0)
         for name in ("entropy", "value"):
-            number(getattr(self, name), f"ppo.{name}", at_least=0.0)
+            check_number(getattr(self, name), f"ppo.{name}", at_least=0.0)
 
 
 @dataclass(frozen=True)
@@ -125,10 +125,10 @@ class EnvironmentConfig:
     task: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        one_of(self.actions, "environment.actions", get_args(Moves))
-        one_of(self.observation, "environment.observation", get_args(Sight))
+        check_one_of(self.actions, "environment.actions", get_args(Moves))
+        check_one_of(self.observation, "environment.observation", get_args(Sight))
         if self.motion is not None:
-            one_of(self.motion, "environment.motion", get_args(Motion))
+            check_one_of(self.motion, "environment.motion", get_args(Motion))
         if not isinstance(self.action_mask, bool):
             raise ConfigError(f"environment.action_mask: expected true or false, found {self.action_mask!r}")
         if self.motion not in {None, "discrete"} and self.actions != "continuous":
@@ -165,8 +165,8 @@ class EvaluationConfig:
     deterministic: bool = False
 
     def __post_init__(self) -> None:
-        whole(self.every, "evaluation.every", at_least=1)
-        whole(self.plans, "evaluation.plans", at_least=1)
+        check_whole_number(self.every, "evaluation.every", at_least=1)
+        check_whole_number(self.plans, "evaluation.plans", at_least=1)
 
 
 @dataclass(frozen=True)
@@ -202,9 +202,9 @@ class TrainConfig:
 
     def __post_init__(self) -> None:
         for name in ("steps", "envs", "memory", "checkpoint_every"):
-            whole(getattr(self, name), name, at_least=1)
-        whole(self.seed, "seed", at_least=0, at_most=MAX_SEED)
-        one_of(self.policy, "policy", get_args(Network))
+            check_whole_number(getattr(self, name), name, at_least=1)
+        check_whole_number(self.seed, "seed", at_least=0, at_most=MAX_SEED)
+        check_one_of(self.policy, "policy", get_args(Network))
         actions, clock = self.environment.actions, self.ppo.discount
         if (self.policy == "set") != (actions == "frontier"):
             raise ConfigError(

@@ -21,7 +21,7 @@ _TIMES: Final[dict[Clock, str]] = {"steps": "primitive_steps", "metres": "travel
 """The entries of ``info`` that say how long an action took."""
 
 
-class Collecting(BaseCallback):  # type: ignore[misc]  # it comes without types where it is not installed
+class CollectionCallback(BaseCallback):  # type: ignore[misc]  # it comes without types where it is not installed
     """Counts the episodes that end while steps are collected, and discounts by ``PPOConfig.discount``."""
 
     def __init__(self, ppo: PPOConfig) -> None:
@@ -61,14 +61,16 @@ class Collecting(BaseCallback):  # type: ignore[misc]  # it comes without types 
             buffer, local = self.locals["rollout_buffer"], self.locals
             values = np.concatenate([buffer.values, local["values"].cpu().numpy().reshape(1, -1)])
             starts = np.concatenate([buffer.episode_starts, local["dones"].reshape(1, -1)])
-            buffer.advantages[:] = advantages(
+            buffer.advantages[:] = estimate_advantages(
                 buffer.rewards, values, starts, np.stack(self._discounts), self._ppo.gae_lambda
             )
             buffer.returns = buffer.advantages + buffer.values
             self._discounts.clear()
 
 
-def advantages(rewards: Floats, values: Floats, starts: Floats, discounts: Floats, gae_lambda: float) -> Floats:
+def estimate_advantages(
+    rewards: Floats, values: Floats, starts: Floats, discounts: Floats, gae_lambda: float
+) -> Floats:
     """Return generalised advantage estimates (Schulman et al., 2016) with a discount for each action.
 
     Parameters

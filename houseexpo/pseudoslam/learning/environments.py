@@ -75,7 +75,7 @@ def choose_plans(dataset: Dataset | None, config: EnvironmentConfig, test_plans:
     return RunPlans(dataset, tuple(train), tuple(test[i] for i in drawn.tolist()))
 
 
-def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
+def make_simulator_config(task: str, config: EnvironmentConfig) -> SimulatorConfig:
     """Return the simulator's configuration: that of the preset or else of the task, with the run's changes."""
     kind, _ = TASKS[task]
     plain = with_preset(config.preset, kind.default) if config.preset else kind.default
@@ -84,14 +84,14 @@ def simulator_of(task: str, config: EnvironmentConfig) -> SimulatorConfig:
     )
 
 
-def check_options(task: str, config: EnvironmentConfig) -> None:
+def check_task_options(task: str, config: EnvironmentConfig) -> None:
     """Raise ConfigError if an option of the task or of its simulator is unknown or invalid."""
     kind, _ = TASKS[task]
     config_from_mapping(kind, config.task, "environment.task")
-    simulator_of(task, config)
+    make_simulator_config(task, config)
 
 
-def environments(
+def make_environments(
     task: str,
     config: EnvironmentConfig,
     plans: Plans,
@@ -105,7 +105,7 @@ def environments(
     given: dict[str, Any] = {"plan_ids": plan_ids} if plan_ids is not None else {}
     return make(
         dataset=plans,
-        config=simulator_of(task, config),
+        config=make_simulator_config(task, config),
         num_envs=number,
         actions=config.actions,
         observation=config.observation,

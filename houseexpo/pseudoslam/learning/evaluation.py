@@ -20,12 +20,12 @@ Score = dict[str, float]
 def evaluate(
     policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> Score:
-    """Return the means of ``scores`` over a number of episodes."""
-    rows = scores(policy, envs, plan_ids, episodes, deterministic=deterministic)
+    """Return the means of ``score_episodes`` over a number of episodes."""
+    rows = score_episodes(policy, envs, plan_ids, episodes, deterministic=deterministic)
     return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
 
-def scores(
+def score_episodes(
     policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> list[Score]:
     """Return the scores of a number of episodes: ``return``, ``steps``, and the task's ``MEASURES``.

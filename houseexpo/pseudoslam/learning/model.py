@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.sb3 import SB3VecEnv
 States: TypeAlias = tuple[torch.Tensor, torch.Tensor]
 
 
-def run_memory(
+def run_lstm(
     features: torch.Tensor, states: States, episode_starts: torch.Tensor, lstm: torch.nn.LSTM
 ) -> tuple[torch.Tensor, States]:
     """Return the outputs of a memory for sequences, and its states after them.
@@ -59,13 +59,13 @@ def run_memory(
 class MemoryPolicy(RecurrentActorCriticPolicy):  # type: ignore[misc]  # it comes without types where it is not installed
     """A policy with a memory for observations that are one picture."""
 
-    _process_sequence = staticmethod(run_memory)
+    _process_sequence = staticmethod(run_lstm)
 
 
 class MultiInputMemoryPolicy(RecurrentMultiInputActorCriticPolicy):  # type: ignore[misc]  # as above
     """A policy with a memory for observations of pictures and vectors."""
 
-    _process_sequence = staticmethod(run_memory)
+    _process_sequence = staticmethod(run_lstm)
 
 
 WIDTH = 128
@@ -222,7 +222,7 @@ def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
     ppo = config.ppo
     make = RecurrentPPO if config.policy == "cnn-lstm" else PPO
     learner: Learner = make(
-        policy_class(envs.observation_space, config),
+        choose_policy_class(envs.observation_space, config),
         envs,
         learning_rate=ppo.learning_rate,
         n_steps=ppo.rollout_steps,
@@ -243,11 +243,13 @@ def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:
 
 def new_policy(seen: spaces.Space[Any], actions: spaces.Space[Any], config: TrainConfig) -> Policy:
     """Return a policy for these spaces on the CPU, before its weights are loaded."""
-    policy: Policy = policy_class(seen, config)(seen, actions, lambda _: config.ppo.learning_rate, **_shape(config))
+    policy: Policy = choose_policy_class(seen, config)(
+        seen, actions, lambda _: config.ppo.learning_rate, **_shape(config)
+    )
     return policy
 
 
-def policy_class(
+def choose_policy_class(
     seen: spaces.Space[Any], config: TrainConfig
 ) -> Any:  # a class of policies, from libraries without types
     """Return the class of policies for such observations."""

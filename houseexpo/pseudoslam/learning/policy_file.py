@@ -21,7 +21,7 @@ from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import encode_json, read_file, write_atomically
 from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.environments import environments
+from houseexpo.pseudoslam.learning.environments import make_environments
 from houseexpo.pseudoslam.learning.model import Policy, States, new_policy
 from houseexpo.pseudoslam.tasks import ROOM
 
@@ -31,7 +31,7 @@ _LARGEST: Final = 4 << 30
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainedPolicy:
     """A trained policy.
 
     Parameters
@@ -50,7 +50,7 @@ class Trained:
         return str(self.about["task"])
 
 
-class Actor:
+class EpisodeActor:
     """A policy with its memory for one episode; each episode needs a new one.
 
     Parameters
@@ -59,7 +59,7 @@ class Actor:
         The seed of random actions.
     """
 
-    def __init__(self, trained: Trained, seed: int = 0, *, deterministic: bool | None = None) -> None:
+    def __init__(self, trained: TrainedPolicy, seed: int = 0, *, deterministic: bool | None = None) -> None:
         self._policy = trained.policy
         self._deterministic = trained.config.evaluation.deterministic if deterministic is None else deterministic
         self._remembers = trained.config.policy == "cnn-lstm"
@@ -102,7 +102,7 @@ def write_policy(file: Path, policy: Policy, about: dict[str, Any]) -> None:
     write_atomically(file.with_suffix(".json"), encode_json(about), durable=True)
 
 
-def read_policy(file: Path, task: str | None = None) -> Trained:
+def read_policy(file: Path, task: str | None = None) -> TrainedPolicy:
     """Return a policy; raise TrainingError if the file is not a policy, is damaged, or is for another task.
 
     No code in the file is executed.
@@ -115,7 +115,7 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
         config, its_task = config_from_mapping(TrainConfig, about["config"]), about["task"]
         if task is not None and its_task != task:
             raise TrainingError(f"{file}: expected a policy for {task}, found one for {its_task}")
-        envs = environments(its_task, config.environment, ROOM, number=1, threads=1)  # for its spaces
+        envs = make_environments(its_task, config.environment, ROOM, number=1, threads=1)  # for its spaces
         policy = new_policy(envs.single_observation_space, envs.single_action_space, config)
         envs.close()
         policy.load_state_dict(found["weights"])
@@ -124,7 +124,7 @@ def read_policy(file: Path, task: str | None = None) -> Trained:
     except (*DAMAGED, ConfigError) as error:
         raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({error})") from None
     policy.set_training_mode(False)
-    return Trained(about, config, policy)
+    return TrainedPolicy(about, config, policy)
 
 
 @contextmanager

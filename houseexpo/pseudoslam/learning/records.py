@@ -15,7 +15,7 @@ from houseexpo.files import write_atomically
 
 
 @cache
-def commit() -> str | None:
+def find_commit() -> str | None:
     """Return the commit of the code, with "+" if files differ from it; None if it is not in a repository.
 
     The result of the first call is cached.
@@ -35,7 +35,7 @@ def commit() -> str | None:
 STEPS = "steps_done"
 
 
-class Curve:
+class CurveFile:
     """A CSV file whose first column is the number of steps; the first added row determines the other columns."""
 
     def __init__(self, file: Path, until: int) -> None:

@@ -30,12 +30,12 @@ from houseexpo.outputs import check_run_folder
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from houseexpo.pseudoslam.learning.discounting import Collecting
-from houseexpo.pseudoslam.learning.environments import RunPlans, environments
+from houseexpo.pseudoslam.learning.discounting import CollectionCallback
+from houseexpo.pseudoslam.learning.environments import RunPlans, make_environments
 from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
 from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.policy_file import write_policy
-from houseexpo.pseudoslam.learning.records import Curve, commit
+from houseexpo.pseudoslam.learning.records import CurveFile, find_commit
 
 POLICY: Final = "policy.pt"
 CHECKPOINTS: Final = "checkpoints"
@@ -43,7 +43,7 @@ _LIBRARIES: Final = ("torch", "stable-baselines3", "sb3-contrib", "gymnasium", "
 
 
 @dataclass(frozen=True)
-class Run:
+class TrainingRun:
     """A training run: its task, its configuration, its plans, and its folder."""
 
     task: str
@@ -57,7 +57,7 @@ class Run:
 
 
 def train(
-    run: Run, *, resume: bool = False, threads: int | None = None, say: Callable[[str], None] = lambda _: None
+    run: TrainingRun, *, resume: bool = False, threads: int | None = None, say: Callable[[str], None] = lambda _: None
 ) -> Score:
     """Train a policy to the end and return the score of the last evaluation.
 
@@ -80,12 +80,12 @@ def train(
     begun = _checkpoint_to_resume(run, resume=resume)
     config, plans = run.config, run.plans
     shared = run.task, config.environment, plans.source
-    envs = environments(*shared, number=config.envs, plan_ids=plans.train, threads=threads)
-    tests = environments(*shared, number=min(config.envs, config.evaluation.plans), threads=threads)
+    envs = make_environments(*shared, number=config.envs, plan_ids=plans.train, threads=threads)
+    tests = make_environments(*shared, number=min(config.envs, config.evaluation.plans), threads=threads)
     try:
         learner = new_learner(wrap_for_learner(envs, config), config)
         if begun:
-            checkpoints.restore(learner, begun.state)
+            checkpoints.restore_learner(learner, begun.state)
             say(f"continues from {begun.file}")
         return _Training(run, learner, tests, say).go_on(begun.updates if begun else 0)
     finally:
@@ -96,11 +96,11 @@ def train(
 class _Training:
     """A learner in training."""
 
-    def __init__(self, run: Run, learner: Learner, tests: Any, say: Callable[[str], None]) -> None:
+    def __init__(self, run: TrainingRun, learner: Learner, tests: Any, say: Callable[[str], None]) -> None:
         self._run, self._learner, self._tests, self._say = run, learner, tests, say
         done = learner.num_timesteps
-        self._learning = Curve(run.folder / "learning.csv", done)
-        self._tested = Curve(run.folder / "evaluation.csv", done)
+        self._learning = CurveFile(run.folder / "learning.csv", done)
+        self._tested = CurveFile(run.folder / "evaluation.csv", done)
         learner.set_logger(Logger(None, [TensorBoardOutputFormat(str(run.folder / "tensorboard"))]))
 
     def go_on(self, done: int) -> Score:
@@ -115,16 +115,18 @@ class _Training:
             if update % test_every == 0 or update == total:
                 score = self._test()
             if update % keep_every == 0 or update == total:
-                checkpoints.save(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
+                checkpoints.save_checkpoint(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
                 restart_episodes(learner, config.seed)  # R2
         learner.logger.close()
         score = score or self._score()  # finished, except for the last file
-        write_policy(self._run.folder / POLICY, learner.policy, {**about(self._run, learner), "score": score})  # R4
+        write_policy(
+            self._run.folder / POLICY, learner.policy, {**describe_policy(self._run, learner), "score": score}
+        )  # R4
         return score
 
     def _update(self, update: int) -> tuple[int, dict[str, float]]:
         """Collect steps and learn from them; return the number of steps and the means of finished episodes."""
-        learner, episodes = self._learner, Collecting(self._run.config.ppo)
+        learner, episodes = self._learner, CollectionCallback(self._run.config.ppo)
         try:
             learner.learn(self._run.config.steps_per_update, callback=episodes, reset_num_timesteps=False)
         except ValueError as error:  # a distribution of values that are not finite
@@ -168,32 +170,32 @@ def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
             )
 
 
-def about(run: Run, learner: Learner) -> dict[str, Any]:
+def describe_policy(run: TrainingRun, learner: Learner) -> dict[str, Any]:
     """Return the description of a policy: its run, and the versions of the code."""
     made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version()}
     return {
         **run.record(),
         "seed": run.config.seed,
         "steps": learner.num_timesteps,
-        "commit": commit(),
+        "commit": find_commit(),
         "versions": {**made_by, **{name: version(name) for name in _LIBRARIES}},
         "device": str(learner.device),
     }
 
 
-def _checkpoint_to_resume(run: Run, *, resume: bool) -> checkpoints.Checkpoint | None:
+def _checkpoint_to_resume(run: TrainingRun, *, resume: bool) -> checkpoints.Checkpoint | None:
     """Return the checkpoint to resume from, if any; for a new run, write its description to the folder."""
     folder = run.folder
     kept = folder / CHECKPOINTS
     record = folder / "run.json"
-    if not resume and (record.exists() or checkpoints.files(kept)):
+    if not resume and (record.exists() or checkpoints.list_checkpoints(kept)):
         raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
     check_run_folder(folder, [record.name, CHECKPOINTS])
     if record.exists():
-        checkpoints.check_run(msgspec.json.decode(record.read_bytes(), type=dict[str, Any]), run.record(), record)
-    found = checkpoints.last_whole(kept) if resume else None
+        checkpoints.check_same_run(msgspec.json.decode(record.read_bytes(), type=dict[str, Any]), run.record(), record)
+    found = checkpoints.read_last_checkpoint(kept) if resume else None
     if found:
-        checkpoints.check_run(found.about["run"], run.record(), found.file)
+        checkpoints.check_same_run(found.about["run"], run.record(), found.file)
     make_folder(folder)
     write_atomically(record, encode_json(run.record()))
     return found

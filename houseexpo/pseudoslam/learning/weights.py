@@ -33,7 +33,7 @@ class Weights(msgspec.Struct, frozen=True):
     weights: dict[str, float]
 
 
-def weights_with(**weights: float) -> Floats:
+def make_weights(**weights: float) -> Floats:
     """Return weights with some features given and the others 0; ``_`` in a name stands for a space."""
     return _in_order({name.replace("_", " "): weight for name, weight in weights.items()})
 

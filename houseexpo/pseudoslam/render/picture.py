@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.config.checks import one_of
+from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_cells, scale_for
-from houseexpo.pseudoslam.render.sight import Body, beam_ends, bodies_of, move_to_belief
+from houseexpo.pseudoslam.render.sight import MovingBody, beam_ends, find_bodies, move_to_belief
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -45,7 +45,7 @@ _SKIN = np.ones((3, 3), np.uint8)
 _GAP_PX = 12
 
 
-def picture(
+def draw_episode(
     simulator: Simulator,
     state: State,
     trail: Sequence[npt.ArrayLike] = (),
@@ -75,7 +75,7 @@ def picture(
     ConfigError
         There is no space for a picture, or ``shows`` is none of these.
     """
-    one_of(shows, "shows", get_args(Shows))
+    check_one_of(shows, "shows", get_args(Shows))
     scale, colours = scale_cells(_colours(simulator, state, shows), _PRIORITY, most_px)
     canvas = Canvas(_COLOURS[colours], scale)
     true, seen_from = state.pose_px, state.pose_px if shows == "truth" else state.believed_px
@@ -89,21 +89,21 @@ def picture(
         canvas.line(
             np.asarray(trail, np.float64)[:, slice(2) if shows == "truth" else slice(3, 5)], 0.05 * metre, TRAIL_COLOUR
         )
-    _draw_bodies(canvas, bodies_of(simulator, state, ends), true, seen_from, shows)
+    _draw_bodies(canvas, find_bodies(simulator, state, ends), true, seen_from, shows)
     _draw_robot(canvas, seen_from, simulator.config.robot.radius_m * metre)
     return canvas.image
 
 
-def beside(
+def draw_world_and_map(
     simulator: Simulator, state: State, trail: Sequence[npt.ArrayLike] = (), *, most_px: tuple[int, int] = (960, 720)
 ) -> Image:
-    """Draw the world and, to its right (or below it, if that makes them larger), the map, like ``picture``."""
+    """Draw the world and, to its right (or below it, if that makes them larger), the map, like ``draw_episode``."""
     wide, high = most_px
     sizes = (wide, (high - _GAP_PX) // 2), ((wide - _GAP_PX) // 2, high)
     below, right = (scale_for(state.known.shape, size) for size in sizes)
     axis = 0 if below > right else 1
-    truth = picture(simulator, state, trail, most_px=sizes[axis], shows="truth")
-    known = picture(simulator, state, trail, most_px=sizes[axis], shows="map")
+    truth = draw_episode(simulator, state, trail, most_px=sizes[axis], shows="truth")
+    known = draw_episode(simulator, state, trail, most_px=sizes[axis], shows="map")
     strip = np.full((len(truth), _GAP_PX, 3) if axis else (_GAP_PX, truth.shape[1], 3), 255, np.uint8)
     return np.concatenate([truth, strip, known], axis=axis)
 
@@ -159,7 +159,7 @@ def _draw_goal(canvas: Canvas, simulator: Simulator, state: State) -> None:
         canvas.blob(place, share * radius, colour)
 
 
-def _draw_bodies(canvas: Canvas, bodies: list[Body], true: Points, seen_from: Points, shows: Shows) -> None:
+def _draw_bodies(canvas: Canvas, bodies: list[MovingBody], true: Points, seen_from: Points, shows: Shows) -> None:
     """Draw moving obstacles; on the map, only those that a beam hits, where the robot believes them to be."""
     for body in bodies:
         if not body.seen and shows == "map":

@@ -7,7 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from houseexpo.pseudoslam.kernels.collision import MOVING, placed_people, track_pose_at
+from houseexpo.pseudoslam.kernels.body_tracks import track_pose_at
+from houseexpo.pseudoslam.kernels.collision import MOVING, placed_people
 from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.render.canvas import Points
 from houseexpo.pseudoslam.simulator import Simulator
@@ -17,7 +18,7 @@ BEAMS: Final = 721
 """Number of corners of the edge of a drawn sector."""
 
 
-class Body(NamedTuple):
+class MovingBody(NamedTuple):
     """A moving obstacle: a polygon enlarged by a radius, both in pixels, and whether the robot sees it.
 
     ``velocity_px`` is the velocity of a person, (x across, y down) in pixels per second; shapes on trajectories have
@@ -41,12 +42,12 @@ class Sight(NamedTuple):
     bodies: Points
 
 
-def sight(simulator: Simulator, state: State, beams: int) -> Sight:
+def measure_sight(simulator: Simulator, state: State, beams: int) -> Sight:
     """Return what the robot sees with a number of beams; moving obstacles are found with the beams of pictures."""
     true, moving = state.pose_px, state.episode.bodies
     found = []
     if len(moving.people) + len(moving.clocks) > 0:
-        for number, body in enumerate(bodies_of(simulator, state, beam_ends(simulator, state))):
+        for number, body in enumerate(find_bodies(simulator, state, beam_ends(simulator, state))):
             if body.seen:
                 corners = move_to_belief(body.corners, true, state.believed_px)
                 centre = corners.mean(axis=0)
@@ -79,7 +80,7 @@ def move_to_belief(points: Points, true: Points, believed: Points) -> Points:
     return np.stack([believed[0] + right * cos + down * sin, believed[1] - right * sin + down * cos], axis=1)
 
 
-def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
+def find_bodies(simulator: Simulator, state: State, ends: Points) -> list[MovingBody]:
     """Return people and shapes on trajectories; ``ends`` are from ``beam_ends``."""
     episode, radius = state.episode, simulator.params.walk.radius_px
     met = _ends_on_moving(state, ends)
@@ -87,7 +88,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
     places = np.stack([people["x"], people["y"]], axis=1)
     velocities = zip(people["vx"].tolist(), people["vy"].tolist(), strict=True)
     found = [
-        Body(place[None], radius, _is_met(met, place, radius), velocity)
+        MovingBody(place[None], radius, _is_met(met, place, radius), velocity)
         for place, velocity in zip(places, velocities, strict=True)
     ]
     tracks = episode.tracks
@@ -98,7 +99,7 @@ def bodies_of(simulator: Simulator, state: State, ends: Points) -> list[Body]:
         cos, sin = math.cos(heading), math.sin(heading)
         corners = np.stack([x + ahead * cos - left * sin, y - ahead * sin - left * cos], axis=1)
         seen = _is_met(met, np.array([x, y]), float(shape.reach))
-        found.append(Body(corners, float(shape.grown), seen))
+        found.append(MovingBody(corners, float(shape.grown), seen))
     return found
 
 

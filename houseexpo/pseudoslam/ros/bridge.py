@@ -26,10 +26,10 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
-from houseexpo.pseudoslam.io.robot_topics import Quality
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty
+from houseexpo.pseudoslam.io.robot_topics import TopicQuality
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty_fields
 from houseexpo.pseudoslam.ros.dds import Subscription
-from houseexpo.pseudoslam.ros.services import Call, Service
+from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
 
 _RETRY_S: Final = 1.0
 _CLOSE_S, _POLL_S = 1.0, 0.2
@@ -75,7 +75,7 @@ class Bridge:
         self._kinds: dict[str, str] = {}
         self._latched: set[str] = set()
         self._heard: dict[str, Subscription] = {}
-        self._services: dict[str, tuple[str, Service]] = {}
+        self._services: dict[str, tuple[str, RequestQueue]] = {}
         if not re.match(r"wss?://[^\s/]", url):
             raise ConfigError(f"bridge: expected an address such as ws://localhost:9090, found {url!r}")
         connect = websockets.sync.client.connect
@@ -86,7 +86,7 @@ class Bridge:
             self._topics_line.close()
             raise
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+    def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic, such as ``/robot1/scan``."""
         self._kinds[topic] = kind
         if quality.latched:
@@ -105,20 +105,20 @@ class Bridge:
         """Return True: a rosbridge does not tell."""
         return topic in self._kinds
 
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+    def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
         """Listen to messages of a type on a topic; a rosbridge hears only one type on a topic, the first asked for."""
         subscription = Subscription(kind)
         if topic not in self._heard:
             self._heard[topic] = subscription
-            depth = (quality or Quality()).depth
+            depth = (quality or TopicQuality()).depth
             self._topics_line.greet(
                 {"op": "subscribe", "id": f"subscribe:{topic}", "topic": topic, "type": kind, "queue_length": depth}
             )
         return subscription
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a type."""
-        service = Service()
+        service = RequestQueue()
         self._services[name] = kind, service
         self._services_line.greet({"op": "advertise_service", "type": kind, "service": name})
         return service
@@ -165,7 +165,7 @@ class Bridge:
 
         with self._warn_on_error(name):
             args = found.get("args") or {}
-            service.add(Call(_fields(f"{kind}_Request", args, "args"), answer))
+            service.add(ServiceCall(_fields(f"{kind}_Request", args, "args"), answer))
 
     @contextlib.contextmanager
     def _warn_on_error(self, name: str) -> Iterator[None]:
@@ -348,7 +348,7 @@ def _fields(kind: str, found: Any, where: str) -> Fields:
     if unknown:
         raise ValueError(f"{where}: expected fields of {kind}, found {unknown[0]!r}")
     given = {name: _plain(FIELDS[kind][name], value, f"{where}.{name}") for name, value in found.items()}
-    return {**empty(kind), **given}
+    return {**empty_fields(kind), **given}
 
 
 def _plain(kind: str, value: Any, where: str) -> Any:

@@ -29,9 +29,15 @@ from typing import Final, Literal, Protocol, TypeAlias
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.pseudoslam.io.poses import Pose
-from houseexpo.pseudoslam.io.ros_messages import Fields, Message, empty, entity_state, heading_of
+from houseexpo.pseudoslam.io.ros_messages import (
+    Fields,
+    Message,
+    empty_fields,
+    entity_state_message,
+    heading_from_quaternion,
+)
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
-from houseexpo.pseudoslam.ros.services import Call, Service
+from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
 
 Time: TypeAlias = Literal["playing", "paused", "stopped"]
 
@@ -50,14 +56,14 @@ _UNIT: Final = 0.01
 _SIM: Final = "simulation_interfaces/srv"
 
 
-class Graph(Protocol):
+class ServiceGraph(Protocol):
     """What the services need of a network."""
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a type."""
 
 
-class Simulation(Protocol):
+class ControlledNode(Protocol):
     """What the services need of a node, see ``node.Node``."""
 
     fleet: Fleet
@@ -97,10 +103,10 @@ class _NoSuchRobotError(ConfigError):
     """No robot has the name of the entity."""
 
 
-class Control:
+class ControlServices:
     """The services of a node; ``serve`` answers what was asked since the last time."""
 
-    def __init__(self, graph: Graph, node: Simulation) -> None:
+    def __init__(self, graph: ServiceGraph, node: ControlledNode) -> None:
         self._node = node
         handlers: dict[str, tuple[str, Callable[[Fields], Fields]]] = {
             "reset": ("std_srvs/srv/Empty", self._reset),
@@ -128,10 +134,10 @@ class Control:
 
     def _reset(self, _asked: Fields) -> Fields:
         self._node.reset()
-        return empty("std_srvs/srv/Empty_Response")
+        return empty_fields("std_srvs/srv/Empty_Response")
 
     def _load_map(self, asked: Fields) -> Fields:
-        answer = empty("nav_msgs/srv/LoadMap_Response")
+        answer = empty_fields("nav_msgs/srv/LoadMap_Response")
         try:
             self._node.move_to_house(asked["map_url"])
         except HouseExpoError as error:
@@ -147,7 +153,7 @@ class Control:
         return _result(_OK)
 
     def _load_world(self, asked: Fields) -> Fields:
-        answer, uri = empty(f"{_SIM}/LoadWorld_Response"), asked["world_resource"]["uri"]
+        answer, uri = empty_fields(f"{_SIM}/LoadWorld_Response"), asked["world_resource"]["uri"]
         if not uri:
             text = "uri: expected the id of a plan, found none; worlds as text are not supported"
             return {
@@ -182,7 +188,7 @@ class Control:
         return _result(_OK)
 
     def _get_entity(self, asked: Fields) -> Fields:
-        answer = empty(f"{_SIM}/GetEntityState_Response")
+        answer = empty_fields(f"{_SIM}/GetEntityState_Response")
         try:
             robot = self._robot(asked["entity"])
         except _NoSuchRobotError as error:
@@ -190,7 +196,7 @@ class Control:
         pose, moved = self._node.fleet.pose(robot), self._node.fleet.velocity(robot)
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         right, up = moved.ahead_m_s * cos - moved.left_m_s * sin, moved.ahead_m_s * sin + moved.left_m_s * cos
-        state = entity_state(self._node.stamp_ns, "map", pose, (right, up, moved.turn_rad_s))
+        state = entity_state_message(self._node.stamp_ns, "map", pose, (right, up, moved.turn_rad_s))
         return {**_result(_OK), "state": state.fields}
 
     def _robot(self, name: str) -> int:
@@ -217,7 +223,7 @@ class Control:
         found = {"features": list(_FEATURES), "spawn_formats": [], "custom_info": "houseexpo ros"}
         return {"features": found}
 
-    def _step(self, call: Call) -> None:
+    def _step(self, call: ServiceCall) -> None:
         steps = int(call.fields["steps"])
         if self._node.time != "paused":
             call.answer(_result(_FAILED, f"expected a simulation that is paused, found one that is {self._node.time}"))
@@ -242,7 +248,7 @@ def _pose(fields: Fields) -> Pose:
         raise ConfigError(
             f"pose: expected finite numbers and a unit quaternion, found x {x:g}, y {y:g}, length {length:g}"
         )
-    return x, y, heading_of(fields["orientation"])
+    return x, y, heading_from_quaternion(fields["orientation"])
 
 
 def _velocity(twist: Fields, heading: float) -> Velocity:

@@ -18,11 +18,11 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
-from houseexpo.pseudoslam.io.robot_topics import Quality
+from houseexpo.pseudoslam.io.robot_topics import TopicQuality
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
-from houseexpo.pseudoslam.ros.idl import fields_of, struct_of, type_of
+from houseexpo.pseudoslam.ros.idl import dds_struct, dds_type, message_fields
 from houseexpo.pseudoslam.ros.neighbours import Neighbours
-from houseexpo.pseudoslam.ros.services import Service, Services
+from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceServer
 
 _LOCAL: Final = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -101,9 +101,9 @@ class Network:
         self._readers: list[Any] = []
         self._neighbours = Neighbours(self._participant)
         self._looked_s = self._began_s = time.monotonic()
-        self._services: Services | None = None
+        self._services: ServiceServer | None = None
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+    def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic, such as ``/robot1/scan``."""
         from cyclonedds.pub import DataWriter
 
@@ -121,7 +121,7 @@ class Network:
         kind, writer = self._writers[topic]
         assert message.type == kind, (topic, message.type)  # noqa: S101  # our own topics
         try:
-            writer.write(struct_of(message.type, message.fields))
+            writer.write(dds_struct(message.type, message.fields))
         except DDSException as error:
             if error.code != DDSException.DDS_RETCODE_TIMEOUT:
                 raise
@@ -131,14 +131,14 @@ class Network:
         """Return whether anybody listens to a topic that was advertised."""
         return len(self._writers[topic][1].get_matched_subscriptions()) > 0
 
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+    def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
         """Listen to messages of a type on a topic; the same topic may be listened to with several types."""
         from cyclonedds.sub import DataReader
 
         made = self._topic(topic, kind)
         subscription = Subscription(kind)
         listener = _listener(self._warn, topic, kind, subscription)
-        reader = DataReader(self._participant, made, qos=_qos(quality or Quality()), listener=listener)
+        reader = DataReader(self._participant, made, qos=_qos(quality or TopicQuality()), listener=listener)
         self._readers.append(reader)
         self._heard.setdefault(topic, set()).add(kind)
         return subscription
@@ -163,10 +163,10 @@ class Network:
                 "--domain"
             )
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a type, such as ``/houseexpo/reset``."""
         if self._services is None:
-            self._services = Services(self.domain, local=self._local, warn=self._warn)
+            self._services = ServiceServer(self.domain, local=self._local, warn=self._warn)
         return self._services.offer(name, kind)
 
     def close(self) -> None:
@@ -180,7 +180,7 @@ class Network:
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"rt{topic}", type_of(kind))
+        return Topic(self._participant, f"rt{topic}", dds_type(kind))
 
 
 class Subscription:
@@ -214,7 +214,7 @@ def _is_local() -> bool:
     return reach == "LOCALHOST" or os.environ.get("ROS_LOCALHOST_ONLY", "").strip() == "1"
 
 
-def _qos(quality: Quality) -> Any:
+def _qos(quality: TopicQuality) -> Any:
     """Return the policies of DDS."""
     from cyclonedds.core import Policy, Qos
 
@@ -237,7 +237,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(_WAITING):
                 if subscription is not None and sample.sample_info.valid_data:
-                    subscription.add(fields_of(kind, sample))
+                    subscription.add(message_fields(kind, sample))
 
         def on_requested_incompatible_qos(self, _reader: Any, status: Any) -> None:
             unfit(status, "publisher")

@@ -18,8 +18,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
-from houseexpo.pseudoslam.io.poses import Pose, relative, wrap_angle
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
+from houseexpo.pseudoslam.io.poses import Pose, relative_pose, wrap_angle
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
 from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
@@ -31,7 +32,7 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import make_errors, make_scratch, make_step_params, take_first_scan
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
 from houseexpo.pseudoslam.worlds.cache import world_for
-from houseexpo.pseudoslam.worlds.reset import initial_state
+from houseexpo.pseudoslam.worlds.reset import make_initial_state
 
 Floats = npt.NDArray[np.float64]
 
@@ -145,7 +146,7 @@ class Fleet:
             start = self.starts[k] if k < len(self.starts) else None
             self._check_start(start, k)
             try:
-                state = initial_state(world, config, params, scratch, rng, pose_m=start)
+                state = make_initial_state(world, config, params, scratch, rng, pose_m=start)
             except ConfigError as error:
                 if k == 0 or start is not None:
                     raise
@@ -217,7 +218,7 @@ class Fleet:
             raise ConfigError(f"pose: a person is at ({x:g}, {y:g}) m; wait until the person has gone on")
         one = self._robots[robot]
         self._refresh(robot)
-        made = initial_state(
+        made = make_initial_state(
             replace(self._world, occupied=one.state.occupied), replace(one.simulator.config, people=PeopleConfig(),
             obstacles=ObstaclesConfig()), one.simulator.params, make_scratch(self.config), np.random.default_rng(0),
             pose_m=(x, y, wrap_angle(heading)), own=False,
@@ -258,7 +259,7 @@ class Fleet:
             pose_px[2] = wrap_angle(heading + turn)
         now = self.pose(number)
         went = math.copysign(math.hypot(now[0] - x, now[1] - y), way)
-        robot.odometry = self._wheels(robot, relative(before, now), held)
+        robot.odometry = self._wheels(robot, relative_pose(before, now), held)
         robot.moved = Velocity(went * math.cos(aside) / tick_s, went * math.sin(aside) / tick_s, turn / tick_s)
 
     def _wheels(self, robot: _Robot, step: Pose, held: float) -> Pose:

@@ -20,13 +20,13 @@ _NUMBERS: Final = ("int8", "uint8", "uint16", "int32", "uint32", "int64", "uint6
 _PLAIN: Final = {"bool": bool, "string": str}
 
 
-def encode(message: Message) -> bytes:
+def encode_message(message: Message) -> bytes:
     """Return a message in CDR, version 1, with its header of 4 bytes."""
-    found: bytes = struct_of(message.type, message.fields).serialize(use_version_2=False)
+    found: bytes = dds_struct(message.type, message.fields).serialize(use_version_2=False)
     return found
 
 
-def decode(kind: str, data: bytes) -> Fields:
+def decode_message(kind: str, data: bytes) -> Fields:
     """Return the fields of a message in CDR.
 
     Raises
@@ -35,13 +35,13 @@ def decode(kind: str, data: bytes) -> Fields:
         The bytes are no such message.
     """
     try:
-        return fields_of(kind, type_of(kind).deserialize(data))
+        return message_fields(kind, dds_type(kind).deserialize(data))
     except Exception as error:  # CycloneDDS raises what its parts raise
         raise ValueError(f"no {kind}: {error}") from error
 
 
 @cache
-def type_of(kind: str) -> Any:
+def dds_type(kind: str) -> Any:
     """Return CycloneDDS's type of a ROS type: a final struct with the mapped name, which keeps ``msg`` or ``srv``."""
     from cyclonedds.idl import IdlStruct
     from cyclonedds.idl.annotations import final
@@ -63,28 +63,28 @@ def _field_type(kind: str) -> Any:
     if found := re.fullmatch(r"(.+)\[(\d*)\]", kind):
         inner, size = _field_type(found[1]), found[2]
         return idl.array[inner, int(size)] if size else idl.sequence[inner]
-    return getattr(idl, kind) if kind in _NUMBERS else _PLAIN.get(kind) or type_of(kind)
+    return getattr(idl, kind) if kind in _NUMBERS else _PLAIN.get(kind) or dds_type(kind)
 
 
-def struct_of(kind: str, fields: Mapping[str, Any]) -> Any:
+def dds_struct(kind: str, fields: Mapping[str, Any]) -> Any:
     """Return a message as CycloneDDS's type."""
-    return type_of(kind)(**{name: _value(FIELDS[kind][name], value) for name, value in fields.items()})
+    return dds_type(kind)(**{name: _value(FIELDS[kind][name], value) for name, value in fields.items()})
 
 
 def _value(kind: str, value: Any) -> Any:
     if isinstance(value, Mapping):
-        return struct_of(kind, value)
+        return dds_struct(kind, value)
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [_value(kind.removesuffix("[]"), one) for one in value] if isinstance(value, list) else value
 
 
-def fields_of(kind: str, sample: Any) -> Fields:
+def message_fields(kind: str, sample: Any) -> Fields:
     """Return the fields of a message of CycloneDDS; lists stay lists."""
     return {name: _plain(of, getattr(sample, name)) for name, of in FIELDS[kind].items()}
 
 
 def _plain(kind: str, value: Any) -> Any:
     if kind in FIELDS:
-        return fields_of(kind, value)
+        return message_fields(kind, value)
     return [_plain(kind.removesuffix("[]"), one) for one in value] if kind.removesuffix("[]") in FIELDS else value

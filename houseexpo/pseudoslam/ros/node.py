@@ -34,32 +34,32 @@ import numpy as np
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.exports.rasters import FREE, WALL, occupancy_picture
-from houseexpo.pseudoslam.io.poses import Pose, compose, relative
+from houseexpo.pseudoslam.io.poses import Pose, compose_poses, relative_pose
 from houseexpo.pseudoslam.io.robot_topics import (
     BASE,
     RANGE_MIN_M,
     SCAN,
     START_NS,
     TOPICS,
-    Quality,
-    beams,
-    fixed_frames,
+    TopicQuality,
+    beam_directions,
+    fixed_frames_message,
 )
 from houseexpo.pseudoslam.io.ros_messages import (
     NANOSECONDS,
     Fields,
     Message,
-    clock,
-    heading_of,
-    laser_scan,
-    occupancy_grid,
-    odometry,
-    transforms,
+    clock_message,
+    heading_from_quaternion,
+    laser_scan_message,
+    occupancy_grid_message,
+    odometry_message,
+    transforms_message,
 )
-from houseexpo.pseudoslam.ros.control import STEPS_MOST, Control, Time
+from houseexpo.pseudoslam.ros.control import STEPS_MOST, ControlServices, Time
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
-from houseexpo.pseudoslam.ros.services import Service
+from houseexpo.pseudoslam.ros.services import RequestQueue
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 
 Maps = Literal["none", "slam", "house"]
@@ -79,10 +79,10 @@ _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher ones are mistakes."""
 
 
-class Graph(Protocol):
+class RosGraph(Protocol):
     """What the node needs of a network, see ``dds.Network``."""
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+    def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic."""
 
     def publish(self, topic: str, message: Message) -> None:
@@ -91,10 +91,10 @@ class Graph(Protocol):
     def has_subscribers(self, topic: str) -> bool:
         """Return whether anybody listens to a topic."""
 
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+    def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
         """Listen to messages of a type on a topic."""
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a type."""
 
     def look(self) -> None:
@@ -174,7 +174,7 @@ class Node:
 
     def __init__(
         self,
-        graph: Graph,
+        graph: RosGraph,
         fleet: Fleet,
         config: NodeConfig,
         *,
@@ -185,7 +185,7 @@ class Node:
         self._tick_ns = round(fleet.tick_s * NANOSECONDS)
         self._now_ns = START_NS
         self._next_scan_ns = self._next_map_ns = self._now_ns
-        self._angles = beams(fleet.config.laser)
+        self._angles = beam_directions(fleet.config.laser)
         self.names = ["robot"] if len(fleet) == 1 else [f"robot{k + 1}" for k in range(len(fleet))]
         self._ends = [self._endpoints(f"/{name}" if len(fleet) > 1 else "") for name in self.names]
         self._reset = graph.subscribe("/houseexpo/reset", "std_msgs/msg/Empty")
@@ -194,11 +194,11 @@ class Node:
         self._ticks = self._due = 0
         self._stepping: list[tuple[int, Callable[[bool], None]]] = []
         self.time: Time = "paused" if config.stepped else "playing"
-        graph.advertise(EVENTS, "std_msgs/msg/String", Quality())
+        graph.advertise(EVENTS, "std_msgs/msg/String", TopicQuality())
         if not config.wall_time:
             self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
-        self._control = Control(graph, self)
+        self._control = ControlServices(graph, self)
         self._report()
 
     @property
@@ -275,7 +275,7 @@ class Node:
 
     def house_map(self) -> Message:
         """Return the map of the whole house."""
-        return occupancy_grid(self.stamp_ns, "map", _whole(self.fleet))
+        return occupancy_grid_message(self.stamp_ns, "map", _whole(self.fleet))
 
     def place(self, robot: int, pose: Pose) -> None:
         """Put a robot at a pose of the map; ConfigError if it does not fit there."""
@@ -331,7 +331,7 @@ class Node:
             self._advertise(prefix, "map")
         if self._config.static:
             self._advertise(prefix, "tf_static")
-            graph.publish(f"{prefix}/tf_static", fixed_frames(self._config.base, self._config.scan))
+            graph.publish(f"{prefix}/tf_static", fixed_frames_message(self._config.base, self._config.scan))
         commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in self._config.commands)
         placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
         return _Endpoints(prefix, commands, placed)
@@ -363,7 +363,7 @@ class Node:
         if frame not in {"", "map"}:
             raise ConfigError(f"initialpose: expected a pose in the frame 'map', found {frame!r}")
         x, y = float(pose["position"]["x"]), float(pose["position"]["y"])
-        heading = heading_of(pose["orientation"])
+        heading = heading_from_quaternion(pose["orientation"])
         if not all(map(math.isfinite, (x, y, heading))):
             raise ConfigError(f"initialpose: expected finite numbers, found x {x}, y {y}, heading {heading}")
         self.place(robot, (x, y, heading))
@@ -392,7 +392,7 @@ class Node:
         config, graph, fleet = self._config, self._graph, self.fleet
         stamp = self.stamp_ns
         if not config.wall_time:
-            graph.publish("/clock", clock(stamp))
+            graph.publish("/clock", clock_message(stamp))
         scans, maps = self._now_ns >= self._next_scan_ns, self._now_ns >= self._next_map_ns
         if scans:
             self._next_scan_ns += round(NANOSECONDS / config.scan_hz)
@@ -403,10 +403,10 @@ class Node:
             moved = fleet.velocity(k)
             frames = [(stamp, "odom", config.base, wheels)]
             if config.localised:
-                frames.insert(0, (stamp, "map", "odom", origin_of(fleet.pose(k), wheels)))
-            graph.publish(f"{end.prefix}/tf", transforms(frames))
+                frames.insert(0, (stamp, "map", "odom", compute_frame_origin(fleet.pose(k), wheels)))
+            graph.publish(f"{end.prefix}/tf", transforms_message(frames))
             speed = moved.ahead_m_s, moved.left_m_s, moved.turn_rad_s
-            graph.publish(f"{end.prefix}/odom", odometry(stamp, "odom", config.base, wheels, speed))
+            graph.publish(f"{end.prefix}/odom", odometry_message(stamp, "odom", config.base, wheels, speed))
             if scans:
                 graph.publish(f"{end.prefix}/scan", self._scan(k, stamp))
             if maps and config.maps != "none":
@@ -416,7 +416,7 @@ class Node:
         config, most_m = self._config, self.fleet.config.laser.range_m
         ranges = self.fleet.scan(robot, self._angles, config.range_min_m, most_m)
         step_rad, scan_s = math.radians(self.fleet.config.laser.resolution_deg), 1.0 / config.scan_hz
-        return laser_scan(
+        return laser_scan_message(
             stamp, config.scan, ranges, first_rad=float(self._angles[0]), step_rad=step_rad, scan_s=scan_s,
             least_m=config.range_min_m, most_m=most_m,
         )  # fmt: skip
@@ -429,16 +429,16 @@ class Node:
         data = grid.data.tobytes()
         if data != self._published_map[robot]:
             self._published_map[robot] = data
-            self._graph.publish(f"{self._ends[robot].prefix}/map", occupancy_grid(stamp, "map", grid))
+            self._graph.publish(f"{self._ends[robot].prefix}/map", occupancy_grid_message(stamp, "map", grid))
 
 
 def _velocity(twist: Fields) -> Velocity:
     return Velocity(float(twist["linear"]["x"]), float(twist["linear"]["y"]), float(twist["angular"]["z"]))
 
 
-def origin_of(pose: Pose, seen: Pose) -> Pose:
+def compute_frame_origin(pose: Pose, seen: Pose) -> Pose:
     """Return the pose in the map of the frame in which ``pose`` is ``seen``."""
-    return compose(pose, relative(seen, (0.0, 0.0, 0.0)))
+    return compose_poses(pose, relative_pose(seen, (0.0, 0.0, 0.0)))
 
 
 def _whole(fleet: Fleet) -> OccupancyGrid:

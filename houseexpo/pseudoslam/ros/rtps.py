@@ -91,7 +91,7 @@ Submessage: TypeAlias = Data | Heartbeat | AckNack | Gap
 
 
 @dataclass(frozen=True)
-class Received:
+class ReceivedSubmessage:
     """A submessage with the participant that sent it and its vendor (2 bytes)."""
 
     prefix: bytes
@@ -99,7 +99,7 @@ class Received:
     part: Submessage
 
 
-def submessages_for(message: bytes, own: bytes) -> Iterator[Received]:
+def parse_submessages(message: bytes, own: bytes) -> Iterator[ReceivedSubmessage]:
     """Yield the submessages of a message that are meant for the participant ``own``; others' are left out.
 
     Raises
@@ -124,7 +124,7 @@ def submessages_for(message: bytes, own: bytes) -> Iterator[Received]:
             elif kind == _INFO_SOURCE:
                 vendor, prefix = body[6:8], body[8:20]
             elif target == own and (part := _part(kind, flags, order, body)) is not None:
-                yield Received(prefix, vendor, part)
+                yield ReceivedSubmessage(prefix, vendor, part)
     except struct.error as error:
         raise ValueError(f"a submessage is too short: {error}") from error
 
@@ -149,7 +149,7 @@ def _data(flags: int, order: str, body: bytes, *, is_fragment: bool) -> Data:
     reader, writer, number, at = body[4:8], body[8:12], _number(order, body, 12), 4 + skip
     found: dict[int, bytes] = {}
     if flags & _INLINE:
-        found, at = parameters(body, order, at)
+        found, at = parse_parameter_list(body, order, at)
     has_payload = bool(flags & (_PAYLOAD | _KEY)) and not is_fragment
     return Data(reader, writer, number, found, body[at:] if has_payload else None, is_fragment)
 
@@ -169,7 +169,7 @@ def _set(order: str, body: bytes, at: int) -> tuple[int, list[int]]:
     return base, [base + k for k in range(count) if words[k // 32] >> (31 - k % 32) & 1]
 
 
-def parameters(body: bytes, order: str, at: int) -> tuple[dict[int, bytes], int]:
+def parse_parameter_list(body: bytes, order: str, at: int) -> tuple[dict[int, bytes], int]:
     """Return the parameters of a list (9.4.2.11) without their order, and where the list ends.
 
     Of a parameter that comes more than once, its values are joined.
@@ -190,7 +190,7 @@ def parameters(body: bytes, order: str, at: int) -> tuple[dict[int, bytes], int]
     raise ValueError("a list of parameters without an end")
 
 
-def parse_parameters(payload: bytes) -> tuple[dict[int, bytes], str]:
+def parse_discovery_payload(payload: bytes) -> tuple[dict[int, bytes], str]:
     """Return the parameters of a payload of discovery, and the order of its bytes, ``<`` or ``>``.
 
     Raises
@@ -201,10 +201,10 @@ def parse_parameters(payload: bytes) -> tuple[dict[int, bytes], str]:
     if payload[:2] not in {b"\x00\x02", b"\x00\x03"}:
         raise ValueError("no list of parameters")
     order = "<" if payload[1] == 3 else ">"
-    return parameters(payload, order, 4)[0], order
+    return parse_parameter_list(payload, order, 4)[0], order
 
 
-def addresses(value: bytes, order: str) -> list[Address]:
+def parse_locators(value: bytes, order: str) -> list[Address]:
     """Return the UDP addresses (IPv4) of locators (9.3.2.4); other kinds, such as shared memory, are left out."""
     found = []
     for at in range(0, len(value) - 23, 24):
@@ -214,7 +214,7 @@ def addresses(value: bytes, order: str) -> list[Address]:
     return found
 
 
-def text(value: bytes, order: str) -> str:
+def parse_text(value: bytes, order: str) -> str:
     """Return a string of CDR.
 
     Raises
@@ -230,27 +230,27 @@ def text(value: bytes, order: str) -> str:
     return value[4 : 3 + length].decode()
 
 
-def message(prefix: bytes, target: bytes, parts: Iterable[bytes]) -> bytes:
+def build_message(prefix: bytes, target: bytes, parts: Iterable[bytes]) -> bytes:
     """Return a message of submessages for one participant, or with ``NOBODY`` for all."""
     aimed = [] if target == NOBODY else [_submessage(_INFO_TARGET, 0, target)]
     return b"".join([_MAGIC, _VERSION, bytes(2), prefix, *aimed, *parts])
 
 
-def data(
+def build_data(
     reader: bytes, writer: bytes, number: int, payload: bytes, inline: Sequence[tuple[int, bytes]] = (), *,
     is_key: bool = False,
 ) -> bytes:  # fmt: skip
     """Return a submessage with a sample, or with ``is_key`` with the key of what it tells of."""
     head = struct.pack("<HH", 0, 16) + reader + writer + _sequence_number(number)
-    qos = parameter_list(inline) if inline else b""
+    qos = build_parameter_list(inline) if inline else b""
     return _submessage(_DATA, (_KEY if is_key else _PAYLOAD) | (_INLINE if inline else 0), head + qos + payload)
 
 
-def fragments(
+def build_fragments(
     reader: bytes, writer: bytes, number: int, payload: bytes, inline: Sequence[tuple[int, bytes]], *, size: int
 ) -> list[bytes]:
     """Return the submessages with a sample in parts of at most ``size`` bytes (8.3.8.3)."""
-    qos = parameter_list(inline) if inline else b""
+    qos = build_parameter_list(inline) if inline else b""
     found = []
     for k, at in enumerate(range(0, len(payload), size)):
         head = struct.pack("<HH", 0, 28) + reader + writer + _sequence_number(number)
@@ -259,46 +259,48 @@ def fragments(
     return found
 
 
-def heartbeat(reader: bytes, writer: bytes, first: int, last: int, count: int) -> bytes:
+def build_heartbeat(reader: bytes, writer: bytes, first: int, last: int, count: int) -> bytes:
     """Return a submessage that asks a reader what it misses."""
     body = reader + writer + _sequence_number(first) + _sequence_number(last) + struct.pack("<I", count)
     return _submessage(_HEARTBEAT, 0, body)
 
 
-def acknack(reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool) -> bytes:
+def build_acknack(
+    reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool
+) -> bytes:
     """Return a submessage that tells a writer what a reader misses, at most 256 numbers from ``base`` on."""
     body = reader + writer + _numbers(base, missing) + struct.pack("<I", count)
     return _submessage(_ACKNACK, _FINAL if is_final else 0, body)
 
 
-def gap(reader: bytes, writer: bytes, start: int, base: int) -> bytes:
+def build_gap(reader: bytes, writer: bytes, start: int, base: int) -> bytes:
     """Return a submessage by which samples from ``start`` until before ``base`` are of no concern."""
     return _submessage(_GAP, 0, reader + writer + _sequence_number(start) + _numbers(base, ()))
 
 
-def parameter_list(values: Sequence[tuple[int, bytes]]) -> bytes:
+def build_parameter_list(values: Sequence[tuple[int, bytes]]) -> bytes:
     """Return a list of parameters with its end."""
     padded = [(number, value + bytes(-len(value) % 4)) for number, value in values]
     return b"".join(struct.pack("<HH", n, len(v)) + v for n, v in [*padded, (_SENTINEL, b"")])
 
 
-def description(values: Sequence[tuple[int, bytes]]) -> bytes:
+def build_discovery_payload(values: Sequence[tuple[int, bytes]]) -> bytes:
     """Return a payload of discovery; the protocol's version is added."""
-    return b"\x00\x03\x00\x00" + parameter_list([(VERSION, _VERSION), (VENDOR, bytes(2)), *values])
+    return b"\x00\x03\x00\x00" + build_parameter_list([(VERSION, _VERSION), (VENDOR, bytes(2)), *values])
 
 
-def locator(address: Address) -> bytes:
+def build_locator(address: Address) -> bytes:
     """Return the locator of a UDP address (IPv4)."""
     return struct.pack("<iI", _UDP_V4, address[1]) + bytes(12) + ipaddress.IPv4Address(address[0]).packed
 
 
-def cdr_text(value: str) -> bytes:
+def build_text(value: str) -> bytes:
     """Return a string in CDR."""
     encoded = value.encode() + b"\x00"
     return struct.pack("<I", len(encoded)) + encoded
 
 
-def identity(guid: bytes, number: int) -> bytes:
+def build_sample_identity(guid: bytes, number: int) -> bytes:
     """Return the identity of a sample (24 bytes): its writer's guid and its number."""
     return guid + _sequence_number(number)
 

@@ -30,7 +30,7 @@ from typing import Final, NamedTuple
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros import rtps
-from houseexpo.pseudoslam.ros.idl import decode, encode
+from houseexpo.pseudoslam.ros.idl import decode_message, encode_message
 
 _CYCLONE: Final = b"\x01\x10"
 """Vendor of Eclipse CycloneDDS."""
@@ -62,24 +62,24 @@ class _Mail(NamedTuple):
 
 
 @dataclass(eq=False)
-class Call:
+class ServiceCall:
     """A request of a service, which ``answer`` answers, once."""
 
     fields: Fields
     answer: Callable[[Fields], None]
 
 
-class Service:
+class RequestQueue:
     """The requests of a service that arrived and were not taken yet."""
 
     def __init__(self) -> None:
-        self._arrived: deque[Call] = deque(maxlen=_CALLS_MOST)
+        self._arrived: deque[ServiceCall] = deque(maxlen=_CALLS_MOST)
 
-    def add(self, call: Call) -> None:
+    def add(self, call: ServiceCall) -> None:
         """Add a request; called by the network's thread."""
         self._arrived.append(call)
 
-    def take(self) -> list[Call]:
+    def take(self) -> list[ServiceCall]:
         """Return the requests since the last call, the oldest first."""
         found = []
         while self._arrived:
@@ -87,7 +87,7 @@ class Service:
         return found
 
 
-class Services:
+class ServiceServer:
     """A participant of a DDS domain that offers services.
 
     Parameters
@@ -130,22 +130,22 @@ class Services:
         self._thread = threading.Thread(target=self._run, name="ros-services", daemon=True)
         self._thread.start()
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a ROS type, such as ``/houseexpo/reset`` and ``std_srvs/srv/Empty``."""
         with self._lock:
             made = _Offered(name, kind, len(self._offered) + 1)
             self._offered.append(made)
             writers, readers = self._told
-            self._send(writers.add(rtps.description(self._endpoint(made, "Reply"))))
-            self._send(readers.add(rtps.description(self._endpoint(made, "Request"))))
+            self._send(writers.add(rtps.build_discovery_payload(self._endpoint(made, "Reply"))))
+            self._send(readers.add(rtps.build_discovery_payload(self._endpoint(made, "Request"))))
         return made.service
 
     def close(self) -> None:
         """Leave the domain; other participants are told."""
         self._closed.set()
         self._thread.join()
-        key = rtps.description([(rtps.PARTICIPANT_GUID, self._prefix + rtps.PARTICIPANT)])
-        gone = rtps.data(rtps.SPDP_READER, rtps.SPDP_WRITER, 2, key, [(rtps.STATUS, b"\0\0\0\3")], is_key=True)
+        key = rtps.build_discovery_payload([(rtps.PARTICIPANT_GUID, self._prefix + rtps.PARTICIPANT)])
+        gone = rtps.build_data(rtps.SPDP_READER, rtps.SPDP_WRITER, 2, key, [(rtps.STATUS, b"\0\0\0\3")], is_key=True)
         with self._lock:
             self._send(_Mail(prefix, peer.meta, [gone]) for prefix, peer in self._peers.items())
         self._socket.close()
@@ -156,11 +156,11 @@ class Services:
         return [
             (rtps.ENDPOINT_GUID, self._prefix + entity),
             (rtps.PARTICIPANT_GUID, self._prefix + rtps.PARTICIPANT),
-            (rtps.TOPIC, rtps.cdr_text(f"{prefix}{made.name}{part}")),
-            (rtps.TYPE, rtps.cdr_text(made.answer_type if part == "Reply" else made.request_type)),
+            (rtps.TOPIC, rtps.build_text(f"{prefix}{made.name}{part}")),
+            (rtps.TYPE, rtps.build_text(made.answer_type if part == "Reply" else made.request_type)),
             (rtps.RELIABILITY, struct.pack("<IiI", 2, 0, 1 << 29)),
             (rtps.DURABILITY, struct.pack("<I", 0)),
-            (rtps.LOCATOR, rtps.locator(self._address)),
+            (rtps.LOCATOR, rtps.build_locator(self._address)),
         ]
 
     def _run(self) -> None:
@@ -187,21 +187,21 @@ class Services:
 
     def _announce(self, to: Iterable[rtps.Address]) -> None:
         """R1."""
-        described = rtps.description(
+        described = rtps.build_discovery_payload(
             [
                 (rtps.PARTICIPANT_GUID, self._prefix + rtps.PARTICIPANT),
                 (rtps.BUILTIN_SET, struct.pack("<I", rtps.BUILTIN)),
-                (rtps.META_LOCATOR, rtps.locator(self._address)),
-                (rtps.DEFAULT_LOCATOR, rtps.locator(self._address)),
+                (rtps.META_LOCATOR, rtps.build_locator(self._address)),
+                (rtps.DEFAULT_LOCATOR, rtps.build_locator(self._address)),
                 (rtps.LEASE, struct.pack("<iI", _LEASE_S, 0)),
             ]
         )
-        part = rtps.data(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, described)
+        part = rtps.build_data(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, described)
         self._send([_Mail(rtps.NOBODY, list(to), [part])])
 
     def _send(self, mails: Iterable[_Mail]) -> None:
         for mail in mails:
-            packet = rtps.message(self._prefix, mail.prefix, mail.parts)
+            packet = rtps.build_message(self._prefix, mail.prefix, mail.parts)
             for address in mail.addresses:
                 with contextlib.suppress(OSError):  # an address that is not reached from here; others of it may be
                     self._socket.sendto(packet, address)
@@ -209,7 +209,7 @@ class Services:
     def _read(self, packet: bytes) -> None:
         """Take a packet; what is not understood is left out, as RTPS asks (8.3.4.1)."""
         with contextlib.suppress(ValueError):
-            for each in rtps.submessages_for(packet, self._prefix):
+            for each in rtps.parse_submessages(packet, self._prefix):
                 if each.prefix == self._prefix:
                     continue
                 if isinstance(each.part, rtps.Data):
@@ -233,7 +233,7 @@ class Services:
             if guid in reader.writers:
                 yield reader
 
-    def _take(self, each: rtps.Received, sample: rtps.Data) -> None:
+    def _take(self, each: rtps.ReceivedSubmessage, sample: rtps.Data) -> None:
         if sample.writer == rtps.SPDP_WRITER:
             self._meet(each, sample)
             return
@@ -252,20 +252,20 @@ class Services:
             elif sample.payload is not None:
                 self._call(offered, each, sample)
 
-    def _meet(self, each: rtps.Received, sample: rtps.Data) -> None:
+    def _meet(self, each: rtps.ReceivedSubmessage, sample: rtps.Data) -> None:
         """R1: another participant came, or leaves."""
         if sample.payload is None or _is_gone(sample):
             self._forget(each.prefix)
             return
         if each.prefix in self._peers:
             return
-        found, order = rtps.parse_parameters(sample.payload)
-        meta = rtps.addresses(found.get(rtps.META_LOCATOR, b""), order)
+        found, order = rtps.parse_discovery_payload(sample.payload)
+        meta = rtps.parse_locators(found.get(rtps.META_LOCATOR, b""), order)
         if not meta:
             return
         while len(self._peers) >= _PEERS_MOST:
             self._forget(next(iter(self._peers)))
-        self._peers[each.prefix] = _Peer(meta, rtps.addresses(found.get(rtps.DEFAULT_LOCATOR, b""), order) or meta)
+        self._peers[each.prefix] = _Peer(meta, rtps.parse_locators(found.get(rtps.DEFAULT_LOCATOR, b""), order) or meta)
         self._announce(meta)
         for writer, theirs in zip(self._told, (rtps.WRITERS_READER, rtps.READERS_READER), strict=True):
             self._send(writer.match(each.prefix + theirs, meta, from_first=True))
@@ -283,7 +283,7 @@ class Services:
         """R2: another participant has a reader or writer, or no longer."""
         if sample.payload is None:
             return
-        found, order = rtps.parse_parameters(sample.payload)
+        found, order = rtps.parse_discovery_payload(sample.payload)
         guid, peer = found.get(rtps.ENDPOINT_GUID, sample.parameters.get(rtps.KEY_HASH, b"")), self._peers[prefix]
         if _is_gone(sample):
             for one in self._offered:
@@ -292,8 +292,8 @@ class Services:
             return
         if len(guid) != 16 or rtps.TOPIC not in found or rtps.TYPE not in found:
             return
-        topic, kind = rtps.text(found[rtps.TOPIC], order), rtps.text(found[rtps.TYPE], order)
-        addresses = rtps.addresses(found.get(rtps.LOCATOR, b""), order) or peer.user
+        topic, kind = rtps.parse_text(found[rtps.TOPIC], order), rtps.parse_text(found[rtps.TYPE], order)
+        addresses = rtps.parse_locators(found.get(rtps.LOCATOR, b""), order) or peer.user
         for one in self._offered:
             if sample.writer == rtps.WRITERS_WRITER and topic == f"rq{one.name}Request":
                 matched = one.requests.match(guid, addresses) if self._fits(one, kind, one.request_type) else []
@@ -314,7 +314,7 @@ class Services:
             self._warned.add(text)
             self._warn(text)
 
-    def _call(self, offered: _Offered, each: rtps.Received, sample: rtps.Data) -> None:
+    def _call(self, offered: _Offered, each: rtps.ReceivedSubmessage, sample: rtps.Data) -> None:
         """R4."""
         payload, guid = sample.payload or b"", each.prefix + sample.writer
         reader, before, beside = None, b"", b""
@@ -324,21 +324,21 @@ class Services:
             related = sample.parameters.get(rtps.RELATED) or sample.parameters.get(rtps.RELATED_OF_FAST_DDS) or b""
             if len(related) >= 16 and any(related[:16]):
                 guid = reader = related[:16]
-            beside = rtps.identity(guid, sample.number)
+            beside = rtps.build_sample_identity(guid, sample.number)
         try:
-            fields = decode(f"{offered.kind}_Request", payload)
+            fields = decode_message(f"{offered.kind}_Request", payload)
         except ValueError as error:
             self._warn_once(f"{offered.name}: a request cannot be read: {error}")
             return
 
         def answer(fields: Fields) -> None:
-            made = encode(Message(f"{offered.kind}_Response", fields))
+            made = encode_message(Message(f"{offered.kind}_Response", fields))
             with self._lock:
                 answered = _Answer(each.prefix, reader, made[:4] + before + made[4:], beside)
                 self._waiting.append((time.monotonic() + _WAIT_S, offered, answered))
                 self._answer_waiting()
 
-        offered.service.add(Call(fields, answer))
+        offered.service.add(ServiceCall(fields, answer))
 
     def _answer_waiting(self) -> None:
         """R5."""
@@ -391,7 +391,7 @@ class _Offered:
     """A service: its topics' types, its reader and its writer."""
 
     def __init__(self, name: str, kind: str, number: int) -> None:
-        self.name, self.kind, self.service = name, kind, Service()
+        self.name, self.kind, self.service = name, kind, RequestQueue()
         package, _, short = kind.split("/")
         self.request_type = f"{package}::srv::dds_::{short}_Request_"
         self.answer_type = f"{package}::srv::dds_::{short}_Response_"
@@ -478,11 +478,11 @@ class _Writer:
         for number in numbers:
             sample = self._samples.get(number)
             if sample is None or number < link.first or (sample.to is not None and guid not in sample.to):
-                parts = [rtps.gap(reader, self.entity, number, number + 1)]
+                parts = [rtps.build_gap(reader, self.entity, number, number + 1)]
             elif len(sample.payload) > _FRAGMENT:
-                parts = rtps.fragments(reader, self.entity, number, sample.payload, sample.inline, size=_FRAGMENT)
+                parts = rtps.build_fragments(reader, self.entity, number, sample.payload, sample.inline, size=_FRAGMENT)
             else:
-                parts = [rtps.data(reader, self.entity, number, sample.payload, sample.inline)]
+                parts = [rtps.build_data(reader, self.entity, number, sample.payload, sample.inline)]
             for part in parts:
                 if found[-1] and size + len(part) > _PIECE:
                     found.append([])
@@ -491,7 +491,7 @@ class _Writer:
                 size += len(part)
         self._beats += 1
         first = max(link.first, min(self._samples, default=1))
-        found[-1].append(rtps.heartbeat(reader, self.entity, first, self._last, self._beats))
+        found[-1].append(rtps.build_heartbeat(reader, self.entity, first, self._last, self._beats))
         return [_Mail(guid[:12], link.addresses, parts) for parts in found]
 
 
@@ -530,7 +530,7 @@ class _Reader:
             return []
         self.writers[guid] = _Heard(addresses)
         self._answers += 1
-        asked = rtps.acknack(self.entity, guid[12:], 1, [], self._answers, is_final=False)
+        asked = rtps.build_acknack(self.entity, guid[12:], 1, [], self._answers, is_final=False)
         return [_Mail(guid[:12], addresses, [asked])]
 
     def forget(self, start: bytes) -> None:
@@ -563,5 +563,5 @@ class _Reader:
         if part.is_final and not missing:
             return []
         self._answers += 1
-        asked = rtps.acknack(self.entity, guid[12:], heard.next, missing, self._answers, is_final=not missing)
+        asked = rtps.build_acknack(self.entity, guid[12:], heard.next, missing, self._answers, is_final=not missing)
         return [_Mail(guid[:12], heard.addresses, [asked])]

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.explorers import NearestFrontier, Walker, ways_to
+from houseexpo.pseudoslam.agents.explorers import GoalWalker, NearestFrontier, distances_to_cells
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.kernels.mapping import FREE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
@@ -47,7 +47,7 @@ class _Legs:
     """The walk of one robot on its own map. One that was blocked turns aside at random and goes on."""
 
     def __init__(self, robot: Robot, seed: int) -> None:
-        self._walker, self._rng = Walker(robot), np.random.default_rng(seed)
+        self._walker, self._rng = GoalWalker(robot), np.random.default_rng(seed)
         self._goal: tuple[float, float] | None = None
         self._age = 0
         self._aside: list[int] = []
@@ -104,7 +104,7 @@ class Baseline(ABC):
             self._ways = new_path_scratch(state.known.size)
         x, y, _ = state.believed_px.tolist()
         find_distances(state.known, x, y, env.team.radius_px, -1, self._ways)
-        return ways_to(self._ways, np.arange(state.known.size))
+        return distances_to_cells(self._ways, np.arange(state.known.size))
 
 
 class Exploring(Baseline):

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.explorers import Explorer, ways_to
+from houseexpo.pseudoslam.agents.explorers import Explorer, distances_to_cells
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_area_in_sight
@@ -69,7 +69,7 @@ class TeamExplorer(Explorer):
                 found.append(straight)
                 continue
             find_distances(known, x, y, self.radius_px, -1, self._ways)
-            ways = ways_to(self._ways, frontiers["goal"])
+            ways = distances_to_cells(self._ways, frontiers["goal"])
             found.append(np.where(ways >= NO_WAY, straight, ways / (STRAIGHT * self.metre)))
         return np.array(found)
 

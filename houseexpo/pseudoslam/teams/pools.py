@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.envs.batch import Batch
-from houseexpo.pseudoslam.envs.spec import EnvSpec, new_constants
+from houseexpo.pseudoslam.envs.spec import EnvSpec, new_episode_constants
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
 from houseexpo.pseudoslam.metrics import Metrics
@@ -47,7 +47,7 @@ class TeamPools:
         self.spec, self.radio, self.teams, self.robots = spec, radio, teams, robots
         params = spec.params()
         self.batch = Batch(teams * robots, spec.config, params, threads, moves=False)
-        self.constants = new_constants(teams * robots)
+        self.constants = new_episode_constants(teams * robots)
         self.placed: list[Team | None] = [None] * teams
         self.observable = np.ones(teams)
         self.contact: RadioContact = new_radio_contact(teams, robots)

@@ -8,7 +8,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.config.checks import number, one_of, whole
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of, check_whole_number
 from houseexpo.pseudoslam.kernels.radio import RadioParams, find_heard, received_dbm
 
 Model = Literal["none", "always", "range", "sight", "signal"]
@@ -72,16 +72,16 @@ class Radio:
     relative_poses: RelativePoses = "known"
 
     def __post_init__(self) -> None:
-        one_of(self.model, "radio.model", get_args(Model))
-        one_of(self.relative_poses, "radio.relative_poses", get_args(RelativePoses))
+        check_one_of(self.model, "radio.model", get_args(Model))
+        check_one_of(self.relative_poses, "radio.relative_poses", get_args(RelativePoses))
         for name in ("range_m", "reference_m", "wall_unit_m", "air_exponent", "wall_exponent"):
-            number(getattr(self, name), f"radio.{name}", above=0.0)
+            check_number(getattr(self, name), f"radio.{name}", above=0.0)
         for name in ("loss_db", "air_fading_db", "wall_fading_db"):
-            number(getattr(self, name), f"radio.{name}", at_least=0.0)
+            check_number(getattr(self, name), f"radio.{name}", at_least=0.0)
         for name in ("power_dbm", "threshold_dbm"):
-            number(getattr(self, name), f"radio.{name}")
+            check_number(getattr(self, name), f"radio.{name}")
         if self.cells_per_step is not None:
-            whole(self.cells_per_step, "radio.cells_per_step", at_least=1)
+            check_whole_number(self.cells_per_step, "radio.cells_per_step", at_least=1)
 
     def link(self, cell_m: float) -> RadioParams:
         """Return the parameters for kernels, on a grid with cells of this side."""

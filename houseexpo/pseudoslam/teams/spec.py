@@ -10,8 +10,8 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import whole
-from houseexpo.pseudoslam.envs.reset_options import Pose, pose_of
+from houseexpo.pseudoslam.config.checks import check_whole_number
+from houseexpo.pseudoslam.envs.reset_options import Pose, parse_pose
 from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, EnvSpec, Kind, check_options, make_env_spec
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.radio import Radio
@@ -34,7 +34,7 @@ def make_team_spec(  # noqa: PLR0917  # the arguments of an environment
 
     ``kind`` is the class that takes the arguments.
     """
-    whole(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
+    check_whole_number(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
     if not isinstance(radio, Radio):
         raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
     if actions not in {None, "discrete", "continuous"}:
@@ -68,4 +68,4 @@ def check_starts(poses: object, robots: int) -> list[Pose | None]:
         given = [given]
     if len(given) > robots:
         raise ConfigError(f"options['pose']: expected at most one for each of {robots} robots, found {len(given)}")
-    return [pose_of(pose) for pose in given]
+    return [parse_pose(pose) for pose in given]

@@ -14,9 +14,10 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
-from houseexpo.pseudoslam.envs.spec import EnvSpec, constants_of, new_constants
+from houseexpo.pseudoslam.envs.spec import EnvSpec, compute_episode_constants, new_episode_constants
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
@@ -257,9 +258,9 @@ class Team:
         self._place(robots, rng, list(starts))
         first = self.states[0]
         self.walls: Grid = (first.occupied & STATIC).astype(np.uint8)
-        self.constants = new_constants(robots)
+        self.constants = new_episode_constants(robots)
         for k, state in enumerate(self.states):
-            self.constants.rows[k] = constants_of(state, world)
+            self.constants.rows[k] = compute_episode_constants(state, world)
         self.pool, self.sizes = self._share()
         self.contact = new_radio_contact(1, robots)
         self.contact.fading_db[0] = _fading(radio, first)

@@ -10,14 +10,14 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.benchmark.cases import seed_of
-from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate
+from houseexpo.pseudoslam.benchmark.cases import seed_from_words
+from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_mean
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import make_env_spec
 from houseexpo.pseudoslam.kernels.collision import disc_is_free
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
-from houseexpo.pseudoslam.simulator import ACTIONS, motions
+from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.tasks import Exploration
 from houseexpo.pseudoslam.teams.policies import TeamPolicy, find_policy_class
 from houseexpo.pseudoslam.teams.radio import Radio
@@ -64,7 +64,7 @@ COLUMNS: Final = {
 """The measures of ``Team.report`` in tables: head, and factor."""
 
 
-def track_named(name: str) -> TeamTrack:
+def find_team_track(name: str) -> TeamTrack:
     """Return a track by its name or id; raise ConfigError if there is none."""
     for track in TRACKS:
         if name in {track.name, track.id}:
@@ -94,7 +94,7 @@ def run_team(
     rows: list[dict[str, Any]] = []
     without: list[str] = []
     for plan_id in plan_ids:
-        rng = np.random.default_rng(seed_of(track.id, plan_id))
+        rng = np.random.default_rng(seed_from_words(track.id, plan_id))
         world = spec.choice.draw(rng, plan_id)
         starts = choose_starts(world, track.config, track.robots, rng)
         if starts is None:
@@ -111,7 +111,7 @@ def run_team(
 def run_episode(team: Team, policy: TeamPolicy) -> None:
     """Let a policy act until an episode of a track ends, see ``TeamTrack``."""
     config, still = team.spec.config, np.zeros(2)
-    table = np.array([motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
+    table = np.array([action_motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
     while team.measures.steps < config.max_steps and team.coverage < ENOUGH:
         actions = policy(team)
         if all(action is None for action in actions):
@@ -164,7 +164,7 @@ def make_table(results: Sequence[dict[str, Any]]) -> tuple[list[str], list[list[
         plans = result["plans"]
         cells = [str(result["policy"])]
         for name, (_, factor) in COLUMNS.items():
-            found = estimate([None if plan[name] is None else factor * plan[name] for plan in plans])
+            found = estimate_mean([None if plan[name] is None else factor * plan[name] for plan in plans])
             cells.append(_cell(found, len(plans)))
         rows.append(cells)
     return ["policy", *(head for head, _ in COLUMNS.values())], rows

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, mask_of, plans_of, seeds_of
+from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, parse_plan_ids, parse_reset_mask, parse_seeds
 from houseexpo.pseudoslam.envs.spec import (
     Actions,
     EnvOptions,
@@ -86,8 +86,8 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         given = dict(options or {})
         if unknown := sorted(given.keys() - {"reset_mask", "plan_id", "pose"}):
             raise ConfigError(f"options: unknown key {unknown[0]!r}; known: 'plan_id', 'pose', 'reset_mask'")
-        seeds, which = seeds_of(seed, self.num_envs), mask_of(given.get("reset_mask"), self.num_envs)
-        plan_ids, poses = plans_of(given.get("plan_id"), self.num_envs), given.get("pose")
+        seeds, which = parse_seeds(seed, self.num_envs), parse_reset_mask(given.get("reset_mask"), self.num_envs)
+        plan_ids, poses = parse_plan_ids(given.get("plan_id"), self.num_envs), given.get("pose")
         poses = [None] * self.num_envs if poses is None else list(poses)
         if len(poses) != self.num_envs:
             raise ConfigError(f"options['pose']: expected {self.num_envs} lists of starts, found {len(poses)}")

@@ -15,9 +15,9 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
-from houseexpo.pseudoslam.worlds.moving import make_flow, make_tracks
-from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, raster_of
-from houseexpo.pseudoslam.worlds.world import World, make_world, world_of
+from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_tracks
+from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, unpack_raster
+from houseexpo.pseudoslam.worlds.world import World, make_world, make_world_from_raster
 from houseexpo.words import unknown_name_message
 
 Thing = TypeVar("Thing")
@@ -41,14 +41,16 @@ def world_for(plan: House, config: SimulatorConfig) -> World:
     PlanError
         The plan has no free cell.
     """
-    return add_moving_obstacles(static_world(plan, config), plan, config)
+    return add_moving_obstacles(load_static_world(plan, config), plan, config)
 
 
-def static_world(plan: House, config: SimulatorConfig) -> World:
+def load_static_world(plan: House, config: SimulatorConfig) -> World:
     """Return the world of a plan or a map like ``world_for``, but without moving obstacles."""
     if isinstance(plan, MapHouse):
         house = plan.resample(config.pixels_per_metre).with_border()
-        return world_of(house.occupied.copy(), house.frame, config.robot.radius_m, config.laser.range_m, house.id)
+        return make_world_from_raster(
+            house.occupied.copy(), house.frame, config.robot.radius_m, config.laser.range_m, house.id
+        )
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
 
@@ -57,7 +59,7 @@ def add_moving_obstacles(world: World, plan: House, config: SimulatorConfig) -> 
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
     if config.people.number:
-        world = replace(world, flow=make_flow(world.occupied, world.frame, config.people.radius_m, plan))
+        world = replace(world, flow=make_flow_field(world.occupied, world.frame, config.people.radius_m, plan))
     return world
 
 
@@ -113,12 +115,12 @@ class WorldCache:
     def _static_world(self, number: int) -> World:
         """Return a world without moving obstacles; for a plan of a data set, load it from disk or store it there."""
         if self._stored is None:
-            return static_world(self._plans[number], self._config)
+            return load_static_world(self._plans[number], self._config)
         plans, store = self._stored
         key = plans.digest(number)
         world = store.get(key)
         if world is None:
-            world = static_world(plans[number], self._config)
+            world = load_static_world(plans[number], self._config)
             store.put(key, encode_world(world))
         return world
 
@@ -187,5 +189,5 @@ class _Packed:
 
     def unpack(self) -> World:
         """Return the unpacked world."""
-        occupied, traversable, observable = (raster_of(bits, *self._shape) for bits in self._bits)
+        occupied, traversable, observable = (unpack_raster(bits, *self._shape) for bits in self._bits)
         return replace(self._world, occupied=occupied, traversable=traversable, observable=observable)

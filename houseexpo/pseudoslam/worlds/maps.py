@@ -34,7 +34,7 @@ from houseexpo.grids.robot_map import (
     occupancy_from_array,
     read_map,
 )
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.worlds.world import MAX_CELLS
 
 Unknown = Literal["occupied", "free"]
@@ -153,11 +153,11 @@ def map_house(
     >>> house.occupied.shape, house.pixels_per_metre
     ((40, 60), 10.0)
     """
-    one_of(unknown, "unknown", get_args(Unknown))
+    check_one_of(unknown, "unknown", get_args(Unknown))
     if not isinstance(cells, RobotMap):
         if resolution is None:
             raise ConfigError(f"map {name!r}: resolution: expected the side of a cell in metres, found none")
-        number(resolution, "resolution", above=0.0)
+        check_number(resolution, "resolution", above=0.0)
         try:
             cells = RobotMap(occupancy_from_array(np.asarray(cells), name), resolution, (*origin_m, 0.0), name)
         except MapError as error:
@@ -216,7 +216,7 @@ def open_maps(
     return houses
 
 
-def is_maps(path: str | os.PathLike[str]) -> bool:
+def has_maps(path: str | os.PathLike[str]) -> bool:
     """Return whether a path is a map, or a folder of maps without plans."""
     place = Path(path)
     if place.is_dir():
@@ -236,7 +236,7 @@ def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHo
     """
     found: object = source
     if isinstance(source, (str, os.PathLike)):
-        found = open_maps(source) if is_maps(source) else open_dataset(source)
+        found = open_maps(source) if has_maps(source) else open_dataset(source)
     if isinstance(found, (FloorPlan, MapHouse)):
         found = [found]
     listed = found if isinstance(found, (list, tuple)) else ()  # plans of a data set are read later
@@ -252,7 +252,7 @@ def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHo
     return found
 
 
-def own_resolution(houses: Sequence[House]) -> float | None:
+def common_resolution(houses: Sequence[House]) -> float | None:
     """Return the cells per metre that maps have in common, None for plans.
 
     Raises

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class PlacedObstacles:
     """A house with its obstacles; arrays are (rows, cols) uint8.
 
     Parameters
@@ -35,7 +35,7 @@ class Placement:
     obstacles: tuple[Obstacle, ...]
 
 
-def place(
+def place_obstacles(
     occupied: Grid,
     traversable: Grid,
     frame: GridFrame,
@@ -45,8 +45,8 @@ def place(
     config: ObstaclesConfig,
     rng: np.random.Generator,
     free_before: Counts | None = None,
-    into: Placement | None = None,
-) -> Placement:
+    into: PlacedObstacles | None = None,
+) -> PlacedObstacles:
     """Place obstacles so that the robot can still go everywhere.
 
     - R1: no two obstacles share a cell, and none shares a cell with a wall; random ones keep a distance of ``gap_m``,
@@ -85,7 +85,7 @@ def place(
         _place_configured(house, config.placed, plan_id)
         drawn = _place_random(house, before, config.random, wanted, rng) if config.random else []
         if len(drawn) >= enough:
-            return Placement(house.occupied, house.traversable, (*config.placed, *drawn))
+            return PlacedObstacles(house.occupied, house.traversable, (*config.placed, *drawn))
         most = max(most, len(drawn))
     raise ConfigError(
         f"obstacles.random.number: at most {most} of {wanted} obstacles found a place in "
@@ -99,7 +99,7 @@ class _House:
     """A copy of the rasters for placing obstacles, and working memory."""
 
     def __init__(
-        self, occupied: Grid, traversable: Grid, frame: GridFrame, radius_px: float, into: Placement | None
+        self, occupied: Grid, traversable: Grid, frame: GridFrame, radius_px: float, into: PlacedObstacles | None
     ) -> None:
         self.occupied, self.traversable = (
             (into.occupied, into.traversable) if into else (np.empty_like(occupied), np.empty_like(traversable))

@@ -15,7 +15,7 @@ from houseexpo.floorplan import decode
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.cache import static_world
+from houseexpo.pseudoslam.worlds.cache import load_static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
 
 _CHUNK: Final = 16
@@ -25,8 +25,8 @@ Job = tuple[bytes, bytes]
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """The result of ``prepare``.
+class PreparedWorlds:
+    """The result of ``prepare_worlds``.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Prepared:
     size: int
 
 
-def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
+def prepare_worlds(plans: Dataset, config: SimulatorConfig, workers: int) -> PreparedWorlds:
     """Make and store the missing worlds of a data set.
 
     An interrupted run continues where it stopped. With several workers, a script needs ``if __name__ == "__main__"``.
@@ -74,7 +74,7 @@ def prepare(plans: Dataset, config: SimulatorConfig, workers: int) -> Prepared:
             _keep(store, folder, waiting)
     _keep(store, folder, waiting)
     size = sum(file.stat().st_size for file in folder.iterdir())
-    return Prepared(folder, len(plans) - len(missing), made, tuple(refused), size)
+    return PreparedWorlds(folder, len(plans) - len(missing), made, tuple(refused), size)
 
 
 def _make_records(
@@ -92,7 +92,7 @@ def _make_records(
 def _make_record(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:
     key, data = job
     try:
-        return key, encode_world(static_world(decode(data), config))
+        return key, encode_world(load_static_world(decode(data), config))
     except HouseExpoError as error:
         return key, str(error)
 

@@ -25,14 +25,14 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
 from houseexpo.pseudoslam.kernels.tolerances import GOAL_BLOCK_M, GOAL_BLOCK_OF_RADIUS, START_TRIES
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State, new_episode
-from houseexpo.pseudoslam.worlds.moving import new_bodies, start_people, swept_cells
-from houseexpo.pseudoslam.worlds.place_obstacles import Placement, place
+from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, new_bodies, start_people
+from houseexpo.pseudoslam.worlds.place_obstacles import PlacedObstacles, place_obstacles
 from houseexpo.pseudoslam.worlds.world import World, visible_cells
 
 Floats = npt.NDArray[np.float64]
 
 
-def initial_state(
+def make_initial_state(
     world: World,
     config: SimulatorConfig,
     params: StepParams,
@@ -97,19 +97,19 @@ def initial_state(
     return state
 
 
-def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Generator) -> Placement:
+def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Generator) -> PlacedObstacles:
     """Place obstacles away from trajectories."""
     if not (config.obstacles.placed or config.obstacles.random):
-        return Placement(world.occupied, world.traversable, ())
+        return PlacedObstacles(world.occupied, world.traversable, ())
     radius_px = config.robot.radius_m * config.pixels_per_metre
     if not len(world.tracks.times_s):
-        return place(
+        return place_obstacles(
             world.occupied, world.traversable, world.frame, plan_id=world.plan_id,
             radius_px=radius_px, config=config.obstacles, rng=rng, free_before=world.free_before,
         )  # fmt: skip
-    kept = swept_cells(world.tracks, world.occupied.shape) & (world.occupied == 0)
+    kept = find_track_cells(world.tracks, world.occupied.shape) & (world.occupied == 0)
     occupied = world.occupied | kept.view(np.uint8)
-    placed = place(
+    placed = place_obstacles(
         occupied, world.traversable, world.frame, plan_id=world.plan_id,
         radius_px=radius_px, config=config.obstacles, rng=rng,
     )  # fmt: skip
@@ -117,7 +117,7 @@ def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Gener
     return placed
 
 
-def _observable(world: World, placed: Placement, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
+def _observable(world: World, placed: PlacedObstacles, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
     """Return the cells that coverage counts, which are those that can be seen despite obstacles, and their number."""
     if not placed.obstacles:
         return world.observable, world.observable_cells

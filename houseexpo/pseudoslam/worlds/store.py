@@ -76,7 +76,7 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
         name = bytes(data[_RECORD_HEAD.size : begin]).decode()
         each = -(-cells // 8)
         bits = np.frombuffer(_codec().decompress(data[begin:], 3 * each), np.uint8)
-        occupied, traversable, seen = (raster_of(packed, rows, cols) for packed in bits.reshape(3, each))
+        occupied, traversable, seen = (unpack_raster(packed, rows, cols) for packed in bits.reshape(3, each))
         frame = GridFrame((x, y), pixels_per_metre, (rows, cols), y_up=True)
         world = World(name, frame, occupied, traversable, seen)
     except (struct.error, UnicodeDecodeError, OSError, ValueError) as error:  # OSError: from the codec
@@ -85,7 +85,7 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
     return world
 
 
-def raster_of(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> npt.NDArray[np.uint8]:
+def unpack_raster(bits: npt.NDArray[np.uint8], rows: int, cols: int) -> npt.NDArray[np.uint8]:
     """Return a read-only raster from its bits, as made by ``np.packbits``."""
     raster = np.unpackbits(bits, count=rows * cols).reshape(rows, cols)
     raster.flags.writeable = False

@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import free_mask
-from houseexpo.pseudoslam.kernels.collision import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.body_tracks import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.placement import count_before_rows
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
 from houseexpo.pseudoslam.kernels.sensing.visibility import (
@@ -126,10 +126,12 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
     if not free.any():
         found = f"found no free cell at {pixels_per_metre:g} px/m"
         raise PlanError(f"expected free space, {found}; use a finer grid or another plan", "verts", plan.id)
-    return world_of((~free).view(np.uint8), frame, robot_radius_m, range_m, plan.id)
+    return make_world_from_raster((~free).view(np.uint8), frame, robot_radius_m, range_m, plan.id)
 
 
-def world_of(occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: float, plan_id: str) -> World:
+def make_world_from_raster(
+    occupied: Cells, frame: GridFrame, robot_radius_m: float, range_m: float, plan_id: str
+) -> World:
     """Return the world of a raster whose border is occupied; raise ConfigError if the robot does not fit anywhere."""
     ppm = frame.pixels_per_metre
     traversable = traversable_cells(occupied, robot_radius_m * ppm)
@@ -162,23 +164,23 @@ def visible_cells(
     Parameters
     ----------
     buffers
-        The result of ``scan_buffers``, if there is one already.
+        The result of ``new_scan_buffers``, if there is one already.
     empty
         The house without obstacles, if there is one: cells that are not visible in it are not visible now, and its
         nearest standing cells are still valid for most cells.
     """
-    wanted = (empty.observable > occupied).view(np.uint8) if empty else pieces_with(traversable, occupied)
+    wanted = (empty.observable > occupied).view(np.uint8) if empty else find_standing_pieces(traversable, occupied)
     before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + FREE_HALF_PX, range_px)
     asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
     visible = traversable.copy()
     n_asked = find_nearest_standing_cells(traversable, wanted, before, sure_px, asked, away, visible)
     n_asked = mark_seen_from_nearest(occupied, asked, n_asked, away, sure_px, range_px, visible)
-    runs, hit, slopes = buffers or scan_buffers(range_px)
+    runs, hit, slopes = buffers or new_scan_buffers(range_px)
     mark_visible_cells(occupied, traversable, asked, n_asked, away, sure_px, range_px, visible, runs, hit, slopes)
     return visible
 
 
-def scan_buffers(range_px: float) -> Buffers:
+def new_scan_buffers(range_px: float) -> Buffers:
     """Return memory for the runs of free cells, the obstacles and the slopes of a sector scan."""
     side = 2 * math.ceil(range_px) + 5
     return np.empty((side * side // 2 + side, 2), np.int32), np.empty(side * side, np.int32), np.empty((4, side + 8))
@@ -204,7 +206,7 @@ def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
     return _biggest_piece(_where(taken, 0))
 
 
-def pieces_with(traversable: Cells, occupied: Cells) -> Cells:
+def find_standing_pieces(traversable: Cells, occupied: Cells) -> Cells:
     """Return 1 in the pieces of free space (4-connected) where the robot can stand; it cannot see other pieces."""
     image = _where(occupied, 0)
     standing, start = traversable, int(traversable.argmax())

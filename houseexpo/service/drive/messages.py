@@ -10,7 +10,8 @@ from msgspec import Meta
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.config.robot import LaserConfig, NoiseConfig
 
 YOU: Final = "you"

@@ -13,11 +13,11 @@ import numpy as np
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.files import zip_bytes
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.driving import Drive
+from houseexpo.pseudoslam.agents.driving import DriveSession
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
-from houseexpo.pseudoslam.agents.protocol import knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.protocol import make_knowledge, make_robot
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.render.sight import sight
+from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
 from houseexpo.service.drive.messages import YOU, StartDrive
 from houseexpo.service.drive.recordings import FULL, Action, DriveEnd, Recorder, Recording, hash_geometry
@@ -68,11 +68,11 @@ class DrivenRobot:
         if policy is not None:
             spaces = {"actions": policy.interface.actions, "observation": policy.interface.observation}
         self._env = ExplorationEnv([plan], start.config, success_coverage=_ALL_SEEN, **spaces)
-        self._drive = Drive(self._env, start.seed)
+        self._drive = DriveSession(self._env, start.seed)
         self._script = replayed.actions() if replayed else iter(())
         self._mind = None
         if policy is not None and replayed is None:
-            self._mind = policy.factory(robot_of(self._env, policy.interface), start.seed)
+            self._mind = policy.factory(make_robot(self._env, policy.interface), start.seed)
         self._is_same_house = replayed is None or replayed.shape == hash_geometry(plan)
         self._recorder = Recorder(start, plan)
         self._done = False
@@ -140,7 +140,7 @@ class DrivenRobot:
     def _decide(self) -> Action | None:
         assert self._mind is not None  # noqa: S101  # only explorers are asked
         try:
-            action = self._mind(self._drive.observation, knowledge_of(self._env.simulator, self._env.state))
+            action = self._mind(self._drive.observation, make_knowledge(self._env.simulator, self._env.state))
         except Exception as error:
             raise PolicyError(f"the explorer failed: {type(error).__name__}: {error}") from error
         return None if action is None else (int(action), 0)
@@ -170,7 +170,7 @@ class DrivenRobot:
             self._number, flags, self._bumps.count, self._steps, (x, y, heading), info["explored_m2"],
             info["coverage"], self._path_m,
         )  # fmt: skip
-        return encode_frame(report, self._sent.update(state.known), sight(self._env.simulator, state, BEAMS))
+        return encode_frame(report, self._sent.update(state.known), measure_sight(self._env.simulator, state, BEAMS))
 
     def finish(self) -> dict[str, Any]:
         """End the drive; return its results, and its recording as text ("" if it is too long for a link).

@@ -17,14 +17,14 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.agents.policies import policy_of
+from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.io import films as movies
-from houseexpo.pseudoslam.io.films import write_movie
+from houseexpo.pseudoslam.io import movies
+from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.io.races import record_race
-from houseexpo.pseudoslam.io.record import record
-from houseexpo.pseudoslam.render.picture import picture
+from houseexpo.pseudoslam.io.record import record_episode
+from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
 
 CONFIG = SimulatorConfig(pixels_per_metre=16.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=500)
@@ -45,7 +45,7 @@ def frames(path: Path) -> list[np.ndarray]:
 
 def test_a_gif_has_a_picture_for_each_step(tmp_path: Path) -> None:
     env = made()
-    done = record(env, lambda _: 1, tmp_path / "new" / "run.gif", steps=12, seed=0, fps=20, shows="map")
+    done = record_episode(env, lambda _: 1, tmp_path / "new" / "run.gif", steps=12, seed=0, fps=20, shows="map")
     shown = frames(tmp_path / "new" / "run.gif")
     assert (done.steps, done.ended, len(shown)) == (12, False, 13)
     with Image.open(tmp_path / "new" / "run.gif") as movie:
@@ -53,21 +53,21 @@ def test_a_gif_has_a_picture_for_each_step(tmp_path: Path) -> None:
         assert movie.info["loop"] == 0
         movie.seek(12)
         assert movie.info["duration"] == 50 + 1500
-    last = picture(env.simulator, env.state, [env.state.poses_px] * 2, shows="map", most_px=(640, 480))
+    last = draw_episode(env.simulator, env.state, [env.state.poses_px] * 2, shows="map", most_px=(640, 480))
     assert np.abs(shown[-1].astype(int) - last).mean() < 0.5  # the palette costs little
     exact = (shown[-1] == last).all(axis=2).mean()
     assert exact > 0.98
 
 
 def test_some_steps_can_be_left_out_and_the_last_is_not(tmp_path: Path) -> None:
-    done = record(made(max_steps=7), lambda _: 1, tmp_path / "run.gif", steps=100, every=3)
+    done = record_episode(made(max_steps=7), lambda _: 1, tmp_path / "run.gif", steps=100, every=3)
     assert (done.steps, done.ended) == (7, True)
     assert len(frames(tmp_path / "run.gif")) == 4  # 0, 3, 6, 7
 
 
 def test_a_film_is_an_mp4(tmp_path: Path) -> None:
     try:
-        record(made(), lambda _: 2, tmp_path / "run.mp4", steps=5, fps=10)
+        record_episode(made(), lambda _: 2, tmp_path / "run.mp4", steps=5, fps=10)
     except MissingDependencyError:
         pytest.skip("this build of OpenCV writes no MP4")
     film = cv2.VideoCapture(str(tmp_path / "run.mp4"))
@@ -89,7 +89,7 @@ def test_where_opencv_cannot_write_films_it_says_so(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(cv2, "VideoWriter", Closed)
     with pytest.raises(MissingDependencyError, match=r"this build of OpenCV cannot write MP4; write a \.gif"):
-        record(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
+        record_episode(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
 
 
 @pytest.mark.parametrize("name", ["run.gif", "run.mp4"])
@@ -97,7 +97,7 @@ def test_a_film_that_fails_leaves_what_was_there(tmp_path: Path, name: str) -> N
     (tmp_path / name).write_text("the film of yesterday")
     actions = [0, 0]
     with pytest.raises(IndexError):
-        record(made(), lambda _: actions.pop(), tmp_path / name, steps=5)
+        record_episode(made(), lambda _: actions.pop(), tmp_path / name, steps=5)
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [(name, "the film of yesterday")]
 
 
@@ -109,7 +109,7 @@ def test_a_policy_of_ones_own_sees_what_gymnasium_shows(tmp_path: Path) -> None:
         seen.append(observation)
         return len(seen) % 3
 
-    done = record(env, policy, tmp_path / "run.gif", steps=4, seed=1, shows="beside")
+    done = record_episode(env, policy, tmp_path / "run.gif", steps=4, seed=1, shows="beside")
     first, _ = env.reset(seed=1)
     assert np.array_equal(seen[0], first)
     assert len(seen) == 4
@@ -121,17 +121,20 @@ def test_a_policy_of_ones_own_sees_what_gymnasium_shows(tmp_path: Path) -> None:
 def test_random_is_seeded_and_takes_any_action(tmp_path: Path) -> None:
     for actions in ("discrete", "continuous"):
         env = ExplorationEnv(ROOM, CONFIG, actions=actions)
-        drawn = [[policy_of("random", env, seed)(None) for _ in range(20)] for seed in (0, 0, 1)]
+        drawn = [[make_policy("random", env, seed)(None) for _ in range(20)] for seed in (0, 0, 1)]
         assert np.array_equal(drawn[0], drawn[1]) or actions == "continuous"
         assert all(env.action_space.contains(action) for action in drawn[0])
-    done = [record(made(), policy_of("random", made(), 4), tmp_path / "run.gif", 15, seed=2).reward for _ in range(2)]
+    done = [
+        record_episode(made(), make_policy("random", made(), 4), tmp_path / "run.gif", 15, seed=2).reward
+        for _ in range(2)
+    ]
     assert done[0] == done[1]
 
 
 def test_bounce_goes_on_until_it_is_blocked() -> None:
     env = made()
     env.reset(seed=0)
-    policy = policy_of("bounce", env, 0)
+    policy = make_policy("bounce", env, 0)
     taken: Counter[int] = Counter()
     blocked = True
     for step in range(80):
@@ -146,7 +149,7 @@ def test_bounce_goes_on_until_it_is_blocked() -> None:
 
 def test_the_explorer_sees_all_and_begins_anew_with_each_episode() -> None:
     env = made()
-    policy = policy_of("frontier", env)
+    policy = make_policy("frontier", env)
     for seed in (0, 1):
         env.reset(seed=seed)
         for _ in range(60):
@@ -185,15 +188,15 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="fps: expected more than 0, at most 100, found 0"):
         write_movie([], tmp_path / "run.gif", 0)
     with pytest.raises(ConfigError, match="steps and every to be at least 1, found 0 and 1"):
-        record(made(), lambda _: 0, tmp_path / "run.gif", 0)
+        record_episode(made(), lambda _: 0, tmp_path / "run.gif", 0)
     with pytest.raises(ConfigError, match="shows: expected one of map, both, truth, beside; found 'all'"):
-        record(made(), lambda _: 0, tmp_path / "run.gif", shows="all")  # type: ignore[arg-type]
+        record_episode(made(), lambda _: 0, tmp_path / "run.gif", shows="all")  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="env: expected an environment of PseudoSLAM"):
-        record(gymnasium.make("CartPole-v1"), lambda _: 0, tmp_path / "run.gif")
+        record_episode(gymnasium.make("CartPole-v1"), lambda _: 0, tmp_path / "run.gif")
     with pytest.raises(ConfigError, match="policy: no 'forwards'"):
-        policy_of("forwards", made())
+        make_policy("forwards", made())
     with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):
-        policy_of("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
+        make_policy("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
     assert not list(tmp_path.iterdir())
 
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.plan.json_codec import encode
-from houseexpo.pseudoslam.agents.policies import policy_of
+from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv
 from houseexpo.pseudoslam.tasks import ROOM
@@ -105,14 +105,14 @@ def test_a_policy_is_refused_where_it_would_see_or_act_otherwise(tmp_path: Path,
     file, config = tmp_path / "mine.py", SimulatorConfig(pixels_per_metre=16.0)
     assert words
     with pytest.raises(ConfigError, match="expected an environment with discrete actions, found frontier actions"):
-        policy_of("frontier", ExplorationEnv(ROOM, config, actions="frontier"))
+        make_policy("frontier", ExplorationEnv(ROOM, config, actions="frontier"))
     with pytest.raises(ConfigError, match="expected an environment that shows 'dict', found 'map'"):
-        policy_of(f"{file}:ranges", ExplorationEnv(ROOM, config))
+        make_policy(f"{file}:ranges", ExplorationEnv(ROOM, config))
     env = NavigationEnv(ROOM, config)
     observation, _ = env.reset(seed=0)
     with pytest.raises(PolicyError, match=r"mine.py:broken': plan 'room-5.2x3.5', step 0: it raised KeyError"):
-        policy_of(f"{file}:broken", env)(observation)
+        make_policy(f"{file}:broken", env)(observation)
     shown = NavigationEnv(ROOM, config, observation="dict")
     observation, _ = shown.reset(seed=0)
-    assert policy_of(f"{file}:on_map", shown)(observation) == 1
+    assert make_policy(f"{file}:on_map", shown)(observation) == 1
     assert np.array_equal(observation["map"], env.reset(seed=0)[0]["map"])

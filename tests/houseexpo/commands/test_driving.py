@@ -11,7 +11,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from houseexpo.pseudoslam.agents.driving import Drive, drive
+from houseexpo.pseudoslam.agents.driving import DriveSession, drive_by_keys
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.canvas import Image as Picture
@@ -38,14 +38,14 @@ class Script:
         return self.left.pop(0)
 
 
-def session(config: SimulatorConfig = CONFIG) -> Drive:
-    return Drive(ExplorationEnv(ROOM, config), 0)
+def session(config: SimulatorConfig = CONFIG) -> DriveSession:
+    return DriveSession(ExplorationEnv(ROOM, config), 0)
 
 
 def test_keys_do_what_they_say() -> None:
     driven = session()
     screen = Script(["up", "left"], [], ["t"], ["d", "?"], ["r"], ["w", "q", "w"])
-    drive(driven, screen)
+    drive_by_keys(driven, screen)
     assert [row.action for row in driven.rows] == ["", "forward"]  # "r" began anew; nothing counts after "q"
     assert "step 0:" in screen.shown[0][1]
     assert "step 2:" in screen.shown[1][1]
@@ -55,20 +55,20 @@ def test_keys_do_what_they_say() -> None:
 
 
 def test_keys_are_commands_of_a_drive() -> None:
-    driven = Drive(ExplorationEnv(ROOM, CONFIG, motion="differential"), 0)
-    drive(driven, Script(["up", "left", "s", "?", "d"]))
+    driven = DriveSession(ExplorationEnv(ROOM, CONFIG, motion="differential"), 0)
+    drive_by_keys(driven, Script(["up", "left", "s", "?", "d"]))
     assert [row.action for row in driven.rows] == ["", "forward", "left", "backward", "right"]
     assert driven.rows[1].x_m > driven.rows[0].x_m + 0.1 or driven.rows[1].y_m != driven.rows[0].y_m
     assert driven.rows[2].heading_rad != driven.rows[1].heading_rad
-    car = Drive(ExplorationEnv(ROOM, CONFIG, motion="ackermann"), 0)
-    drive(car, Script(["left"]))
+    car = DriveSession(ExplorationEnv(ROOM, CONFIG, motion="ackermann"), 0)
+    drive_by_keys(car, Script(["left"]))
     assert car.rows[1].action == "left"
     assert car.rows[1].heading_rad != car.rows[0].heading_rad  # it moves, or it could not turn
 
 
 def test_the_keyboard_may_interrupt() -> None:
     driven = session()
-    drive(driven, Script(["up"]))
+    drive_by_keys(driven, Script(["up"]))
     assert len(driven.rows) == 2
 
 

@@ -16,7 +16,7 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.kernel_cache import is_uncached
 from houseexpo.pseudoslam import step_kernels as ahead
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.step import step_pool_by_sector
 from houseexpo.pseudoslam.step_kernels import example_arguments, kernel_arguments

@@ -24,16 +24,8 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.obstacles import (
-    Circle,
-    Obstacle,
-    ObstaclesConfig,
-    PeopleConfig,
-    Polygon,
-    RandomObstacles,
-    Rectangle,
-    Trajectory,
-)
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Polygon, RandomObstacles, Rectangle
 from houseexpo.pseudoslam.simulator import Simulator
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})

@@ -18,7 +18,8 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Pose, Rectangle, Shape, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Pose, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Rectangle, Shape
 from houseexpo.pseudoslam.kernels.collision import MOVING, disc_is_free
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator

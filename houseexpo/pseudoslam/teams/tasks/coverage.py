@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.kernels.walls import mark_sweepable_cells, mark_swept_cells
 from houseexpo.pseudoslam.metrics import Bools, Metrics
@@ -70,9 +70,9 @@ class Coverage(TeamTask):
         check_room_names(self.rooms, "rooms")
         object.__setattr__(self, "rooms", None if self.rooms is None else tuple(self.rooms))
         if self.tool_m is not None:
-            number(self.tool_m, "tool_m", above=0.0, at_most=10.0)
-        number(self.success_coverage, "success_coverage", above=0.0, at_most=1.0)
-        one_of(self.reward, "reward", get_args(ExplorationReward))
+            check_number(self.tool_m, "tool_m", above=0.0, at_most=10.0)
+        check_number(self.success_coverage, "success_coverage", above=0.0, at_most=1.0)
+        check_one_of(self.reward, "reward", get_args(ExplorationReward))
 
     @property
     def house_matters(self) -> bool:  # type: ignore[override]  # a constant of other tasks

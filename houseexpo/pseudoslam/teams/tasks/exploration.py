@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.tasks import Exploration, ExplorationReward
 from houseexpo.pseudoslam.teams.tasks.task import Floats, TeamEpisode, TeamTask
@@ -44,8 +44,8 @@ class TeamExploration(TeamTask):
     measures = False
 
     def __post_init__(self) -> None:
-        one_of(self.until, "until", get_args(Until))
-        number(self.report_m, "report_m", above=0.0)
+        check_one_of(self.until, "until", get_args(Until))
+        check_number(self.report_m, "report_m", above=0.0)
         object.__setattr__(self, "_each", Exploration(self.success_coverage, self.reward))
 
     @property

@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.teams.tasks.rasters import (
@@ -68,9 +68,9 @@ class Patrol(TeamTask):
     default = SimulatorConfig(known_map=True, max_steps=1000)
 
     def __post_init__(self) -> None:
-        one_of(self.places, "places", get_args(Places))
-        number(self.square_m, "square_m", above=0.0, at_most=100.0)
-        one_of(self.reward, "reward", get_args(PatrolReward))
+        check_one_of(self.places, "places", get_args(Places))
+        check_number(self.square_m, "square_m", above=0.0, at_most=100.0)
+        check_one_of(self.reward, "reward", get_args(PatrolReward))
 
     @property
     def house_matters(self) -> bool:  # type: ignore[override]  # a constant of other tasks

@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium import spaces
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import number, one_of
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.kernels.collision import placed_people
 from houseexpo.pseudoslam.metrics import Bools, Metrics
@@ -65,8 +65,8 @@ class Pursuit(TeamTask):
     default = SimulatorConfig(people=PeopleConfig(1, least=1, away_m=3.0), max_steps=1000)
 
     def __post_init__(self) -> None:
-        number(self.capture_m, "capture_m", above=0.0)
-        one_of(self.reward, "reward", get_args(PursuitReward))
+        check_number(self.capture_m, "capture_m", above=0.0)
+        check_one_of(self.reward, "reward", get_args(PursuitReward))
 
     def configure(self, config: SimulatorConfig) -> SimulatorConfig:
         """Add a person to a configuration without people."""

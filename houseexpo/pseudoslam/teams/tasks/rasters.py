@@ -14,7 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import room_ids
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
-from houseexpo.pseudoslam.envs.pictures import near_px_of, side_of
+from houseexpo.pseudoslam.envs.pictures import near_pixel_width, picture_side_px
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.kernels.mapping import draw_coarse_view
 from houseexpo.pseudoslam.teams.team import Team
@@ -104,7 +104,7 @@ def number_squares(standing: Grid, side_px: float) -> Labels:
 
 def make_raster_space(spec: EnvSpec) -> spaces.Box:
     """Return the space of ``draw_rasters`` for one robot."""
-    return spec.image_space(2, side_of(spec.config))
+    return spec.image_space(2, picture_side_px(spec.config))
 
 
 def draw_rasters(team: Team, raster: Grid) -> Grid:
@@ -114,9 +114,9 @@ def draw_rasters(team: Team, raster: Grid) -> Grid:
     ``observation.far_size_m``. A pixel shows the highest value of its cells; outside the house, it is 0.
     """
     config = team.spec.config
-    side = side_of(config)
+    side = picture_side_px(config)
     found = np.zeros((len(team), 2, side, side), np.uint8)
-    scales = near_px_of(config), config.observation.far_size_m * config.pixels_per_metre / side
+    scales = near_pixel_width(config), config.observation.far_size_m * config.pixels_per_metre / side
     for k, state in enumerate(team.states):
         x, y, heading = state.believed_px.tolist()
         for channel, pixel in enumerate(scales):

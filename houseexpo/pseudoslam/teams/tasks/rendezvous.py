@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from gymnasium import spaces
 
-from houseexpo.pseudoslam.config.checks import number, one_of
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.teams.tasks.task import (
@@ -60,8 +60,8 @@ class Rendezvous(TeamTask):
     name = "rendezvous"
 
     def __post_init__(self) -> None:
-        number(self.meet_m, "meet_m", above=0.0)
-        one_of(self.reward, "reward", get_args(MeetingReward))
+        check_number(self.meet_m, "meet_m", above=0.0)
+        check_one_of(self.reward, "reward", get_args(MeetingReward))
 
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:
         """Return the space of the other robots' places."""

@@ -13,7 +13,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NAMES, load_policy
-from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge, make_robot
 from houseexpo.pseudoslam.agents.simple import WallFollower
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
@@ -36,8 +36,8 @@ def episode(name: str, env: PseudoSlamEnv, seed: int = 0) -> Iterator[dict[str, 
     """Yield the action, the pose and ``info`` of each step."""
     policy = load_policy(name)
     observation, info = env.reset(seed=seed)
-    acts = policy.factory(robot_of(env, policy.interface), seed)
-    while (action := acts(observation, knowledge_of(env.simulator, env.state))) is not None:
+    acts = policy.factory(make_robot(env, policy.interface), seed)
+    while (action := acts(observation, make_knowledge(env.simulator, env.state))) is not None:
         observation, _, terminated, truncated, info = env.step(action)
         yield {"action": action, **info}
         if terminated or truncated:
@@ -136,4 +136,4 @@ def test_the_oracle_wants_the_truth() -> None:
     assert oracle.interface.sees_truth
     assert not any(load_policy(name).interface.sees_truth for name in NAMES if name != "oracle")
     with pytest.raises(ConfigError, match="policy 'oracle': expected to be given the world"):
-        oracle.factory(robot_of(env, load_policy("frontier").interface), 0)
+        oracle.factory(make_robot(env, load_policy("frontier").interface), 0)

@@ -11,12 +11,12 @@ import pytest
 
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.learned import weights_file
+from houseexpo.pseudoslam.agents.learned import chooser_weights_path
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.result import read_result
-from houseexpo.pseudoslam.benchmark.run import Settings, run
-from houseexpo.pseudoslam.benchmark.tracks import track_of
-from houseexpo.pseudoslam.learning.choosing import NEAREST
+from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
+from houseexpo.pseudoslam.benchmark.tracks import find_track
+from houseexpo.pseudoslam.learning.chooser_training import NEAREST
 from houseexpo.pseudoslam.learning.weights import read_weights, round_weights, write_weights
 from tests.builders.shared import DATA, needs_shared
 
@@ -26,7 +26,7 @@ SEEDS = {"chooser": 0, "chooser-1": 1, "chooser-2": 2}
 
 @pytest.mark.parametrize("name", SEEDS)
 def test_weights_come_with_what_made_them(name: str) -> None:
-    file = weights_file(SEEDS[name])
+    file = chooser_weights_path(SEEDS[name])
     assert file.stat().st_size < 200_000
     weights, about = read_weights(file)
     assert about["seed"] == SEEDS[name]
@@ -77,9 +77,9 @@ def test_what_holds_no_weights_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", SEEDS)
 def test_weights_score_what_is_written_down(name: str, track: str) -> None:
     """Twenty plans, the first of the benchmark's: every value of every episode, but for rounding."""
-    told = read_result(RESULTS / f"{track_of(track).id}-{name}.json")
+    told = read_result(RESULTS / f"{find_track(track).id}-{name}.json")
     plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
-    found = run(track_of(track), name, plans, Settings(number=20, workers=min(os.cpu_count() or 1, 2)))
+    found = run_benchmark(find_track(track), name, plans, RunSettings(number=20, workers=min(os.cpu_count() or 1, 2)))
     assert found.policy.sha256 == told.policy.sha256
     for key, values in found.episodes.items():
         wanted = told.episodes[key]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import decode
-from houseexpo.pseudoslam.agents.explorers import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import yield_frontier_actions
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.simulator import Simulator
 
@@ -23,7 +23,7 @@ def steps_to_cover(line: bytes, seed: int) -> tuple[int, float]:
     simulator = Simulator.of(decode(line), config)
     state = simulator.start(np.random.default_rng(seed))
     area = simulator.world.observable_cells / config.pixels_per_metre**2
-    for steps, action in enumerate(frontier_walk(simulator, state), start=1):
+    for steps, action in enumerate(yield_frontier_actions(simulator, state), start=1):
         simulator.step(state, action)
         assert simulator.coverage(state) <= 1.0
         if simulator.coverage(state) >= 0.99:

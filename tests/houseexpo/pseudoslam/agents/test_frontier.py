@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.pseudoslam.agents.explorers import frontier_walk
+from houseexpo.pseudoslam.agents.explorers import yield_frontier_actions
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.config.obstacles import Circle, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.simulator import Simulator
 
 
@@ -28,7 +29,7 @@ def test_it_explores_published_houses(published_lines: list[bytes]) -> None:
 def coverage(plan: FloorPlan, seed: int, most: int) -> float:
     simulator = Simulator.of(plan, SimulatorConfig(16.0))
     state = simulator.start(np.random.default_rng(seed))
-    for steps, action in enumerate(frontier_walk(simulator, state), start=1):
+    for steps, action in enumerate(yield_frontier_actions(simulator, state), start=1):
         simulator.step(state, action)
         assert steps <= most, (plan.id, simulator.coverage(state))
     return simulator.coverage(state)
@@ -44,7 +45,7 @@ def test_people_in_its_way_do_not_end_it() -> None:
     simulator = Simulator.of(plan, config)
     state = simulator.start(np.random.default_rng(0))
     while simulator.coverage(state) < 0.98:  # what the body covers stays unseen
-        for action in frontier_walk(simulator, state):
+        for action in yield_frontier_actions(simulator, state):
             simulator.step(state, action)
             assert state.counts.steps < 300
     assert state.counts.steps > 60  # the passage was closed till then

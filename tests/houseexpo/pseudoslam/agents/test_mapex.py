@@ -10,8 +10,8 @@ import pytest
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.explorers import NearestFrontier
-from houseexpo.pseudoslam.agents.mapex import MapExNearest, centres_of
-from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, knowledge_of, robot_of
+from houseexpo.pseudoslam.agents.mapex import MapExNearest, find_frontier_centres
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot, make_knowledge, make_robot
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
@@ -60,18 +60,18 @@ def test_frontiers_are_those_of_the_definition() -> None:
     for _ in range(30):
         coarse = rng.choice(np.array([UNKNOWN, FREE, FREE, OBSTACLE], np.uint8), (6, 8))
         known = np.kron(coarse, np.ones((5, 5), np.uint8)).astype(np.uint8)
-        found = [tuple(cell) for cell in centres_of(known).tolist()]
+        found = [tuple(cell) for cell in find_frontier_centres(known).tolist()]
         assert found == slow_centres(known)
         seen += len(found)
     assert seen > 60
-    assert centres_of(np.full((9, 9), FREE, np.uint8)).shape == (0, 2)
+    assert find_frontier_centres(np.full((9, 9), FREE, np.uint8)).shape == (0, 2)
 
 
 @pytest.mark.parametrize(("length", "number"), [(10, 0), (11, 1)])
 def test_a_region_has_more_than_ten_cells(length: int, number: int) -> None:
     known = np.full((20, 40), OBSTACLE, np.uint8)
     known[5, 5 : 5 + length], known[4, 5 : 5 + length] = FREE, UNKNOWN
-    assert len(centres_of(known)) == number
+    assert len(find_frontier_centres(known)) == number
 
 
 def told(known: Map, row: float, col: float) -> Knowledge:
@@ -124,8 +124,8 @@ def test_it_explores_a_house(fov_deg: float) -> None:
     config = SimulatorConfig(10.0, RobotConfig(0.1), LaserConfig(5.0, fov_deg, 0.5), max_steps=600)
     env = ExplorationEnv(plan, config, success_coverage=None)
     observation, info = env.reset(seed=3)
-    policy: Any = MapExNearest(robot_of(env, MapExNearest.interface), 0)
-    while (action := policy(observation, knowledge_of(env.simulator, env.state))) is not None:
+    policy: Any = MapExNearest(make_robot(env, MapExNearest.interface), 0)
+    while (action := policy(observation, make_knowledge(env.simulator, env.state))) is not None:
         observation, _, _, truncated, info = env.step(action)
         assert not truncated
     assert info["coverage"] > 0.95

@@ -12,13 +12,13 @@ from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.benchmark.cases import (
-    cases_of,
-    choose,
+    choose_plan_ids,
     content_sha256,
     ids_sha256,
-    room_cases,
-    seed_of,
-    written_ids,
+    make_cases,
+    make_room_cases,
+    read_test_ids,
+    seed_from_words,
 )
 from tests.builders.shared import DATA, needs_shared
 from tests.builders.simulations import hut
@@ -61,48 +61,48 @@ def plans(tmp_path: Path) -> Dataset:
 
 
 def test_copies_and_what_cannot_be_crossed_are_passed_over(plans: Dataset) -> None:
-    found = choose(plans, "test", 3)
+    found = choose_plan_ids(plans, "test", 3)
     assert {"own_a", "own_c"} < set(found)
     assert len({"own_b", "own_copy_b"} & set(found)) == 1
 
 
 def test_fewer_plans_are_the_first_of_more(plans: Dataset) -> None:
-    assert choose(plans, "test", 2) == choose(plans, "test", 3)[:2]
+    assert choose_plan_ids(plans, "test", 2) == choose_plan_ids(plans, "test", 3)[:2]
 
 
 def test_the_largest_are_chosen_by_area_and_ordered_by_hash(plans: Dataset) -> None:
     """own_c is larger than own_b and its copy, these than own_a."""
-    assert choose(plans, "test", 1, largest=1) == ["own_c"]
-    two = choose(plans, "test", 2, largest=2)
-    assert two[0] in choose(plans, "test", 1, largest=2)
+    assert choose_plan_ids(plans, "test", 1, largest=1) == ["own_c"]
+    two = choose_plan_ids(plans, "test", 2, largest=2)
+    assert two[0] in choose_plan_ids(plans, "test", 1, largest=2)
     assert "own_c" in two
     assert len({"own_b", "own_copy_b"} & set(two)) == 1
     assert two == sorted(two, key=lambda name: hashlib.sha256(name.encode()).digest())
-    assert choose(plans, "test", 3, largest=500) == choose(plans, "test", 3)
+    assert choose_plan_ids(plans, "test", 3, largest=500) == choose_plan_ids(plans, "test", 3)
     with pytest.raises(ConfigError, match=r"--plans 3: this track has the 2 largest plans"):
-        choose(plans, "test", 3, largest=2)
+        choose_plan_ids(plans, "test", 3, largest=2)
 
 
 def test_the_order_of_the_list_makes_no_difference(plans: Dataset, tmp_path: Path) -> None:
-    before = choose(plans, "test", 3)
+    before = choose_plan_ids(plans, "test", 3)
     listed = tmp_path / "plans" / "map_id_test.txt"
     listed.write_text("".join(sorted(listed.read_text().splitlines(keepends=True), reverse=True)))
-    assert choose(open_dataset(tmp_path / "plans"), "test", 3) == before
+    assert choose_plan_ids(open_dataset(tmp_path / "plans"), "test", 3) == before
 
 
 def test_too_few_plans_and_no_list_are_refused(plans: Dataset) -> None:
     with pytest.raises(ConfigError, match=r"--plans 4: list 'test' of .* has 3 plans that a robot of 0.2 m can cross"):
-        choose(plans, "test", 4)
+        choose_plan_ids(plans, "test", 4)
     with pytest.raises(DatasetError, match="expected a list 'val' of plans, found: test, train"):
-        choose(plans, "val", 1)
+        choose_plan_ids(plans, "val", 1)
 
 
 def test_a_seed_depends_on_track_and_plan_alone() -> None:
-    one, other = cases_of("some-v1", ["a", "b"]), cases_of("some-v1", ["b"])
+    one, other = make_cases("some-v1", ["a", "b"]), make_cases("some-v1", ["b"])
     assert one[1] == other[0]
-    assert one[0].seed != one[1].seed != cases_of("some-v2", ["b"])[0].seed
-    assert 0 <= seed_of("x") < 2**32
-    assert len({case.seed for case in room_cases("some-v1", "room", 50)}) == 50
+    assert one[0].seed != one[1].seed != make_cases("some-v2", ["b"])[0].seed
+    assert 0 <= seed_from_words("x") < 2**32
+    assert len({case.seed for case in make_room_cases("some-v1", "room", 50)}) == 50
 
 
 def test_the_hash_is_that_of_a_file_of_ids(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def test_other_walls_have_another_hash(tmp_path: Path) -> None:
 
 
 def test_the_list_that_is_written_down_is_a_list() -> None:
-    ids = written_ids()
+    ids = read_test_ids()
     assert len(ids) == len(set(ids)) == 1000
 
 
@@ -126,5 +126,5 @@ def test_the_list_that_is_written_down_is_a_list() -> None:
 @pytest.mark.slow
 def test_the_published_list_is_taken_as_it_is_written_down() -> None:
     plans = open_dataset(PUBLISHED)
-    assert choose(plans, "test", 500) == list(written_ids()[:500])
-    assert set(written_ids()) <= set(plans.splits["test"])
+    assert choose_plan_ids(plans, "test", 500) == list(read_test_ids()[:500])
+    assert set(read_test_ids()) <= set(plans.splits["test"])

@@ -14,7 +14,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.maps import StartedHouse, map_cases, read_maps
 from houseexpo.pseudoslam.benchmark.result import read_result
-from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, track_of
+from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
 from tests.builders.shared import DATA, needs_shared
 
 MARK, FREE, WALL = 208, 195, 127
@@ -43,13 +43,13 @@ def floor(folder: Path, starts: str = "hall --start_pose 510 512\nhall --start_p
 
 def test_a_floor_of_mapex_has_cells_of_a_tenth_of_a_metre_and_its_starts(tmp_path: Path) -> None:
     floor(tmp_path)
-    (house,) = read_maps(track_of("kth"), tmp_path)
+    (house,) = read_maps(find_track("kth"), tmp_path)
     assert isinstance(house, StartedHouse)
     assert house.occupied.shape == (60, 80)
     assert house.pixels_per_metre == pytest.approx(10.0)
     assert house.occupied[30, 30]
     assert house.occupied.sum() == 2 * (2 * 60 + 2 * 80 - 8) + 1
-    first, second = map_cases(track_of("kth"), [house])
+    first, second = map_cases(find_track("kth"), [house])
     assert first.pose == pytest.approx((1.25, 6.0 - 1.05, 0.0))  # row 10, column 12 of the floor itself
     assert second.pose == pytest.approx((3.05, 6.0 - 2.05, 0.0))
     assert first.seed != second.seed
@@ -57,7 +57,7 @@ def test_a_floor_of_mapex_has_cells_of_a_tenth_of_a_metre_and_its_starts(tmp_pat
 
 def test_a_map_of_dare_joins_pixels_and_starts_at_the_eleventh_mark(tmp_path: Path) -> None:
     pixels = dungeon(tmp_path)
-    (house,) = read_maps(track_of("dare"), tmp_path)
+    (house,) = read_maps(find_track("dare"), tmp_path)
     assert isinstance(house, StartedHouse)
     joined = pixels.reshape(30, 2, 50, 2).min(axis=(1, 3)) <= 150
     assert np.array_equal(house.occupied > 0, joined.repeat(2, axis=0).repeat(2, axis=1))
@@ -67,7 +67,7 @@ def test_a_map_of_dare_joins_pixels_and_starts_at_the_eleventh_mark(tmp_path: Pa
 
 def test_a_map_of_ariadne_starts_at_the_128th_mark(tmp_path: Path) -> None:
     pixels = dungeon(tmp_path)
-    (house,) = read_maps(track_of("ariadne"), tmp_path)
+    (house,) = read_maps(find_track("ariadne"), tmp_path)
     assert isinstance(house, StartedHouse)
     assert np.array_equal(house.occupied > 0, pixels <= 150)
     ((x, y, _),) = house.starts
@@ -80,22 +80,22 @@ def test_a_map_of_ariadne_starts_at_the_128th_mark(tmp_path: Path) -> None:
 )
 def test_an_empty_folder_is_refused(tmp_path: Path, track: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
-        read_maps(track_of(track), tmp_path)
+        read_maps(find_track(track), tmp_path)
 
 
 def test_missing_starts_are_refused(tmp_path: Path) -> None:
     dungeon(tmp_path, marks=5)
     for track in ("dare", "ariadne"):
         with pytest.raises(ConfigError, match="expected the start"):
-            read_maps(track_of(track), tmp_path)
+            read_maps(find_track(track), tmp_path)
     with pytest.raises(ConfigError, match=r"expected starts\.txt"):
-        read_maps(track_of("kth"), tmp_path)
+        read_maps(find_track("kth"), tmp_path)
     floor(tmp_path, "hall --start_pose 510\n")
     with pytest.raises(ConfigError, match="ROW COLUMN"):
-        read_maps(track_of("kth"), tmp_path)
+        read_maps(find_track("kth"), tmp_path)
     floor(tmp_path, "attic --start_pose 510 510\n")
     with pytest.raises(ConfigError, match="floor attic"):
-        read_maps(track_of("kth"), tmp_path)
+        read_maps(find_track("kth"), tmp_path)
 
 
 @pytest.mark.slow
@@ -111,7 +111,7 @@ def test_a_track_runs_from_the_command_line(tmp_path: Path, track: str) -> None:
     done = CliRunner().invoke(make_app(), [*map(str, words), "--workers", "1"])
     assert done.exit_code == 0, done.output
     result = read_result(out)
-    assert result.track_id == track_of(track).id
+    assert result.track_id == find_track(track).id
     coverage = json.loads(out.read_bytes())["episodes"]["coverage"]
     assert len(coverage) == (2 if track == "kth" else 1)
     assert min(coverage) >= 0.98

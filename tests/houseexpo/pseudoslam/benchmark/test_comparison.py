@@ -11,22 +11,22 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import Case
-from houseexpo.pseudoslam.benchmark.colours import colours_of
+from houseexpo.pseudoslam.benchmark.colours import assign_colours
 from houseexpo.pseudoslam.benchmark.comparison import read_results
-from houseexpo.pseudoslam.benchmark.episodes import Outcome, places
-from houseexpo.pseudoslam.benchmark.map_curves import PANELS, curves_of_maps
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
+from houseexpo.pseudoslam.benchmark.map_curves import PANELS, collect_map_curves
 from houseexpo.pseudoslam.benchmark.measures import Metric
-from houseexpo.pseudoslam.benchmark.page import check_name, write_comparison
+from houseexpo.pseudoslam.benchmark.page import check_file_name, write_comparison
 from houseexpo.pseudoslam.benchmark.prediction import prediction_metrics
-from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, Times, write_result
-from houseexpo.pseudoslam.benchmark.run import result_of
+from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, RunTimes, write_result
+from houseexpo.pseudoslam.benchmark.run import make_result
 from houseexpo.pseudoslam.benchmark.statistics import Estimate
-from houseexpo.pseudoslam.benchmark.tables import cell, markdown
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.tables import format_cell, format_markdown
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 
-QUALITY, BUDGET = track_of("quality"), track_of("budget")
+QUALITY, BUDGET = find_track("quality"), find_track("budget")
 PLANS = PlansRecord("test", 3, "a" * 64, "b" * 64)
-TIMES = Times({"number": 3.0, "median": 0.5}, 1.0, 1, {"cores": 2})
+TIMES = RunTimes({"number": 3.0, "median": 0.5}, 1.0, 1, {"cores": 2})
 
 
 def quality_result(
@@ -39,17 +39,17 @@ def quality_result(
         for share in (90, 95, 99):
             values |= {f"reached_{share}": float(way is not None), f"metres_to_{share}": way}
             values[f"steps_to_{share}"] = None if way is None else 10 * way
-        outcomes.append(Outcome(Case(f"plan_{number}", number), values))
+        outcomes.append(EpisodeOutcome(Case(f"plan_{number}", number), values))
     policy = PolicyRecord(name, f"somewhere:{name}", "", 0, sees_truth, "discrete", "map", family, training)
-    return result_of(QUALITY, policy, PLANS, outcomes, TIMES)
+    return make_result(QUALITY, policy, PLANS, outcomes, TIMES)
 
 
 def budget_result(name: str, coverage: float) -> Result:
     keys = [metric.key for metric in BUDGET.metrics]
     curves = {over: [min(coverage, 0.01 * i) for i in range(81)] for over, _ in BUDGET.curves}
-    outcomes = [Outcome(Case(f"plan_{i}", i), dict.fromkeys(keys, coverage), curves) for i in range(3)]
+    outcomes = [EpisodeOutcome(Case(f"plan_{i}", i), dict.fromkeys(keys, coverage), curves) for i in range(3)]
     policy = PolicyRecord(name, f"somewhere:{name}", "", 0, False, "discrete", "map")
-    return result_of(BUDGET, policy, PLANS, outcomes, TIMES)
+    return make_result(BUDGET, policy, PLANS, outcomes, TIMES)
 
 
 def written(folder: Path, *results: Result) -> list[Path]:
@@ -137,7 +137,7 @@ def test_trainings_of_one_family_are_one_row(tmp_path: Path) -> None:
     assert found.low is not None
     assert found.high is not None
     assert found.low < found.mean < found.high
-    assert "| learned (2 trainings) |" in markdown([compared])
+    assert "| learned (2 trainings) |" in format_markdown([compared])
 
 
 def test_what_differs_from_the_baseline_is_told_plan_by_plan(tmp_path: Path) -> None:
@@ -150,7 +150,7 @@ def test_what_differs_from_the_baseline_is_told_plan_by_plan(tmp_path: Path) -> 
     entries = {entry.name: entry for entry in compared.entries}
     assert compared.value(entries["mine"], metric) == Estimate(-1.0, -1.0, -1.0, 3)
     assert compared.value(entries["frontier"], metric).mean is None
-    assert "-1.00 [-1.00, -1.00]" in markdown([compared])
+    assert "-1.00 [-1.00, -1.00]" in format_markdown([compared])
     (alone,) = read_results(files[1:])
     assert not [metric for metric in alone.tables()[0] if metric.key.startswith("less")]
 
@@ -173,15 +173,15 @@ def test_results_of_other_plans_starts_or_tracks_are_refused(tmp_path: Path) -> 
 
 def test_cells_have_the_digits_that_count() -> None:
     share, way = Metric("a", "a", "%", "high"), Metric("b", "b", "m", "low")
-    assert cell(share, Estimate(0.91234, 0.9, 0.925, 5)) == "91.2 [90.0, 92.5]"
-    assert cell(way, Estimate(123.4, 120.0, 130.6, 5)) == "123 [120, 131]"
-    assert cell(way, Estimate(1.234, 1.0, 2.0, 5)) == "1.23 [1.00, 2.00]"
-    assert cell(way, Estimate(None, None, None, 0)) == "-"
+    assert format_cell(share, Estimate(0.91234, 0.9, 0.925, 5)) == "91.2 [90.0, 92.5]"
+    assert format_cell(way, Estimate(123.4, 120.0, 130.6, 5)) == "123 [120, 131]"
+    assert format_cell(way, Estimate(1.234, 1.0, 2.0, 5)) == "1.23 [1.00, 2.00]"
+    assert format_cell(way, Estimate(None, None, None, 0)) == "-"
 
 
 def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
     found = read_results(written(tmp_path, budget_result("weak", 0.3), budget_result("strong", 0.8)))
-    text = markdown(found)
+    text = format_markdown(found)
     assert text.index("| strong | 80.0 [80.0, 80.0]") < text.index("| weak | 30.0 [30.0, 30.0]")
     write_comparison(found, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
@@ -199,7 +199,7 @@ def test_pages_say_the_same_as_the_results(tmp_path: Path) -> None:
         assert "var(" not in picture
         assert "#0101" not in picture
     with pytest.raises(ConfigError, match=r"--out: expected a file that ends in .html or .md, found 'page.pdf'"):
-        check_name(tmp_path / "page.pdf")
+        check_file_name(tmp_path / "page.pdf")
 
 
 def test_p_values_are_corrected_for_the_number_of_rows(tmp_path: Path) -> None:
@@ -216,35 +216,35 @@ def test_p_values_are_corrected_for_the_number_of_rows(tmp_path: Path) -> None:
     assert found["frontier"].mean is None
     assert found["longer"].mean == pytest.approx(0.5, abs=0.03)
     assert found["mixed"].mean == 1.0
-    assert cell(metric, found["longer"]) == f"{found['longer'].mean:.3f}"
-    assert cell(metric, Estimate(0.0004, 0.0004, 0.0004, 3)) == "< 0.001"
+    assert format_cell(metric, found["longer"]) == f"{found['longer'].mean:.3f}"
+    assert format_cell(metric, Estimate(0.0004, 0.0004, 0.0004, 3)) == "< 0.001"
     (alone,) = read_results(files[:1])
     assert not any(metric.key.startswith("p_") for metric in alone.tables()[0])
 
 
-KTH = track_of("kth")
+KTH = find_track("kth")
 
 
 def map_result(name: str, speeds: dict[str, list[float]]) -> Result:
     """The coverage grows by a share a metre until all is seen, on each map from each start."""
     keys, outcomes = [metric.key for metric in KTH.metrics], []
-    at = places(300)
+    at = curve_sample_points(300)
     for map_name, starts in speeds.items():
         for number, speed in enumerate(starts):
             curve = {"metres": np.minimum(speed * at, 1.0).tolist()}
-            outcomes.append(Outcome(Case(map_name, number), dict.fromkeys(keys, 0.5), curve))
+            outcomes.append(EpisodeOutcome(Case(map_name, number), dict.fromkeys(keys, 0.5), curve))
     policy = PolicyRecord(name, f"somewhere:{name}", "", 0, False, "discrete", "map")
-    return result_of(KTH, policy, PlansRecord("maps", len(outcomes), "a" * 64, "b" * 64), outcomes, TIMES)
+    return make_result(KTH, policy, PlansRecord("maps", len(outcomes), "a" * 64, "b" * 64), outcomes, TIMES)
 
 
 def test_results_on_maps_keep_the_curve_of_each_start(tmp_path: Path) -> None:
     files = written(tmp_path, map_result("mine", {"b": [0.01, 0.02], "a": [0.005]}))
     (compared,) = read_results(files)
-    curves = curves_of_maps(compared.entries[0])
+    curves = collect_map_curves(compared.entries[0])
     assert curves is not None
     assert list(curves.maps) == ["a", "b"]
     (compared,) = read_results(written(tmp_path, map_result("mine", {"10": [0.01], "9": [0.01], "img_2": [0.01]})))
-    named = curves_of_maps(compared.entries[0])
+    named = collect_map_curves(compared.entries[0])
     assert named is not None
     assert list(named.maps) == ["9", "10", "img_2"]
     assert curves.at[20] == 75.0
@@ -286,7 +286,9 @@ def test_a_policy_has_one_colour_in_all_pictures(tmp_path: Path) -> None:
     assert all(set(each) == set(names) for each in drawn)
     assert all(each == drawn[0] for each in drawn)
     assert len(set(drawn[0].values())) == len(names)
-    alone = colours_of(read_results(written(tmp_path, budget_result("frontier", 0.1), budget_result("chooser", 0.2))))
+    alone = assign_colours(
+        read_results(written(tmp_path, budget_result("frontier", 0.1), budget_result("chooser", 0.2)))
+    )
     assert [alone["frontier", 0], alone["chooser", 0]] == [0, 1]
 
 
@@ -318,6 +320,6 @@ def test_a_policy_with_several_predictions_is_one_row_but_in_their_table(tmp_pat
     assert [entry.name for entry in compared.plain] == ["frontier, prediction free", "other"]
     (compared,) = read_results([*written(tmp_path, plain), *(tmp_path / f"{name}.json" for name in ("free", "solid"))])
     assert [entry.name for entry in compared.plain] == ["frontier"]
-    text = markdown([compared])
+    text = format_markdown([compared])
     assert text.count("| frontier |") == 2
     assert text.count("| frontier, prediction solid | 25.0 [20.0, 30.0] |") == 1

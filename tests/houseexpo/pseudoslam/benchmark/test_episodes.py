@@ -14,7 +14,7 @@ import pytest
 from houseexpo.errors import PolicyError
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.benchmark.cases import Case
-from houseexpo.pseudoslam.benchmark.episodes import Runner, places
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner, curve_sample_points
 from houseexpo.pseudoslam.config import StartConfig
 from houseexpo.pseudoslam.worlds.world import World
 from tests.builders.policies import ALONG, CORRIDOR, TINY, Continuous, always, at_step, forward, named
@@ -23,14 +23,14 @@ CASE = Case("corridor", 5)
 
 
 def run(factory: Any) -> Any:
-    return Runner(TINY, named(factory), [CORRIDOR]).run(CASE)
+    return EpisodeRunner(TINY, named(factory), [CORRIDOR]).run(CASE)
 
 
 def test_a_way_along_a_corridor_has_a_straight_curve() -> None:
     """From x = 1.5 on it sees from 0.5 to 2.5 m of 13 m, nearly, and 0.3 m more with each step."""
     found = run(forward)
     coverage = found.curves["steps"]
-    at = places(40)
+    at = curve_sample_points(40)
     growth = np.diff([coverage[int(i)] for i in np.searchsorted(at, [5, 10, 15, 20])])
     assert growth == pytest.approx(5 * 0.3 / 13, abs=0.004)
     assert coverage[0] == pytest.approx(2.0 / 13, abs=0.03)  # half discs at both ends
@@ -43,7 +43,7 @@ def test_metres_are_those_gone() -> None:
     assert found.values["metres"] == pytest.approx(13 - 1.5 - 0.2, abs=0.01)  # to the wall
     assert found.values["steps"] == 40
     assert found.values["collisions"] == 40 - math.floor(11.3 / 0.3)
-    curve = dict(zip(places(8).tolist(), found.curves["metres"], strict=True))
+    curve = dict(zip(curve_sample_points(8).tolist(), found.curves["metres"], strict=True))
     assert curve[6.0] - curve[3.0] == pytest.approx(3 / 13, abs=0.01)
 
 
@@ -64,12 +64,12 @@ def test_a_policy_that_is_done_ends_the_episode() -> None:
 def test_an_episode_ends_where_all_is_seen() -> None:
     """From 0.6 m on it sees the corners behind it; those before it at x = 13 - sqrt(0.75), 11.53 m further on."""
     near = replace(TINY, config=replace(ALONG, start=StartConfig(random=False, x_m=0.6, y_m=0.5)))
-    found = Runner(near, named(forward), [CORRIDOR]).run(CASE)
+    found = EpisodeRunner(near, named(forward), [CORRIDOR]).run(CASE)
     assert (found.values["steps"], found.values["coverage"]) == (39, 1.0)
 
 
 def test_equal_cases_are_equal_and_know_no_other() -> None:
-    runner = Runner(TINY, named(forward), [CORRIDOR])
+    runner = EpisodeRunner(TINY, named(forward), [CORRIDOR])
     one, _, again = runner.run(CASE), runner.run(Case("corridor", 9)), runner.run(CASE)
     assert one == again
 

@@ -12,25 +12,25 @@ import pytest
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import read_results
-from houseexpo.pseudoslam.benchmark.episodes import Runner
-from houseexpo.pseudoslam.benchmark.player import Player
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
+from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
 from houseexpo.pseudoslam.benchmark.prediction import (
-    Scoring,
-    checked_map,
-    judged_cells,
+    PredictionScorer,
+    check_predicted_map,
+    find_judged_cells,
     predict_free,
-    predict_lines,
     predict_solid,
-    scores_of,
+    predict_walls_in_gaps,
+    score_prediction,
 )
 from houseexpo.pseudoslam.benchmark.result import write_result
-from houseexpo.pseudoslam.benchmark.run import Settings, run
-from houseexpo.pseudoslam.benchmark.tables import markdown
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
+from houseexpo.pseudoslam.benchmark.tables import format_markdown
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from tests.builders.policies import CORRIDOR, TINY, forward, named
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
-from tests.houseexpo.pseudoslam.benchmark.test_player import policy_file
+from tests.houseexpo.pseudoslam.benchmark.test_policy_process import policy_file
 
 VALUES = {"?": 0, ".": 127, "#": 255}
 
@@ -57,21 +57,21 @@ KNOWN = grid(
 
 
 def test_the_last_row_is_inside_the_wall_and_is_not_judged() -> None:
-    judged = judged_cells((TRUTH == 255).astype(np.uint8))
+    judged = find_judged_cells((TRUTH == 255).astype(np.uint8))
     assert judged[:4].all()
     assert not judged[4].any()
 
 
 def test_a_map_alone_has_the_share_of_the_walls_that_it_knows() -> None:
-    scores = scores_of(KNOWN, KNOWN, TRUTH == 255)
+    scores = score_prediction(KNOWN, KNOWN, TRUTH == 255)
     assert scores.iou == pytest.approx(8 / 16)
     assert scores.iou_unseen_walls == 0.0
     assert scores.iou_unseen_free == pytest.approx(4 / 12)  # unknown counts as free: 12 unseen cells, 4 are free
-    assert scores_of(predict_free(KNOWN), KNOWN, TRUTH == 255) == scores
+    assert score_prediction(predict_free(KNOWN), KNOWN, TRUTH == 255) == scores
 
 
 def test_solid_is_right_about_all_walls_and_wrong_about_all_free_cells() -> None:
-    scores = scores_of(predict_solid(KNOWN), KNOWN, TRUTH == 255)
+    scores = score_prediction(predict_solid(KNOWN), KNOWN, TRUTH == 255)
     assert scores.iou == pytest.approx(16 / 20)
     assert scores.iou_unseen_walls == pytest.approx(8 / 12)
     assert scores.iou_unseen_free == 0.0
@@ -79,17 +79,17 @@ def test_solid_is_right_about_all_walls_and_wrong_about_all_free_cells() -> None
 
 def test_the_truth_itself_has_1_and_one_wrong_cell_is_one_of_the_union() -> None:
     truth = TRUTH == 255
-    assert scores_of(TRUTH, KNOWN, truth).iou == 1.0
+    assert score_prediction(TRUTH, KNOWN, truth).iou == 1.0
     predicted = TRUTH.copy()
     predicted[1, 4] = 255
-    scores = scores_of(predicted, KNOWN, truth)
+    scores = score_prediction(predicted, KNOWN, truth)
     assert scores.iou == pytest.approx(16 / 17)
     assert scores.iou_unseen_walls == pytest.approx(8 / 9)
     assert scores.iou_unseen_free == pytest.approx(3 / 4)
 
 
 def test_nothing_unseen_has_no_score_there() -> None:
-    scores = scores_of(TRUTH, TRUTH, TRUTH == 255)
+    scores = score_prediction(TRUTH, TRUTH, TRUTH == 255)
     assert (scores.iou, scores.iou_unseen_walls, scores.iou_unseen_free) == (1.0, None, None)
 
 
@@ -102,7 +102,7 @@ def test_lines_close_short_gaps_of_unknown_cells_only() -> None:
         "?????#",
     )
     assert np.array_equal(
-        predict_lines(known, 2),
+        predict_walls_in_gaps(known, 2),
         grid(
             "######",
             "##..##",
@@ -112,8 +112,8 @@ def test_lines_close_short_gaps_of_unknown_cells_only() -> None:
         ),
     )
     far = grid("##???##")
-    assert np.array_equal(predict_lines(far, 2), grid("##...##"))
-    assert np.array_equal(predict_lines(far, 3), grid("#######"))
+    assert np.array_equal(predict_walls_in_gaps(far, 2), grid("##...##"))
+    assert np.array_equal(predict_walls_in_gaps(far, 3), grid("#######"))
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ def test_lines_close_short_gaps_of_unknown_cells_only() -> None:
 )
 def test_what_is_no_map_is_refused(found: object, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
-        checked_map(found, (5, 6))
+        check_predicted_map(found, (5, 6))
 
 
 def test_the_map_within_a_budget_counts_and_the_last_one_after_the_end() -> None:
@@ -137,7 +137,7 @@ def test_the_map_within_a_budget_counts_and_the_last_one_after_the_end() -> None
         seen.append(info["steps"])
         return info["map"]
 
-    scoring = Scoring(predict, (TRUTH == 255).astype(np.uint8), (1, 2, 5))
+    scoring = PredictionScorer(predict, (TRUTH == 255).astype(np.uint8), (1, 2, 5))
     for step, metres in enumerate((0.0, 0.6, 1.0, 2.4)):
         scoring.add(metres, {"map": KNOWN, "steps": step})
     values = scoring.values()
@@ -150,12 +150,12 @@ def test_the_map_within_a_budget_counts_and_the_last_one_after_the_end() -> None
 
 def test_along_a_corridor_more_and_more_walls_are_known() -> None:
     """Its walls are 28 m long; 2 x 1.73 m of them are within 1 m at the start, and 0.6 m more with each step."""
-    found = Runner(TINY, named(forward), [CORRIDOR], prediction="free").run(Case("corridor", 5)).values
+    found = EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="free").run(Case("corridor", 5)).values
     more = found["iou_20_metres"] - found["iou_10_metres"]
     assert found["iou_10_metres"] == pytest.approx(2 * (9.9 + 2 * math.sqrt(0.75)) / 28, abs=0.03)
     assert more > 0.05
     assert found["iou_unseen_walls_10_metres"] == 0.0
-    without = Runner(TINY, named(forward), [CORRIDOR]).run(Case("corridor", 5)).values
+    without = EpisodeRunner(TINY, named(forward), [CORRIDOR]).run(Case("corridor", 5)).values
     assert without == {key: value for key, value in found.items() if not key.startswith("iou")}
 
 
@@ -183,9 +183,9 @@ policy = Policy
 
 def test_a_policy_predicts_in_its_own_process(tmp_path: Path) -> None:
     file = policy_file(tmp_path, PREDICTS)
-    with Player(file) as player:
-        own = Runner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
-    solid = Runner(TINY, named(forward), [CORRIDOR], prediction="solid").run(Case("corridor", 5))
+    with PolicyProcess(file) as player:
+        own = EpisodeRunner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
+    solid = EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="solid").run(Case("corridor", 5))
     assert own.values == solid.values
 
 
@@ -198,31 +198,31 @@ def test_a_policy_predicts_in_its_own_process(tmp_path: Path) -> None:
 )
 def test_a_policy_without_a_prediction_is_named(name: str, said: str, tmp_path: Path) -> None:
     with (
-        Player(f"{policy_file(tmp_path, PREDICTS)}:{name}") as player,
+        PolicyProcess(f"{policy_file(tmp_path, PREDICTS)}:{name}") as player,
         pytest.raises(PolicyError, match=said),
     ):
-        Runner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
+        EpisodeRunner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
 
 
 def test_tracks_without_budgets_and_unknown_names_are_refused() -> None:
     with pytest.raises(ConfigError, match="--prediction: expected one of policy, free, solid, lines; found 'fre'"):
-        Runner(TINY, named(forward), [CORRIDOR], prediction="fre")
+        EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="fre")
     with pytest.raises(
         ConfigError, match=r"--prediction policy: expected policy 'mine' to have a method predicted_map"
     ):
-        Runner(TINY, named(forward), [CORRIDOR], prediction="policy").run(Case("corridor", 5))
+        EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="policy").run(Case("corridor", 5))
     with pytest.raises(ConfigError, match="track exploration-quality-v1 has no budget of metres"):
-        Runner(track_of("quality"), named(forward), [CORRIDOR], prediction="free").run(Case("corridor", 5))
+        EpisodeRunner(find_track("quality"), named(forward), [CORRIDOR], prediction="free").run(Case("corridor", 5))
 
 
 @pytest.mark.slow
 def test_results_have_a_table_of_predictions(tmp_path: Path) -> None:
     plans = data_set(tmp_path / "plans", {"test": [hut(f"hut_{side}", float(side)) for side in (3, 4)]})
     for name in ("", "solid"):
-        result = run(track_of("budget"), "forward", plans, Settings(number=2, prediction=name))
+        result = run_benchmark(find_track("budget"), "forward", plans, RunSettings(number=2, prediction=name))
         write_result(result, tmp_path / f"forward{name}.json")
         assert ("iou_100_metres" in result.summary) == bool(name)
     assert '"prediction"' not in (tmp_path / "forward.json").read_text()
-    text = markdown(read_results([tmp_path / "forward.json", tmp_path / "forwardsolid.json"]))
+    text = format_markdown(read_results([tmp_path / "forward.json", tmp_path / "forwardsolid.json"]))
     assert "| policy | IoU, 100 metres |" in text
     assert "| forward, prediction solid |" in text

@@ -12,13 +12,13 @@ import pytest
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.benchmark.result import Result, encode, read_result, write_result
-from houseexpo.pseudoslam.benchmark.run import Settings, run
-from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
+from houseexpo.pseudoslam.benchmark.result import Result, encode_result, read_result, write_result
+from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
+from houseexpo.pseudoslam.benchmark.tracks import TRACKS, find_track
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 
-AVOIDANCE = track_of("avoidance")
+AVOIDANCE = find_track("avoidance")
 MINE = "tests.builders.policies"
 
 
@@ -29,14 +29,14 @@ def plans(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 def without_times(result: Result) -> bytes:
-    said = json.loads(encode(result))
+    said = json.loads(encode_result(result))
     del said["times"]
     return json.dumps(said).encode()
 
 
 @pytest.mark.slow
 def test_processes_make_no_difference() -> None:
-    one, two = (run(AVOIDANCE, "forward", None, Settings(number=3, workers=workers)) for workers in (1, 2))
+    one, two = (run_benchmark(AVOIDANCE, "forward", None, RunSettings(number=3, workers=workers)) for workers in (1, 2))
     assert without_times(one) == without_times(two)
     assert (one.times.workers, two.times.workers) == (1, 2)
     assert one.plans.number == 3
@@ -45,7 +45,7 @@ def test_processes_make_no_difference() -> None:
 
 @pytest.mark.slow
 def test_another_seed_is_another_policy_on_the_same_starts() -> None:
-    one, other = (run(AVOIDANCE, "random", None, Settings(number=2, seed=seed)) for seed in (0, 1))
+    one, other = (run_benchmark(AVOIDANCE, "random", None, RunSettings(number=2, seed=seed)) for seed in (0, 1))
     assert one.column("seed") == other.column("seed")
     assert one.column("return") != other.column("return")
 
@@ -62,20 +62,20 @@ def test_another_seed_is_another_policy_on_the_same_starts() -> None:
 )
 def test_a_policy_that_fails_ends_the_run(name: str, said: str) -> None:
     with pytest.raises(PolicyError, match=said):
-        run(AVOIDANCE, f"{MINE}:{name}", None, Settings(number=2, decision_limit_s=3.0))
+        run_benchmark(AVOIDANCE, f"{MINE}:{name}", None, RunSettings(number=2, decision_limit_s=3.0))
     assert not multiprocessing.active_children()
 
 
 @pytest.mark.slow
 def test_compiling_is_no_time_of_the_policy() -> None:
-    result = run(AVOIDANCE, f"{MINE}:compiles", None, Settings(number=1, decision_limit_s=3.0))
+    result = run_benchmark(AVOIDANCE, f"{MINE}:compiles", None, RunSettings(number=1, decision_limit_s=3.0))
     assert len(result.column("seed")) == 1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("track", TRACKS, ids=lambda track: track.id)
 def test_every_track_runs_and_is_read_back(track: Any, plans: Dataset, tmp_path: Path) -> None:
-    result = run(track, "random", plans, Settings(number=2))
+    result = run_benchmark(track, "random", plans, RunSettings(number=2))
     write_result(result, tmp_path / "result.json")
     assert read_result(tmp_path / "result.json") == result
     assert set(result.summary) == {metric.key for metric in track.metrics}
@@ -85,15 +85,15 @@ def test_every_track_runs_and_is_read_back(track: Any, plans: Dataset, tmp_path:
 
 def test_what_cannot_be_is_refused(plans: Dataset) -> None:
     with pytest.raises(ConfigError, match="policy 'greedy': made for navigation; track exploration-budget-v1 is"):
-        run(track_of("budget"), "greedy", plans, Settings(number=1))
+        run_benchmark(find_track("budget"), "greedy", plans, RunSettings(number=1))
     with pytest.raises(ConfigError, match="track exploration-quality-v1: expected a data set"):
-        run(track_of("quality"), "random", None, Settings(number=1))
+        run_benchmark(find_track("quality"), "random", None, RunSettings(number=1))
     with pytest.raises(ConfigError, match="--track: expected one of budget, quality"):
-        track_of("speed")
+        find_track("speed")
 
 
 def test_a_result_that_was_cut_off_is_refused(tmp_path: Path) -> None:
-    whole = encode(run(AVOIDANCE, "forward", None, Settings(number=1)))
+    whole = encode_result(run_benchmark(AVOIDANCE, "forward", None, RunSettings(number=1)))
     file = tmp_path / "result.json"
     file.write_bytes(whole[:-100])
     with pytest.raises(ConfigError, match=r"result.json: expected a result of `houseexpo benchmark run`, found"):

@@ -47,7 +47,7 @@ def test_the_first_time_that_so_much_was_seen() -> None:
 
 
 def test_quality_has_no_way_to_what_was_never_reached() -> None:
-    found = measures.Quality((20, 90, 95))(trace_of(TURN_AND_GO))
+    found = measures.StepsToCoverage((20, 90, 95))(trace_of(TURN_AND_GO))
     assert found == {
         "collisions": 0.0,
         "reached_20": 1.0, "steps_to_20": 1, "metres_to_20": 0.0,
@@ -59,10 +59,10 @@ def test_quality_has_no_way_to_what_was_never_reached() -> None:
 @pytest.mark.parametrize(
     ("metrics", "found"),
     [
-        (measures.budget_metrics((2, 4)), measures.Budget((2, 4))(trace_of(TURN_AND_GO))),
-        (measures.quality_metrics((50,)), measures.Quality((50,))(trace_of(TURN_AND_GO))),
-        (measures.AVOIDANCE, measures.avoidance(trace_of(TURN_AND_GO))),
-        (measures.NAVIGATION, measures.navigation(trace_of(TURN_AND_GO, spl=0.5, is_success=True))),
+        (measures.budget_metrics((2, 4)), measures.CoverageAtBudgets((2, 4))(trace_of(TURN_AND_GO))),
+        (measures.steps_to_coverage_metrics((50,)), measures.StepsToCoverage((50,))(trace_of(TURN_AND_GO))),
+        (measures.AVOIDANCE, measures.measure_avoidance(trace_of(TURN_AND_GO))),
+        (measures.NAVIGATION, measures.measure_navigation(trace_of(TURN_AND_GO, spl=0.5, is_success=True))),
     ],
 )
 def test_each_metric_has_its_value(metrics: tuple[measures.Metric, ...], found: measures.Values) -> None:
@@ -71,7 +71,7 @@ def test_each_metric_has_its_value(metrics: tuple[measures.Metric, ...], found: 
 
 
 def test_a_return_is_the_sum_of_rewards() -> None:
-    found = measures.avoidance(trace_of(TURN_AND_GO, collisions=2))
+    found = measures.measure_avoidance(trace_of(TURN_AND_GO, collisions=2))
     assert found == {"return": 2.5, "collisions": 2.0, "metres": 0.6, "untouched": 0.0}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from houseexpo.pseudoslam.agents.protocol import Interface
-from houseexpo.pseudoslam.benchmark.tracks import TRACKS, track_of
+from houseexpo.pseudoslam.benchmark.tracks import TRACKS, find_track
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, RobotConfig
 from houseexpo.pseudoslam.envs.spec import Kind
 from houseexpo.pseudoslam.tasks import ROOM
@@ -30,20 +30,20 @@ def test_every_track_is_held_to() -> None:
     assert [track.id for track in TRACKS] == list(FIXED)
     assert len({track.name for track in TRACKS}) == len(TRACKS)
     for track in TRACKS:
-        assert track_of(track.name) is track_of(track.id) is track
+        assert find_track(track.name) is find_track(track.id) is track
 
 
 @pytest.mark.parametrize("name", FIXED)
 def test_what_an_id_fixes(name: str) -> None:
-    config = track_of(name).config
+    config = find_track(name).config
     assert config.robot == RobotConfig(0.2, 0.3, 10.0)
     assert config.laser == LaserConfig(5.0, 180.0, 0.25 if name == "exploration-slam-v1" else 0.7, "sector")
     noise = NoiseConfig(0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
     assert config.noise == (noise if name in {"exploration-noisy-v1", "exploration-slam-v1"} else NoiseConfig())
     assert config.start.random
     assert config.people.number == (4 if name == "exploration-people-v1" else 0)
-    assert track_of(name).slam == (name == "exploration-slam-v1")
-    assert track_of(name).largest == (500 if name == "exploration-large-v1" else 0)
+    assert find_track(name).slam == (name == "exploration-slam-v1")
+    assert find_track(name).largest == (500 if name == "exploration-large-v1" else 0)
     assert bool(config.obstacles.random) == (name == "avoidance-v1")
     for key, value in FIXED[name].items():
         assert getattr(config, key) == value
@@ -53,7 +53,7 @@ def test_what_an_id_fixes(name: str) -> None:
 
 @pytest.mark.parametrize("name", FIXED)
 def test_a_policy_chooses_how_it_sees_and_acts_and_no_more(name: str) -> None:
-    track = track_of(name)
+    track = find_track(name)
     view = ObservationConfig(size_m=8.0)
     kind: Kind = "map" if track.slam else "dict"
     env = track.environment([CORRIDOR], Interface("continuous", kind, view))

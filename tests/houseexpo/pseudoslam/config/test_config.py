@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     StartConfig,
 )
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 
 
 def test_the_defaults_are_the_papers() -> None:

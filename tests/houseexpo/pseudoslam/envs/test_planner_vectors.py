@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.simulations import HUTS, assert_same, assert_same_step, hut, native, singles
 

@@ -16,7 +16,8 @@ from houseexpo.pseudoslam.config import (
     SimulatorConfig,
     Wheels,
 )
-from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, PeopleConfig, RandomObstacles, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
 from tests.builders.simulations import HUTS, assert_same, assert_same_step, native, singles
 

@@ -19,7 +19,7 @@ from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.io.record import record_episode
 from houseexpo.pseudoslam.io.robot_topics import TOPICS
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.needs import need
@@ -60,7 +60,7 @@ def heading(quaternion: Any) -> float:
 
 def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
     env, actions = made(), iter([FORWARD, FORWARD, LEFT, FORWARD])
-    done = record(env, lambda _: next(actions), None, steps=4, seed=0, bag=tmp_path / "new" / "run.mcap")
+    done = record_episode(env, lambda _: next(actions), None, steps=4, seed=0, bag=tmp_path / "new" / "run.mcap")
     assert done.steps == 4
     found = read(tmp_path / "new" / "run.mcap")
     counts = {topic: len(messages) for topic, messages in found.items()}
@@ -89,7 +89,7 @@ def test_a_run_is_read_back_as_it_was(tmp_path: Path) -> None:
 @pytest.mark.parametrize("observation", ["map", "dict"])
 def test_a_scan_goes_from_the_right_to_the_left(tmp_path: Path, observation: str) -> None:
     """From (2, 1.5) looking up: the wall on the left is 2 m away, that ahead 2.5 m, and on the right there is none."""
-    record(made(observation=observation), lambda _: LEFT, None, steps=1, seed=0, bag=tmp_path / "run.mcap")
+    record_episode(made(observation=observation), lambda _: LEFT, None, steps=1, seed=0, bag=tmp_path / "run.mcap")
     (_, scan), *_ = read(tmp_path / "run.mcap")["/scan"]
     assert (scan.header.frame_id, len(scan.ranges)) == ("base_scan", 180)
     assert scan.angle_min == pytest.approx(-math.pi / 2)
@@ -103,7 +103,7 @@ def test_a_scan_goes_from_the_right_to_the_left(tmp_path: Path, observation: str
 def test_lost_beams_are_not_a_number_and_odometry_errs(tmp_path: Path) -> None:
     noise = NoiseConfig(drop_out=0.3, odometry_way=0.2)
     env = made(replace(CONFIG, noise=noise), observation="dict")
-    record(env, lambda _: FORWARD, None, steps=3, seed=0, bag=tmp_path / "run.mcap")
+    record_episode(env, lambda _: FORWARD, None, steps=3, seed=0, bag=tmp_path / "run.mcap")
     found = read(tmp_path / "run.mcap")
     lost = np.mean([np.isnan(scan.ranges).mean() for _, scan in found["/scan"]])
     assert lost == pytest.approx(0.3, abs=0.1)
@@ -116,13 +116,13 @@ def test_lost_beams_are_not_a_number_and_odometry_errs(tmp_path: Path) -> None:
 
 def test_equal_runs_are_equal_bytes(tmp_path: Path) -> None:
     for name in ("one", "two"):
-        record(made(), lambda _: FORWARD, None, steps=3, seed=0, bag=tmp_path / f"{name}.mcap")
+        record_episode(made(), lambda _: FORWARD, None, steps=3, seed=0, bag=tmp_path / f"{name}.mcap")
     assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "two.mcap").read_bytes()
 
 
 def test_a_run_that_fails_leaves_no_file(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="action: expected"):
-        record(made(), lambda _: 7, None, steps=3, seed=0, bag=tmp_path / "run.mcap")
+        record_episode(made(), lambda _: 7, None, steps=3, seed=0, bag=tmp_path / "run.mcap")
     assert not list(tmp_path.iterdir())
 
 
@@ -142,10 +142,10 @@ def test_the_command_writes_a_bag_beside_a_movie_or_alone(tmp_path: Path) -> Non
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ConfigError, match=r"bag: expected a file that ends in .mcap, found 'run.bag'"):
-        record(made(), lambda _: 0, None, bag=tmp_path / "run.bag")
+        record_episode(made(), lambda _: 0, None, bag=tmp_path / "run.bag")
     with pytest.raises(ConfigError, match="record: expected a movie or a bag to write, found neither"):
-        record(made(), lambda _: 0, None)
+        record_episode(made(), lambda _: 0, None)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)
     with pytest.raises(MissingDependencyError, match=r"bags need rosbags, .*: .*pip install -e '.\[bag\]'"):
-        record(made(), lambda _: 0, None, bag=tmp_path / "run.mcap")
+        record_episode(made(), lambda _: 0, None, bag=tmp_path / "run.mcap")
     assert not list(tmp_path.iterdir())

@@ -10,8 +10,16 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.io.carmen import Drift, Pose, Reading, Scanner, laser_line, readings, write_log
-from houseexpo.pseudoslam.worlds.world import World, world_of
+from houseexpo.pseudoslam.io.carmen import (
+    OdometryDrift,
+    Pose,
+    Reading,
+    Scanner,
+    format_laser_line,
+    simulate_readings,
+    write_log,
+)
+from houseexpo.pseudoslam.worlds.world import World, make_world_from_raster
 
 ROOM = GridFrame((-1.0, -2.0), 10.0, (42, 62), y_up=True)  # 6 x 4 m inside, a wall of one cell round it
 
@@ -20,7 +28,7 @@ ROOM = GridFrame((-1.0, -2.0), 10.0, (42, 62), y_up=True)  # 6 x 4 m inside, a w
 def world() -> World:
     occupied = np.zeros(ROOM.shape, np.uint8)
     occupied[[0, -1]] = occupied[:, [0, -1]] = 1
-    return world_of(occupied, ROOM, 0.2, 5.0, "room")
+    return make_world_from_raster(occupied, ROOM, 0.2, 5.0, "room")
 
 
 def test_a_beam_is_as_long_as_the_way_to_the_wall(world: World) -> None:
@@ -35,7 +43,9 @@ def test_beams_lie_from_edge_to_edge() -> None:
 
 
 def test_a_line_has_its_fields_in_order() -> None:
-    words = laser_line(Scanner(180.0, 3, 8.0), Reading((1.0, -2.5, 0.5), np.array([1.25, 8.0, 0.5])), 0.4).split()
+    words = format_laser_line(
+        Scanner(180.0, 3, 8.0), Reading((1.0, -2.5, 0.5), np.array([1.25, 8.0, 0.5])), 0.4
+    ).split()
     assert words[:2] == ["ROBOTLASER1", "3"]
     np.testing.assert_allclose([float(word) for word in words[2:5]], [-math.pi / 2, math.pi, math.pi / 2], atol=1e-8)
     assert words[5:9] == ["8", "0.01", "0", "3"]
@@ -48,7 +58,7 @@ def test_a_line_has_its_fields_in_order() -> None:
 def test_a_log_has_a_line_a_reading_and_its_times(world: World, tmp_path: Path) -> None:
     scanner, poses = Scanner(360.0, 9, 9.0), [(1.0, 0.0, 0.0), (1.3, 0.0, 0.0), (1.3, 0.0, 0.2)]
     count = write_log(
-        tmp_path / "run.log", scanner, readings(world, scanner, poses, np.random.default_rng(0)), seconds=0.5
+        tmp_path / "run.log", scanner, simulate_readings(world, scanner, poses, np.random.default_rng(0)), seconds=0.5
     )
     lines = (tmp_path / "run.log").read_text().splitlines()
     assert (count, len(lines)) == (3, 4)
@@ -65,7 +75,9 @@ def test_a_log_has_a_line_a_reading_and_its_times(world: World, tmp_path: Path) 
 def test_noise_moves_what_is_met_and_only_that(world: World) -> None:
     scanner, poses = Scanner(360.0, 360, 3.0), [(1.0, 0.0, 0.0)] * 50
     clean = scanner.look(world.occupied, ROOM, poses[0])
-    noisy = np.array([one.ranges_m for one in readings(world, scanner, poses, np.random.default_rng(1), laser_m=0.02)])
+    noisy = np.array(
+        [one.ranges_m for one in simulate_readings(world, scanner, poses, np.random.default_rng(1), laser_m=0.02)]
+    )
     met = clean < 2.9
     assert met.any()
     assert (noisy[:, clean == 3.0] == 3.0).all()
@@ -76,12 +88,16 @@ def test_noise_moves_what_is_met_and_only_that(world: World) -> None:
 
 def test_without_drift_odometry_is_right_and_with_it_wrong_as_told() -> None:
     ring: list[Pose] = [(math.cos(a), math.sin(a), a + math.pi / 2) for a in np.linspace(0, 2 * math.pi, 101).tolist()]
-    exact = list(Drift(0.0, 0.0, 0.0).walk(ring, np.random.default_rng(0)))
+    exact = list(OdometryDrift(0.0, 0.0, 0.0).walk(ring, np.random.default_rng(0)))
     np.testing.assert_allclose(np.array(exact)[:, :2], np.array(ring)[:, :2], atol=1e-9)
-    ends = np.array([list(Drift(0.0, 0.0, 2.0).walk(ring, np.random.default_rng(seed)))[-1] for seed in range(400)])
+    ends = np.array(
+        [list(OdometryDrift(0.0, 0.0, 2.0).walk(ring, np.random.default_rng(seed)))[-1] for seed in range(400)]
+    )
     assert np.degrees(ends[:, 2] - math.pi / 2).std() == pytest.approx(2.0, rel=0.1)  # a full turn
     line: list[Pose] = [(0.3 * i, 0.0, 0.0) for i in range(31)]  # 9 m
-    ends = np.array([list(Drift(0.01, 0.0, 0.0).walk(line, np.random.default_rng(seed)))[-1] for seed in range(400)])
+    ends = np.array(
+        [list(OdometryDrift(0.01, 0.0, 0.0).walk(line, np.random.default_rng(seed)))[-1] for seed in range(400)]
+    )
     np.testing.assert_allclose((ends[:, :2] - (9.0, 0.0)).std(axis=0), 0.03, rtol=0.1)
     assert (ends[:, 2] == 0.0).all()
 
@@ -89,7 +105,7 @@ def test_without_drift_odometry_is_right_and_with_it_wrong_as_told() -> None:
 def test_equal_seeds_write_equal_bytes(world: World, tmp_path: Path) -> None:
     scanner, poses = Scanner(), [(1.0, 0.0, 0.0), (1.3, 0.0, 0.1)]
     for name in ("a", "b"):
-        run = readings(world, scanner, poses, np.random.default_rng(7), drift=Drift(), laser_m=0.01)
+        run = simulate_readings(world, scanner, poses, np.random.default_rng(7), drift=OdometryDrift(), laser_m=0.01)
         write_log(tmp_path / name, scanner, run)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 

@@ -14,7 +14,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.plan.parts import Room
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, PairConfig, pairs_of, stack_pairs
+from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, PairConfig, simulate_pairs, stack_pairs
 from houseexpo.pseudoslam.worlds.cache import world_for
 from tests.builders.simulations import HUTS
 
@@ -40,7 +40,7 @@ def at(x: float, y: float, heading_deg: float, **given: Any) -> PairConfig:
 def test_the_window_is_the_map_and_the_house_with_the_robot_in_the_middle() -> None:
     """From (1, 2) in the room on the left, looking right, 5 pixels a metre, up is y."""
     config = replace(at(1.0, 2.0, 0.0), size_m=14.0, pixels=70)
-    first, *_ = pairs_of(TWO_ROOMS, world_for(TWO_ROOMS, config.simulator), config, np.random.default_rng(0))
+    first, *_ = simulate_pairs(TWO_ROOMS, world_for(TWO_ROOMS, config.simulator), config, np.random.default_rng(0))
     assert first.pose == pytest.approx([1.0, 2.0, 0.0])
     assert first.believed == pytest.approx(first.pose)
     assert (first.steps, 0 < first.coverage < 1) == (0, True)
@@ -66,7 +66,7 @@ def test_the_plan_is_not_mirrored() -> None:
     """A hook whose only corner lies at high y."""
     hook = FloorPlan("hook", [(0, 0), (0, 6), (6, 6), (6, 5), (1.5, 5), (1.5, 0)], 1, {})
     config = replace(at(0.75, 3.0, 90.0), rooms=False, size_m=16.0, pixels=80)
-    first, *_ = pairs_of(hook, world_for(hook, config.simulator), config, np.random.default_rng(0))
+    first, *_ = simulate_pairs(hook, world_for(hook, config.simulator), config, np.random.default_rng(0))
     rows, cols = np.nonzero(first.complete == FREE)
     assert rows[cols > 60].max() < 40  # what lies far to the right lies above the robot
     assert (first.rooms == 0).all()
@@ -74,7 +74,7 @@ def test_the_plan_is_not_mirrored() -> None:
 
 def test_pairs_of_an_episode_know_more_and_more() -> None:
     config = replace(SMALL, each=6)
-    found = list(pairs_of(HUTS[2], world_for(HUTS[2], COARSE), config, np.random.default_rng(3)))
+    found = list(simulate_pairs(HUTS[2], world_for(HUTS[2], COARSE), config, np.random.default_rng(3)))
     assert [pair.steps for pair in found] == [0, 2, 4, 6, 8, 10]
     assert all(one.coverage <= other.coverage for one, other in pairwise(found))
     assert found[-1].coverage > found[0].coverage
@@ -86,7 +86,7 @@ def test_pairs_of_an_episode_know_more_and_more() -> None:
 def test_where_odometry_errs_the_house_is_laid_under_the_robot() -> None:
     noise = NoiseConfig(odometry_way=0.3, odometry_turn=0.9)
     config = replace(SMALL, each=8, every=6, simulator=replace(COARSE, noise=noise, laser=LaserConfig(8.0, 360.0)))
-    found = list(pairs_of(HUTS[1], world_for(HUTS[1], config.simulator), config, np.random.default_rng(1)))
+    found = list(simulate_pairs(HUTS[1], world_for(HUTS[1], config.simulator), config, np.random.default_rng(1)))
     off = [abs(math.remainder(float(pair.pose[2] - pair.believed[2]), 2 * math.pi)) for pair in found]
     assert off[0] == 0.0
     assert max(off) > 0.2
@@ -106,7 +106,7 @@ def test_where_odometry_errs_the_house_is_laid_under_the_robot() -> None:
 
 def test_arrays_are_what_the_configuration_says() -> None:
     for config in (SMALL, replace(SMALL, rooms=False)):
-        found = list(pairs_of(HUTS[0], world_for(HUTS[0], COARSE), config, np.random.default_rng(0)))
+        found = list(simulate_pairs(HUTS[0], world_for(HUTS[0], COARSE), config, np.random.default_rng(0)))
         for pairs in (found, []):
             arrays = stack_pairs(pairs, config)
             assert {name: (str(array.dtype), array.shape[1:]) for name, array in arrays.items()} == config.arrays()

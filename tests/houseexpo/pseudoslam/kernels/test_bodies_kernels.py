@@ -9,21 +9,20 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Polygon, Rectangle, Shape, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Polygon, Rectangle, Shape
+from houseexpo.pseudoslam.kernels.body_tracks import distance_to_body, mark_body, track_pose_at
 from houseexpo.pseudoslam.kernels.collision import (
     MOVING,
     PERSON,
     Disc,
     cell_meets_disc,
     disc_columns,
-    distance_to_body,
     distance_to_people,
     erase_disc,
-    mark_body,
     mark_disc,
-    track_pose_at,
 )
-from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
+from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, make_tracks
 from tests.builders.simulations import frame_of, room
 
 PPM = 10.0
@@ -82,7 +81,7 @@ def test_a_hair_covers_cells_that_hang_together(thickness: float) -> None:
     occupied = room(60, 60)
     for heading in (0.0, 20.0, 45.0, 77.0):
         track = Trajectory(Rectangle(2.0, thickness), (0, 1), [(3.01, 2.97, heading)] * 2)
-        drawn = swept_cells(make_tracks([track], occupied, frame_of(occupied, PPM), "box"), occupied.shape)
+        drawn = find_track_cells(make_tracks([track], occupied, frame_of(occupied, PPM), "box"), occupied.shape)
         assert drawn[int(60 - 29.7), 30]
         rows, cols = np.nonzero(drawn)
         assert math.hypot(np.ptp(rows) + 1, np.ptp(cols) + 1) >= 19.0

@@ -10,13 +10,13 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.pseudoslam.agents.explorers import Explorer, NearestFrontier
-from houseexpo.pseudoslam.agents.learned import Chooser
-from houseexpo.pseudoslam.agents.protocol import Robot, knowledge_of
+from houseexpo.pseudoslam.agents.learned import FrontierChooser
+from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, score_frontiers
 from houseexpo.pseudoslam.kernels.types import Floats
-from houseexpo.pseudoslam.learning.choosing import INFORMATION, NEAREST, Explorations
+from houseexpo.pseudoslam.learning.chooser_training import INFORMATION, NEAREST, HouseExplorer
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
@@ -34,7 +34,7 @@ def course_of(explorer: Explorer, plan: FloorPlan, seed: int, most: int) -> tupl
     state = simulator.start(np.random.default_rng(seed))
     covered, gone = [int(state.counts.covered)], [0.0]
     while len(covered) <= most and covered[-1] < math.ceil(0.985 * state.observable_cells):
-        action = explorer(None, knowledge_of(simulator, state))
+        action = explorer(None, make_knowledge(simulator, state))
         if action is None:
             return covered, gone, True
         simulator.step(state, ACTIONS[action])
@@ -44,7 +44,7 @@ def course_of(explorer: Explorer, plan: FloorPlan, seed: int, most: int) -> tupl
 
 
 def check(plan: FloorPlan, weights: Floats, explorer: Explorer, seed: int, most: int) -> None:
-    explorations = Explorations(CONFIG, most)
+    explorations = HouseExplorer(CONFIG, most)
     walk = explorations.begin(plan, np.random.default_rng(seed))
     ended = explorations.go(walk, weights, seen=0.985)
     covered, gone, done = course_of(explorer, plan, seed, most)
@@ -63,18 +63,18 @@ def test_it_goes_as_the_nearest_frontier_explorer_does(plan: FloorPlan, seed: in
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_it_goes_as_a_chooser_does(seed: int) -> None:
     weights = random_weights(seed)
-    check(POCKET, weights, Chooser(Robot(CONFIG), 0, weights), seed, 300)
+    check(POCKET, weights, FrontierChooser(Robot(CONFIG), 0, weights), seed, 300)
 
 
 @pytest.mark.slow
 def test_it_goes_as_choosers_do_in_published_houses(published_lines: list[bytes]) -> None:
     for i in range(12):
         weights = random_weights(i) if i % 2 else INFORMATION
-        check(decode(published_lines[i]), weights, Chooser(Robot(CONFIG), 0, weights), i, 500)
+        check(decode(published_lines[i]), weights, FrontierChooser(Robot(CONFIG), 0, weights), i, 500)
 
 
 def test_a_copy_of_a_walk_changes_nothing() -> None:
-    explorations = Explorations(CONFIG, 300)
+    explorations = HouseExplorer(CONFIG, 300)
     one, other = (explorations.begin(POCKET, np.random.default_rng(0)) for _ in range(2))
     explorations.go(one.copy(), random_weights(0))
     explorations.go(one, INFORMATION)
@@ -95,18 +95,18 @@ def test_the_best_score_wins_and_of_equal_ones_the_first() -> None:
 
 
 def test_the_way_to_90_percent_is_told_and_what_is_left_is_charged_for() -> None:
-    explorations = Explorations(CONFIG, 300)
+    explorations = HouseExplorer(CONFIG, 300)
     walk = explorations.begin(POCKET, np.random.default_rng(5))
     explorations.go(walk, INFORMATION)
     assert walk.coverage >= 0.9
     assert walk.course.covered[walk.steps - 1] < 0.9 * walk.state.observable_cells
     ways = explorations.way(POCKET, np.random.default_rng(5), NEAREST, INFORMATION)
     assert ways[1].tolist() == [walk.course.gone_px[walk.steps] / 12.5, walk.steps]
-    short = Explorations(CONFIG, 20).way(POCKET, np.random.default_rng(5), INFORMATION)[0]
+    short = HouseExplorer(CONFIG, 20).way(POCKET, np.random.default_rng(5), INFORMATION)[0]
     seen = walk.course.covered[20] / walk.state.observable_cells
     assert short == pytest.approx([walk.course.gone_px[20] / 12.5 + 150 * (0.9 - seen), 20 + 1000 * (0.9 - seen)])
 
 
 def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected a laser that scans sectors without noise"):
-        Explorations(SimulatorConfig(noise=NoiseConfig(laser_m=0.01)), 100)
+        HouseExplorer(SimulatorConfig(noise=NoiseConfig(laser_m=0.01)), 100)

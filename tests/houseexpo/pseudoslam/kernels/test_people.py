@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.people import mark_bodies, social_force
-from houseexpo.pseudoslam.render.sight import beam_ends, bodies_of
-from houseexpo.pseudoslam.worlds.moving import walk_of
+from houseexpo.pseudoslam.render.sight import beam_ends, find_bodies
+from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.simulations import NOBODY, Scene, assert_same, native, room, scene, singles
 
@@ -53,7 +53,7 @@ def potential(x: float, y: float, other: tuple[float, float, float, float]) -> f
 
 @pytest.mark.parametrize("velocity", [(0.0, 0.0), (0.8, -0.3), (-0.6, 0.0)])
 def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]) -> None:
-    walk = walk_of(PeopleConfig(), PPM)
+    walk = make_walk_params(PeopleConfig(), PPM)
     people = np.zeros(2, PERSON)
     for x, y in ((5.7, 5.0), (5.4, 5.6), (4.2, 5.1), (5.0, 3.9)):
         other = (x, y, *velocity)
@@ -72,7 +72,7 @@ def test_others_push_as_the_slope_of_the_potential(velocity: tuple[float, float]
 
 
 def test_walls_push_away_the_more_the_nearer() -> None:
-    walk, occupied, sizes = walk_of(PeopleConfig(), PPM), room(100, 100), []
+    walk, occupied, sizes = make_walk_params(PeopleConfig(), PPM), room(100, 100), []
     for x in (3.1, 4.1, 5.3, 9.0):
         people = np.zeros(1, PERSON)
         people["x"], people["y"] = x, 50.0
@@ -236,7 +236,7 @@ def test_a_house_without_room_for_all_has_fewer() -> None:
     people = placed_people(state.episode.bodies.people)
     assert 5 <= len(people) < 25
     assert not any(state.episode.bodies.people[len(people) :].tobytes())
-    assert len(bodies_of(simulator, state, beam_ends(simulator, state))) == len(people)
+    assert len(find_bodies(simulator, state, beam_ends(simulator, state))) == len(people)
     for _ in range(20):
         simulator.step(state, "left")
         places = np.stack([people["x"], people["y"]], axis=1)

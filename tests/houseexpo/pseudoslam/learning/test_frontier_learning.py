@@ -29,24 +29,26 @@ def test_equal_discounts_give_the_advantages_of_stable_baselines() -> None:
     from gymnasium import spaces
     from stable_baselines3.common.buffers import RolloutBuffer
 
-    from houseexpo.pseudoslam.learning.discounting import advantages
+    from houseexpo.pseudoslam.learning.discounting import estimate_advantages
 
     rewards, values, starts = random_episodes(30, 4)
     buffer = RolloutBuffer(30, spaces.Box(0, 1, (1,)), spaces.Discrete(2), gae_lambda=0.9, gamma=0.97, n_envs=4)
     buffer.rewards, buffer.values, buffer.episode_starts = rewards, values[:-1], starts[:-1]
     buffer.compute_returns_and_advantage(torch.from_numpy(values[-1]), starts[-1])
-    found = advantages(rewards, values, starts, np.full((30, 4), 0.97, np.float32), 0.9)
+    found = estimate_advantages(rewards, values, starts, np.full((30, 4), 0.97, np.float32), 0.9)
     np.testing.assert_allclose(found, buffer.advantages, rtol=1e-5, atol=1e-6)
 
 
 def test_a_travel_of_k_steps_is_worth_as_much_as_k_actions_of_one_step() -> None:
-    from houseexpo.pseudoslam.learning.discounting import advantages
+    from houseexpo.pseudoslam.learning.discounting import estimate_advantages
 
     rewards, values, starts = random_episodes(12, 2)
     starts[:] = 0.0
     starts[7, 1] = 1.0
     steps = RNG.integers(1, 6, (12, 2))
-    found = advantages(rewards, values, starts, (0.9**steps).astype(np.float32), 1.0)  # lambda 1: whole returns
+    found = estimate_advantages(
+        rewards, values, starts, (0.9**steps).astype(np.float32), 1.0
+    )  # lambda 1: whole returns
     for env in range(2):
         for t in range(12):
             wanted, worth = 0.0, 1.0

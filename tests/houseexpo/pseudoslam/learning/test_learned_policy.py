@@ -19,26 +19,26 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
     import torch
 
     from houseexpo.pseudoslam.agents.loading import load_policy
-    from houseexpo.pseudoslam.agents.protocol import Robot, robot_of
+    from houseexpo.pseudoslam.agents.protocol import Robot, make_robot
     from houseexpo.pseudoslam.benchmark.run import check_task
-    from houseexpo.pseudoslam.benchmark.tracks import track_of
+    from houseexpo.pseudoslam.benchmark.tracks import find_track
 
     run(tmp_path / "a", replace(tiny(steps=64), environment=EnvironmentConfig(simulator={"max_steps": 20})))
     named = load_policy(str(tmp_path / "a" / "policy.pt"))
-    track = track_of("avoidance")
+    track = find_track("avoidance")
     check_task(named, track)
     env = track.environment([ROOM], named.interface)
     ways = []
     for _ in range(2):
         observation, _ = env.reset(seed=0)
-        policy = named.factory(robot_of(env, named.interface), 7)
+        policy = named.factory(make_robot(env, named.interface), 7)
         actions = [policy(observation, {"steps": i}) for i in range(10)]  # type: ignore[typeddict-item]
         assert all(env.action_space.contains(action) for action in actions)
         ways.append(actions)
     assert ways[0] == ways[1]
     assert torch.backends.mkldnn.enabled, "a training in this process is to go as in one of its own"
     with pytest.raises(ConfigError, match="made for avoidance; track exploration-budget-v1 is exploration"):
-        check_task(named, track_of("budget"))
+        check_task(named, find_track("budget"))
     with pytest.raises(ConfigError, match=r"policy.pt: expected the observation space of its training, Box\("):
         named.factory(Robot(env.config, env.action_space, env.action_space), 7)
     (tmp_path / "other.pt").write_bytes(b"nothing")
@@ -47,18 +47,18 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
 
 
 def test_a_policy_that_learned_with_masks_runs_in_the_benchmark(tmp_path: Path) -> None:
-    from houseexpo.pseudoslam.benchmark.cases import room_cases
-    from houseexpo.pseudoslam.benchmark.episodes import Runner
-    from houseexpo.pseudoslam.benchmark.player import Player
-    from houseexpo.pseudoslam.benchmark.tracks import track_of
+    from houseexpo.pseudoslam.benchmark.cases import make_room_cases
+    from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
+    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+    from houseexpo.pseudoslam.benchmark.tracks import find_track
 
     place = EnvironmentConfig(simulator={"max_steps": 20}, action_mask=True)
     run(tmp_path / "a", replace(tiny(steps=64), policy="cnn", environment=place))
-    track = track_of("avoidance")
-    with Player(str(tmp_path / "a" / "policy.pt")) as player:
+    track = find_track("avoidance")
+    with PolicyProcess(str(tmp_path / "a" / "policy.pt")) as player:
         assert player.policy.interface.action_mask
-        (case,) = room_cases(track.id, ROOM.id, 1)
-        assert Runner(track, player.policy, [ROOM], 0, player).run(case).values["steps"] == 200
+        (case,) = make_room_cases(track.id, ROOM.id, 1)
+        assert EpisodeRunner(track, player.policy, [ROOM], 0, player).run(case).values["steps"] == 200
 
 
 @pytest.mark.parametrize("damage", [b"", b"no policy", None])

@@ -14,8 +14,13 @@ from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam import learning as needs
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
-from houseexpo.pseudoslam.learning.environments import check_options, choose_plans, environments, simulator_of
-from houseexpo.pseudoslam.learning.records import Curve
+from houseexpo.pseudoslam.learning.environments import (
+    check_task_options,
+    choose_plans,
+    make_environments,
+    make_simulator_config,
+)
+from houseexpo.pseudoslam.learning.records import CurveFile
 from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
 from tests.builders.training import TEST, TRAIN, tiny, write_split_huts, write_tiny
 
@@ -77,11 +82,11 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["avoidance", "exploration"])
 def test_the_papers_experiments_can_be_read(name: str) -> None:
     found = read_config(TrainConfig, ROOT / "experiments" / f"{name}.toml")
-    check_options(name, found.environment)
+    check_task_options(name, found.environment)
     assert (found.policy, found.memory) == ("cnn-lstm", 128)
-    assert simulator_of(name, found.environment).max_steps == 200
+    assert make_simulator_config(name, found.environment).max_steps == 200
     if name == "avoidance":
-        assert simulator_of(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
+        assert make_simulator_config(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
     without = read_config(TrainConfig, ROOT / "experiments" / f"{name}-cnn.toml")
     assert without == replace(found, policy="cnn"), "all but the network is the same"
 
@@ -89,8 +94,10 @@ def test_the_papers_experiments_can_be_read(name: str) -> None:
 def test_a_simulator_is_the_tasks_with_changes() -> None:
     changed = EnvironmentConfig(simulator={"robot": {"radius_m": 0.1}, "max_steps": 7})
     plain = ObstacleAvoidance.default
-    assert simulator_of("avoidance", changed) == replace(plain, robot=replace(plain.robot, radius_m=0.1), max_steps=7)
-    assert simulator_of("exploration", EnvironmentConfig(preset="view-10m")).observation.size_m == 10.0
+    assert make_simulator_config("avoidance", changed) == replace(
+        plain, robot=replace(plain.robot, radius_m=0.1), max_steps=7
+    )
+    assert make_simulator_config("exploration", EnvironmentConfig(preset="view-10m")).observation.size_m == 10.0
 
 
 @pytest.mark.parametrize(
@@ -104,7 +111,7 @@ def test_a_simulator_is_the_tasks_with_changes() -> None:
 )
 def test_options_of_another_task_are_refused(given: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(said)):
-        check_options("exploration", EnvironmentConfig(**given))
+        check_task_options("exploration", EnvironmentConfig(**given))
 
 
 def test_plans_are_learned_in_or_tested_in(tmp_path: Path) -> None:
@@ -113,7 +120,7 @@ def test_plans_are_learned_in_or_tested_in(tmp_path: Path) -> None:
     assert found.train == TRAIN
     assert sorted(found.test or ()) == list(TEST)
     assert choose_plans(plans, EnvironmentConfig(), 1).test == (found.test or ())[:1]
-    envs = environments("exploration", tiny().environment, found.source, number=2, plan_ids=found.train)
+    envs = make_environments("exploration", tiny().environment, found.source, number=2, plan_ids=found.train)
     assert envs.plan_ids == list(TRAIN)
     assert choose_plans(None, EnvironmentConfig(), 9).source is ROOM
 
@@ -126,13 +133,13 @@ def test_a_plan_on_both_sides_is_refused(tmp_path: Path) -> None:
 
 def test_a_curve_that_goes_on_drops_what_came_later(tmp_path: Path) -> None:
     file = tmp_path / "curve.csv"
-    first = Curve(file, 0)
+    first = CurveFile(file, 0)
     for steps in (10, 20, 30):
         first.add(steps, {"return": steps / 4, "steps": float("nan")})
     file.write_bytes(file.read_bytes() + b"40,1")  # it was killed while it wrote
-    Curve(file, 20).add(25, {"return": 1.0, "steps": 2.0})
+    CurveFile(file, 20).add(25, {"return": 1.0, "steps": 2.0})
     assert file.read_text() == "steps_done,return,steps\n10,2.5,\n20,5,\n25,1,2\n"
-    Curve(file, 0)
+    CurveFile(file, 0)
     assert file.read_bytes() == b""
 
 

@@ -9,7 +9,7 @@ pytest.importorskip("sb3_contrib")
 
 from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy  # noqa: E402
 
-from houseexpo.pseudoslam.learning.model import States, run_memory  # noqa: E402
+from houseexpo.pseudoslam.learning.model import States, run_lstm  # noqa: E402
 
 SEQUENCES, STEPS, WIDTH, HIDDEN = 5, 7, 6, 4
 
@@ -24,7 +24,7 @@ def test_whole_sequences_are_the_librarys_step_by_step(begins: str) -> None:
     starts[2, 4] = float(begins == "within")
     features = torch.randn(SEQUENCES * STEPS, WIDTH)
     found = []
-    for way in (run_memory, step_by_step):
+    for way in (run_lstm, step_by_step):
         seen = features.clone().requires_grad_()
         said, behind = way(seen, states, starts.flatten(), lstm)
         said.pow(2).sum().backward()

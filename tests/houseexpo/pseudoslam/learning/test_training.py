@@ -18,7 +18,7 @@ import pytest
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, EvaluationConfig, PPOConfig, TrainConfig
-from houseexpo.pseudoslam.learning.environments import environments
+from houseexpo.pseudoslam.learning.environments import make_environments
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.training import TEST, run, tiny, write_tiny
 
@@ -81,7 +81,7 @@ def test_a_run_leaves_a_policy_curves_and_logs(tmp_path: Path) -> None:
 def test_all_tasks_are_learned_and_tested_on_other_plans(
     task: str, policy: Any, given: dict[str, Any], tmp_path: Path
 ) -> None:
-    from houseexpo.pseudoslam.learning.policy_file import Actor, read_policy
+    from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
 
     place = EnvironmentConfig(simulator=tiny().environment.simulator, **given)
     config = replace(tiny(steps=64), policy=policy, environment=place)
@@ -90,10 +90,10 @@ def test_all_tasks_are_learned_and_tested_on_other_plans(
     lists = json.loads((tmp_path / "a" / "policy.json").read_text())["lists"]
     assert (lists["train"]["plans"], lists["test"]["plans"]) == (3, len(TEST))
     trained = read_policy(tmp_path / "a" / "policy.pt", task)
-    env = environments(task, place, open_dataset(tmp_path / "huts"), number=1, threads=1)
+    env = make_environments(task, place, open_dataset(tmp_path / "huts"), number=1, threads=1)
     ways = []
     for _ in range(2):  # a policy's memory and chance are its own
-        actor = Actor(trained, seed=5)
+        actor = EpisodeActor(trained, seed=5)
         observation, _ = env.reset(seed=3, options={"plan_id": "hut_e"})
         way = []
         for _ in range(8):
@@ -193,7 +193,9 @@ def test_a_policy_that_breaks_ends_the_run(tmp_path: Path, monkeypatch: pytest.M
 def _wrapped(config: TrainConfig) -> tuple[Any, TrainConfig]:
     from houseexpo.pseudoslam.learning.model import wrap_for_learner
 
-    return wrap_for_learner(environments("avoidance", config.environment, ROOM, number=2, threads=1), config), config
+    return wrap_for_learner(
+        make_environments("avoidance", config.environment, ROOM, number=2, threads=1), config
+    ), config
 
 
 def _spoil(learner: Any) -> None:
@@ -209,7 +211,7 @@ def test_a_test_leaves_learning_as_it_was(tmp_path: Path) -> None:
         np.testing.assert_array_equal(values, weights(tmp_path / "b")[name], err_msg=name)
     assert len(rows(tmp_path / "a" / "evaluation.csv")) == 6
     assert len(rows(tmp_path / "b" / "evaluation.csv")) == 1
-    assert environments("avoidance", tiny().environment, ROOM, number=1).config.max_steps == 20
+    assert make_environments("avoidance", tiny().environment, ROOM, number=1).config.max_steps == 20
 
 
 def test_a_policy_with_masks_never_chooses_what_they_forbid(tmp_path: Path) -> None:
@@ -221,7 +223,7 @@ def test_a_policy_with_masks_never_chooses_what_they_forbid(tmp_path: Path) -> N
     config = tiny(policy="cnn", environment=replace(plain, action_mask=True))
     run(tmp_path / "run", config, "exploration")
     policy = read_policy(tmp_path / "run" / "policy.pt", "exploration").policy
-    envs = environments("exploration", config.environment, ROOM, number=4, threads=1)
+    envs = make_environments("exploration", config.environment, ROOM, number=4, threads=1)
     seen, forbidden = envs.reset(seed=0)[0], 0
     with torch.inference_mode():
         for _ in range(40):

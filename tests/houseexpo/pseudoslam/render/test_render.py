@@ -14,10 +14,11 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import GoalConfig, NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Rectangle, Trajectory
+from houseexpo.pseudoslam.config.moving_obstacles import Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, Rectangle
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import scale_cells
-from houseexpo.pseudoslam.render.picture import beside, picture
+from houseexpo.pseudoslam.render.picture import draw_episode, draw_world_and_map
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -52,7 +53,7 @@ def seen(colour: tuple[int, int, int]) -> tuple[int, ...]:
 
 def test_the_map_shows_what_is_known_the_right_way_round() -> None:
     simulator, state = started()
-    image = picture(simulator, state)
+    image = draw_episode(simulator, state)
     assert image.shape == (82 * 5, 162 * 5, 3)  # cells of 5 x 5 pixels: 6 would be wider than 960
     assert image.dtype == np.uint8
     assert colour_at(simulator, image, 1.9, 1.0) == render.ROBOT_COLOUR
@@ -66,7 +67,7 @@ def test_the_map_shows_what_is_known_the_right_way_round() -> None:
 def test_the_heading_is_seen() -> None:
     for heading in (0.0, 90.0, 200.0):
         simulator, state = started(replace(EAST, start=replace(EAST.start, x_m=4.0, y_m=2.0, heading_deg=heading)))
-        image, angle = picture(simulator, state), math.radians(heading)
+        image, angle = draw_episode(simulator, state), math.radians(heading)
         for way, colour in ((0.08, render.FREE_COLOUR), (-0.12, render.ROBOT_COLOUR)):
             assert colour_at(simulator, image, 4 + way * math.cos(angle), 2 + way * math.sin(angle)) == colour
 
@@ -74,7 +75,7 @@ def test_the_heading_is_seen() -> None:
 def test_the_truth_can_be_shown_alone_or_pale_below_the_map() -> None:
     cupboard = Obstacle(Rectangle(0.5, 0.5), 1.0, 3.0)
     simulator, state = started(replace(EAST, obstacles=ObstaclesConfig((cupboard,))))
-    truth, both, known = (picture(simulator, state, shows=shows) for shows in ("truth", "both", "map"))
+    truth, both, known = (draw_episode(simulator, state, shows=shows) for shows in ("truth", "both", "map"))
     assert colour_at(simulator, truth, 1.0, 1.0) == render.FREE_COLOUR
     assert colour_at(simulator, both, 1.0, 1.0) == render.UNKNOWN_COLOUR
     assert colour_at(simulator, truth, 1.0, 3.0) == render.THING_COLOUR
@@ -86,7 +87,7 @@ def test_the_truth_can_be_shown_alone_or_pale_below_the_map() -> None:
 
 def test_what_moves_is_on_the_map_where_the_robot_sees_it() -> None:
     simulator, state = started(replace(EAST, trajectories=(resting(4, 2), resting(1, 2))))
-    known, both, truth = (picture(simulator, state, shows=shows) for shows in ("map", "both", "truth"))
+    known, both, truth = (draw_episode(simulator, state, shows=shows) for shows in ("map", "both", "truth"))
     for image in (known, both, truth):
         assert colour_at(simulator, image, 4.0, 2.0) == render.BODY_COLOUR
     assert colour_at(simulator, known, 1.0, 2.0) == render.UNKNOWN_COLOUR
@@ -97,11 +98,11 @@ def test_what_moves_is_on_the_map_where_the_robot_sees_it() -> None:
 def test_a_moving_shape_is_drawn_as_it_lies() -> None:
     bar = Trajectory(Rectangle(2.0, 0.2), times_s=(0, 1), poses=((5, 2, 90), (5, 2, 90)))
     simulator, state = started(replace(EAST, trajectories=(bar,)))
-    image = picture(simulator, state)
+    image = draw_episode(simulator, state)
     for y in (1.1, 2.9):
         assert colour_at(simulator, image, 5.0, y) == render.BODY_COLOUR
     assert colour_at(simulator, image, 5.2, 2.0) == render.UNKNOWN_COLOUR  # behind it
-    mask = (picture(simulator, state, shows="truth")[2::5, 2::5] == render.BODY_COLOUR).all(axis=2)
+    mask = (draw_episode(simulator, state, shows="truth")[2::5, 2::5] == render.BODY_COLOUR).all(axis=2)
     covered = (state.occupied & 2) != 0
     assert (mask & covered).sum() >= 0.95 * covered.sum()
     assert not (mask & ~covered).any()
@@ -113,11 +114,11 @@ def test_the_goal_and_the_trail_are_drawn() -> None:
     for _ in range(5):
         simulator.step(state, "forward")
         trail.append(state.poses_px.copy())
-    image = picture(simulator, state, trail)
+    image = draw_episode(simulator, state, trail)
     assert colour_at(simulator, image, 6.0, 3.0) == render.GOAL_COLOUR
     assert colour_at(simulator, image, 2.75, 1.0) == render.TRAIL_COLOUR
     assert colour_at(simulator, image, 3.4, 1.0) == render.ROBOT_COLOUR
-    assert colour_at(simulator, picture(simulator, state), 2.5, 1.0) == render.FREE_COLOUR
+    assert colour_at(simulator, draw_episode(simulator, state), 2.5, 1.0) == render.FREE_COLOUR
 
 
 def test_where_odometry_errs_the_map_shows_what_the_robot_believes() -> None:
@@ -127,17 +128,17 @@ def test_where_odometry_errs_the_map_shows_what_the_robot_believes() -> None:
     (x, y, _), (seen_x, seen_y, _) = simulator.pose(state), simulator.believed_pose(state)
     assert math.hypot(x - seen_x, y - seen_y) > 0.6
     for shows, here, there in (("map", (seen_x, seen_y), (x, y)), ("truth", (x, y), (seen_x, seen_y))):
-        image = picture(simulator, state, shows=shows)
+        image = draw_episode(simulator, state, shows=shows)
         assert colour_at(simulator, image, here[0] - 0.1, here[1]) == render.ROBOT_COLOUR
         assert colour_at(simulator, image, there[0] - 0.1, there[1]) != render.ROBOT_COLOUR
 
 
 def test_small_pictures_keep_walls() -> None:
     simulator, state = started()
-    image = picture(simulator, state, most_px=(50, 50))
+    image = draw_episode(simulator, state, most_px=(50, 50))
     assert image.shape == (21, 41, 3)  # a pixel for 4 x 4 cells
     assert colour_at(simulator, image, 5.5, 0.0) == render.WALL_COLOUR
-    assert picture(simulator, state, most_px=(1, 1)).shape == (1, 1, 3)
+    assert draw_episode(simulator, state, most_px=(1, 1)).shape == (1, 1, 3)
 
 
 def test_a_pixel_for_several_cells_takes_the_one_that_matters_most() -> None:
@@ -153,8 +154,8 @@ def test_a_pixel_for_several_cells_takes_the_one_that_matters_most() -> None:
 def test_truth_and_map_lie_side_by_side() -> None:
     simulator, state = started()
     for most, each in (((700, 300), (344, 300)), ((350, 700), (350, 344))):  # one below the other where it is narrow
-        image = beside(simulator, state, most_px=most)
-        truth, known = (picture(simulator, state, shows=shows, most_px=each) for shows in ("truth", "map"))
+        image = draw_world_and_map(simulator, state, most_px=most)
+        truth, known = (draw_episode(simulator, state, shows=shows, most_px=each) for shows in ("truth", "map"))
         rows, cols = truth.shape[:2]
         assert np.array_equal(image[:rows, :cols], truth)
         assert np.array_equal(image[-rows:, -cols:], known)
@@ -165,9 +166,9 @@ def test_truth_and_map_lie_side_by_side() -> None:
 def test_what_cannot_be_drawn_is_said() -> None:
     simulator, state = started()
     with pytest.raises(ConfigError, match="shows: expected one of map, both, truth; found 'all'"):
-        picture(simulator, state, shows="all")  # type: ignore[arg-type]
+        draw_episode(simulator, state, shows="all")  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="expected a size of at least one pixel, found 0 x 5"):
-        picture(simulator, state, most_px=(0, 5))
+        draw_episode(simulator, state, most_px=(0, 5))
 
 
 @pytest.mark.parametrize("task", ["Exploration", "ObstacleAvoidance", "Navigation"])
@@ -205,7 +206,7 @@ def test_a_window_shows_each_step_and_closes(monkeypatch: pytest.MonkeyPatch) ->
         env.reset(seed=0)
         env.step(0)
         shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
-        assert np.array_equal(shown, picture(env.simulator, env.state, env._trail))
+        assert np.array_equal(shown, draw_episode(env.simulator, env.state, env._trail))
         env.close()
         assert not pygame.display.get_init()
     env.close()

@@ -21,7 +21,7 @@ from houseexpo import FloorPlan
 from houseexpo.commands.ros import ros as command
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, empty, heading_of
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, empty_fields, heading_from_quaternion
 from houseexpo.pseudoslam.ros import bridge as bridge_module
 from houseexpo.pseudoslam.ros.bridge import Bridge
 from houseexpo.pseudoslam.ros.fleet import Fleet
@@ -104,14 +104,14 @@ def test_a_velocity_moves_the_robot_and_a_pose_puts_it(server: Rosbridge, robot:
 
 
 def test_services_answer(server: Rosbridge, robot: Robot) -> None:
-    state = empty("simulation_interfaces/msg/EntityState")
+    state = empty_fields("simulation_interfaces/msg/EntityState")
     state["pose"] = {"position": {**ZERO, "x": 5.0, "y": 1.0}, "orientation": {**ZERO, "z": 1.0}}
     state["twist"] = state["acceleration"] = {"linear": ZERO, "angular": ZERO}
     found = server.call("/houseexpo/set_entity_state", {"entity": "robot", "state": state, "set_pose": True})
     assert found == {"result": {"result": 1, "error_message": ""}}
     found = server.call("/houseexpo/get_entity_state", {"entity": "robot"})
     assert (found["state"]["pose"]["position"]["x"], found["result"]["result"]) == (5.0, 1)
-    assert abs(heading_of(found["state"]["pose"]["orientation"])) == pytest.approx(math.pi)
+    assert abs(heading_from_quaternion(found["state"]["pose"]["orientation"])) == pytest.approx(math.pi)
     assert server.call("/houseexpo/reset", {}) == {}
     assert server.faults == []
 
@@ -183,7 +183,7 @@ def test_numbers_that_json_lacks() -> None:
 
 @pytest.mark.parametrize("kind", sorted(FIELDS))
 def test_messages_come_back(kind: str) -> None:
-    sent = bridge_module._object(kind, empty(kind))
+    sent = bridge_module._object(kind, empty_fields(kind))
     found = bridge_module._fields(kind, json.loads(bridge_module._json(sent)), "msg")
     assert bridge_module._object(kind, found) == sent
     assert Message(kind, found).fields.keys() == FIELDS[kind].keys()

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, empty, heading_of
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, empty_fields, heading_from_quaternion
 from houseexpo.pseudoslam.ros import node as node_module
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
@@ -34,7 +34,7 @@ def asked(graph: Recorded, node: Node, service: str, **fields: Any) -> dict[str,
 
 
 def state(x: float = 0.0, y: float = 0.0, heading: float = 0.0, **given: Any) -> dict[str, Any]:
-    found = empty(REQUEST) | {"entity": "robot", "set_pose": True} | given
+    found = empty_fields(REQUEST) | {"entity": "robot", "set_pose": True} | given
     found["state"]["pose"] = {
         "position": {"x": x, "y": y, "z": 0.0},
         "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(heading / 2), "w": math.cos(heading / 2)},
@@ -53,7 +53,7 @@ def test_every_service_answers_with_all_fields_of_its_type() -> None:
     }  # fmt: skip
     assert {f"/houseexpo/{name}" for name in kinds} == set(graph.services)
     for name, kind in kinds.items():
-        found = asked(graph, node, name, **empty(f"{kind}_Request"))
+        found = asked(graph, node, name, **empty_fields(f"{kind}_Request"))
         assert found.keys() == FIELDS[f"{kind}_Response"].keys(), name
 
 
@@ -67,7 +67,9 @@ def test_an_entity_is_put_and_its_state_is_the_true_one() -> None:
     position, twist = found["state"]["pose"]["position"], found["state"]["twist"]
     assert found["state"]["header"]["frame_id"] == "map"
     assert (position["x"], position["y"]) == pytest.approx((x, y), abs=0.011)  # one tick further
-    assert heading_of(found["state"]["pose"]["orientation"]) == pytest.approx(heading) == pytest.approx(0.7)
+    assert (
+        heading_from_quaternion(found["state"]["pose"]["orientation"]) == pytest.approx(heading) == pytest.approx(0.7)
+    )
     assert (twist["linear"]["x"], twist["linear"]["y"]) == pytest.approx((0.5 * math.cos(0.7), 0.5 * math.sin(0.7)))
 
 

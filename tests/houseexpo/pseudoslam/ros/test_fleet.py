@@ -12,7 +12,7 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 
 HALL = FloorPlan(

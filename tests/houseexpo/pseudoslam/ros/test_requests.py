@@ -15,13 +15,13 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports.rasters import WALL, occupancy_picture
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.poses import Pose
-from houseexpo.pseudoslam.io.robot_topics import Quality
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, heading_of
+from houseexpo.pseudoslam.io.robot_topics import TopicQuality
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, heading_from_quaternion
 from houseexpo.pseudoslam.ros import node as node_module
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
-from houseexpo.pseudoslam.ros.services import Call, Service
+from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 OTHER = FloorPlan("other", [(0, 0), (0, 3), (3, 3), (3, 0)], 1, {})
@@ -34,11 +34,11 @@ class Recorded:
 
     def __init__(self) -> None:
         self.heard: dict[str, list[dict[str, Any]]] = {}
-        self.qualities: dict[str, Quality] = {}
+        self.qualities: dict[str, TopicQuality] = {}
         self._inward: dict[tuple[str, str], Subscription] = {}
-        self.services: dict[str, Service] = {}
+        self.services: dict[str, RequestQueue] = {}
 
-    def advertise(self, topic: str, kind: str, quality: Quality) -> None:
+    def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         assert kind in FIELDS
         self.heard[topic], self.qualities[topic] = [], quality
 
@@ -48,16 +48,16 @@ class Recorded:
     def has_subscribers(self, topic: str) -> bool:
         return topic in self.heard
 
-    def subscribe(self, topic: str, kind: str, quality: Quality | None = None) -> Subscription:
+    def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
         assert quality is None
         return self._inward.setdefault((topic, kind), Subscription(kind))
 
     def send(self, topic: str, kind: str, **fields: Any) -> None:
         self._inward[topic, kind].add(fields)
 
-    def offer(self, name: str, kind: str) -> Service:
+    def offer(self, name: str, kind: str) -> RequestQueue:
         assert {f"{kind}_Request", f"{kind}_Response"} <= set(FIELDS)
-        self.services[name] = Service()
+        self.services[name] = RequestQueue()
         return self.services[name]
 
     def look(self) -> None:
@@ -66,7 +66,7 @@ class Recorded:
     def call(self, name: str, **fields: Any) -> list[dict[str, Any]]:
         """Ask a service; the answer comes into the list."""
         answers: list[dict[str, Any]] = []
-        self.services[f"/houseexpo/{name}"].add(Call(fields, answers.append))
+        self.services[f"/houseexpo/{name}"].add(ServiceCall(fields, answers.append))
         return answers
 
     @property
@@ -92,7 +92,7 @@ def put(graph: Recorded, x: float, y: float, frame: str = "map") -> None:
 def placed_in(parent: Pose, transform: dict[str, Any]) -> Pose:
     """Return the pose of a child frame, by plain trigonometry."""
     x, y, heading = parent
-    moved, turned = transform["translation"], heading_of(transform["rotation"])
+    moved, turned = transform["translation"], heading_from_quaternion(transform["rotation"])
     cos, sin = math.cos(heading), math.sin(heading)
     return x + moved["x"] * cos - moved["y"] * sin, y + moved["x"] * sin + moved["y"] * cos, heading + turned
 

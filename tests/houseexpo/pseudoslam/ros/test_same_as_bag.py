@@ -13,8 +13,8 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.io.playback import map_of_bag
-from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.io.bag_maps import map_from_bag
+from houseexpo.pseudoslam.io.record import record_episode
 from houseexpo.pseudoslam.io.robot_topics import TOPICS
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
@@ -40,7 +40,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     need(modules=["rosbags.rosbag2"], how="pip install -e '.[bag]'")
     path = tmp_path_factory.mktemp("bag") / "run.mcap"
     env, actions = ExplorationEnv(PLAN, CONFIG, success_coverage=None), iter(ACTIONS)
-    record(env, lambda _: next(actions), None, steps=len(ACTIONS), seed=4, bag=path)
+    record_episode(env, lambda _: next(actions), None, steps=len(ACTIONS), seed=4, bag=path)
     return path
 
 
@@ -142,7 +142,7 @@ def test_a_bag_offers_the_qualities_of_the_node(bag: Path, live: Recorded) -> No
 
 
 def test_the_bag_plays_back_into_a_map_of_the_house(bag: Path) -> None:
-    found = map_of_bag(bag, CELL_M)
+    found = map_from_bag(bag, CELL_M)
     assert found.free.sum() * CELL_M**2 > 8.0
     rows, cols = np.nonzero(found.occupancy == 100)
     x = found.origin[0] + (cols + 0.5) * CELL_M

@@ -15,10 +15,10 @@ import pytest
 
 from houseexpo import FloorPlan
 from houseexpo.exports.rasters import WALL, occupancy_picture
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty, occupancy_grid
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty_fields, occupancy_grid_message
 from houseexpo.pseudoslam.ros import idl, rtps, services
 from houseexpo.pseudoslam.ros.dds import Network
-from houseexpo.pseudoslam.ros.services import Service, Services
+from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceServer
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 from tests.builders.needs import need
 from tests.builders.ros.client import answers
@@ -31,14 +31,14 @@ READER, WRITER = b"\0\0\1\4", b"\0\0\1\3"
 
 
 def parts(packet: bytes) -> list[rtps.Submessage]:
-    return [each.part for each in rtps.submessages_for(packet, OTHER)]
+    return [each.part for each in rtps.parse_submessages(packet, OTHER)]
 
 
 def test_a_heartbeat_and_an_acknack_have_the_bytes_of_the_standard() -> None:
-    beat = rtps.message(OWN, rtps.NOBODY, [rtps.heartbeat(READER, WRITER, 2, 2**32 + 3, 7)])
+    beat = rtps.build_message(OWN, rtps.NOBODY, [rtps.build_heartbeat(READER, WRITER, 2, 2**32 + 3, 7)])
     body = "00000104 00000103 00000000 02000000 01000000 03000000 07000000"
     assert beat == b"RTPS\x02\x03\0\0" + OWN + bytes.fromhex("07 01 1c00" + body)
-    ack = rtps.message(OWN, OTHER, [rtps.acknack(READER, WRITER, 5, [5, 7, 37], 1, is_final=False)])
+    ack = rtps.build_message(OWN, OTHER, [rtps.build_acknack(READER, WRITER, 5, [5, 7, 37], 1, is_final=False)])
     numbers = "00000000 05000000 21000000 000000a0 00000080"  # 33 bits from 5 on: the 1st, 3rd, and 33rd
     target = bytes.fromhex("0e 01 0c00") + OTHER
     assert ack == b"RTPS\x02\x03\0\0" + OWN + target + bytes.fromhex(
@@ -47,15 +47,15 @@ def test_a_heartbeat_and_an_acknack_have_the_bytes_of_the_standard() -> None:
 
 
 def test_what_is_written_is_read_again() -> None:
-    inline = [(rtps.RELATED, rtps.identity(OWN + WRITER, 2**33 + 1))]
-    packet = rtps.message(
+    inline = [(rtps.RELATED, rtps.build_sample_identity(OWN + WRITER, 2**33 + 1))]
+    packet = rtps.build_message(
         OWN,
         OTHER,
         [
-            rtps.data(READER, WRITER, 2**32 + 9, b"\0\1\0\0payl", inline),
-            rtps.gap(READER, WRITER, 4, 6),
-            rtps.acknack(READER, WRITER, 3, [4, 258], 2, is_final=True),
-            rtps.heartbeat(READER, WRITER, 1, 0, 3),
+            rtps.build_data(READER, WRITER, 2**32 + 9, b"\0\1\0\0payl", inline),
+            rtps.build_gap(READER, WRITER, 4, 6),
+            rtps.build_acknack(READER, WRITER, 3, [4, 258], 2, is_final=True),
+            rtps.build_heartbeat(READER, WRITER, 1, 0, 3),
         ],
     )
     assert parts(packet) == [
@@ -64,7 +64,7 @@ def test_what_is_written_is_read_again() -> None:
         rtps.AckNack(READER, WRITER, 3, [4, 258], is_final=True),
         rtps.Heartbeat(READER, WRITER, 1, 0, is_final=False),
     ]
-    assert list(rtps.submessages_for(packet, bytes(range(50, 62)))) == []  # it is for another participant
+    assert list(rtps.parse_submessages(packet, bytes(range(50, 62)))) == []  # it is for another participant
 
 
 def test_both_orders_of_bytes_are_read() -> None:
@@ -75,13 +75,13 @@ def test_both_orders_of_bytes_are_read() -> None:
 
 def test_addresses_leave_out_other_kinds() -> None:
     shared = struct.pack("<iI", 16, 7410) + bytes(16)
-    both = shared + rtps.locator(("192.168.1.7", 7411))
-    assert rtps.addresses(both, "<") == [("192.168.1.7", 7411)]
+    both = shared + rtps.build_locator(("192.168.1.7", 7411))
+    assert rtps.parse_locators(both, "<") == [("192.168.1.7", 7411)]
 
 
 def test_fragments_together_are_the_payload() -> None:
     payload = np.random.default_rng(1).bytes(10_001)
-    found = rtps.fragments(READER, WRITER, 3, payload, [], size=4_000)
+    found = rtps.build_fragments(READER, WRITER, 3, payload, [], size=4_000)
     assert len(found) == 3
     assert b"".join(part[4 + 32 :][:4_000] for part in found)[:10_001] == payload
     assert struct.unpack_from("<IHHI", found[2], 4 + 20) == (3, 1, 4_000, 10_001)
@@ -97,7 +97,7 @@ def test_on_a_network_that_loses_messages_all_samples_come_once(seed: int) -> No
         for mail in mails:
             if rng.random() < 0.4:
                 continue
-            for each in rtps.submessages_for(rtps.message(sender, mail.prefix, mail.parts), mail.prefix):
+            for each in rtps.parse_submessages(rtps.build_message(sender, mail.prefix, mail.parts), mail.prefix):
                 part = each.part
                 if isinstance(part, rtps.Data):
                     if reader.is_new(OWN + WRITER, part.number):
@@ -141,12 +141,12 @@ def test_a_reader_that_does_not_answer_is_left_alone() -> None:
 @pytest.mark.parametrize("kind", sorted(kind for kind in FIELDS if "/srv/" in kind))
 def test_cdr_comes_back(kind: str) -> None:
     need(modules=["cyclonedds"], how="make ros")
-    fields = empty(kind)
-    data = idl.encode(Message(kind, fields))
+    fields = empty_fields(kind)
+    data = idl.encode_message(Message(kind, fields))
     assert data[:4] == b"\0\1\0\0"
-    assert idl.encode(Message(kind, idl.decode(kind, data))) == data
+    assert idl.encode_message(Message(kind, idl.decode_message(kind, data))) == data
     with pytest.raises(ValueError, match=kind):
-        idl.decode(kind, b"\0\1\0\0")
+        idl.decode_message(kind, b"\0\1\0\0")
 
 
 @pytest.fixture
@@ -155,16 +155,18 @@ def domain() -> int:
 
 
 @pytest.fixture
-def served(domain: int) -> Iterator[Callable[[str, str], Service]]:
+def served(domain: int) -> Iterator[Callable[[str, str], RequestQueue]]:
     need(modules=["cyclonedds"], how="make ros")
-    made = Services(domain, local=True, warn=print)
+    made = ServiceServer(domain, local=True, warn=print)
     try:
         yield made.offer
     finally:
         made.close()
 
 
-def asked_by_cyclonedds(domain: int, name: str, kind: str, request: Fields, service: Service, answer: Fields) -> Fields:
+def asked_by_cyclonedds(
+    domain: int, name: str, kind: str, request: Fields, service: RequestQueue, answer: Fields
+) -> Fields:
     """Ask as rmw_cyclonedds does: 16 bytes, an id and a number, stand before the request and come back."""
     from cyclonedds.core import Policy, Qos
     from cyclonedds.idl import IdlStruct, make_idl_struct
@@ -174,7 +176,7 @@ def asked_by_cyclonedds(domain: int, name: str, kind: str, request: Fields, serv
     from cyclonedds.topic import Topic
 
     def headed(part: str) -> Any:
-        inner = idl.type_of(f"{kind}_{part}")
+        inner = idl.dds_type(f"{kind}_{part}")
         fields = {"guid": of.uint64, "number": of.int64, **inner.__annotations__}
         package, _, short = kind.split("/")
         assert issubclass(inner, IdlStruct)
@@ -189,7 +191,7 @@ def asked_by_cyclonedds(domain: int, name: str, kind: str, request: Fields, serv
     while not (writer.get_matched_subscriptions() and reader.get_matched_publications()):
         assert time.monotonic() < until, "the service was not found"
         time.sleep(0.01)
-    inner = idl.struct_of(f"{kind}_Request", request)
+    inner = idl.dds_struct(f"{kind}_Request", request)
     writer.write(wanted(77, 5, **{field: getattr(inner, field) for field in request}))
     calls: list[Any] = []
     found: list[Any] = []
@@ -201,40 +203,41 @@ def asked_by_cyclonedds(domain: int, name: str, kind: str, request: Fields, serv
         found = reader.take(10)
         time.sleep(0.005)
     network.close()
-    assert [idl.encode(Message(f"{kind}_Request", call.fields)) for call in calls] == [
+    assert [idl.encode_message(Message(f"{kind}_Request", call.fields)) for call in calls] == [
         inner.serialize(use_version_2=False)
     ]
     assert (found[0].guid, found[0].number) == (77, 5)
-    return idl.fields_of(f"{kind}_Response", found[0])
+    return idl.message_fields(f"{kind}_Response", found[0])
 
 
-def test_a_client_of_cyclonedds_gets_its_answer(domain: int, served: Callable[[str, str], Service]) -> None:
+def test_a_client_of_cyclonedds_gets_its_answer(domain: int, served: Callable[[str, str], RequestQueue]) -> None:
     kind = "simulation_interfaces/srv/SetEntityState"
     service = served("/houseexpo/set_entity_state", kind)
-    request = empty(f"{kind}_Request") | {"entity": "robot2", "set_twist": True}
+    request = empty_fields(f"{kind}_Request") | {"entity": "robot2", "set_twist": True}
     request["state"]["pose"]["position"]["x"] = 2.5
     answer = {"result": {"result": 101, "error_message": "it does not fit"}}
     assert asked_by_cyclonedds(domain, "/houseexpo/set_entity_state", kind, request, service, answer) == answer
 
 
-def test_a_large_answer_comes_in_parts(domain: int, served: Callable[[str, str], Service]) -> None:
+def test_a_large_answer_comes_in_parts(domain: int, served: Callable[[str, str], RequestQueue]) -> None:
     service = served("/houseexpo/load_map", "nav_msgs/srv/LoadMap")
     data = np.arange(500 * 400, dtype=np.int8).reshape(400, 500)
-    grid = occupancy_grid(0, "map", OccupancyGrid(data, 0.05, (0.0, 0.0))).fields
+    grid = occupancy_grid_message(0, "map", OccupancyGrid(data, 0.05, (0.0, 0.0))).fields
     kind, answer = "nav_msgs/srv/LoadMap", {"map": grid, "result": 0}
     found = asked_by_cyclonedds(domain, "/houseexpo/load_map", kind, {"map_url": "x"}, service, answer)
     assert found["map"]["data"] == data.ravel().tolist()
 
 
-def test_packets_of_others_do_no_harm(domain: int, served: Callable[[str, str], Service]) -> None:
+def test_packets_of_others_do_no_harm(domain: int, served: Callable[[str, str], RequestQueue]) -> None:
     service = served("/houseexpo/reset", "std_srvs/srv/Empty")
     host = served.__self__  # type: ignore[attr-defined]
     rng = np.random.default_rng(3)
-    good = rtps.message(
+    good = rtps.build_message(
         OTHER, rtps.NOBODY,
-        [rtps.data(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, rtps.description(
-            [(rtps.PARTICIPANT_GUID, OTHER + rtps.PARTICIPANT), (rtps.META_LOCATOR, rtps.locator(("127.0.0.1", 9)))])),
-         rtps.heartbeat(READER, WRITER, 1, 2**60, 3), rtps.gap(READER, WRITER, 1, 2**60)],
+        [rtps.build_data(rtps.SPDP_READER, rtps.SPDP_WRITER, 1, rtps.build_discovery_payload(
+            [(rtps.PARTICIPANT_GUID, OTHER + rtps.PARTICIPANT),
+             (rtps.META_LOCATOR, rtps.build_locator(("127.0.0.1", 9)))])),
+         rtps.build_heartbeat(READER, WRITER, 1, 2**60, 3), rtps.build_gap(READER, WRITER, 1, 2**60)],
     )  # fmt: skip
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.sendto(good, host._address)
@@ -243,7 +246,7 @@ def test_packets_of_others_do_no_harm(domain: int, served: Callable[[str, str], 
             for at in rng.integers(20, len(packet), rng.integers(1, 6)):
                 packet[at] = rng.integers(256)
             sender.sendto(packet[: rng.integers(10, len(packet) + 1)], host._address)
-    request = empty("std_srvs/srv/Empty_Request")
+    request = empty_fields("std_srvs/srv/Empty_Request")
     found = asked_by_cyclonedds(domain, "/houseexpo/reset", "std_srvs/srv/Empty", request, service, request)
     assert found == request
 

@@ -14,7 +14,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, Odometry, SimulatorConfig
 from houseexpo.pseudoslam.config.drive import Motion
-from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, PeopleConfig, RandomObstacles
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.collision import MOVING, THINNER_PX, mark_disc
 from houseexpo.pseudoslam.teams.radio import Radio

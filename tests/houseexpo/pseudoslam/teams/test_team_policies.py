@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.agents.protocol import Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER, STRAIGHT
 from houseexpo.pseudoslam.teams.policies import POLICIES, Auction, Greedy, Hungarian, NearestEach
-from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, format_markdown, make_table, run_team, track_named
+from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, find_team_track, format_markdown, make_table, run_team
 
 CROSS = FloorPlan(  # a hall with a corridor to each side
     "cross",
@@ -76,7 +76,7 @@ def test_the_table_has_what_the_results_have() -> None:
     assert cells[heads.index("overlap, %")].startswith("125 [50, 200]")
     assert "2 robots in 2 houses (1 more had no room" in format_markdown(TRACKS[0], results)
     with pytest.raises(ConfigError, match="--track: expected one of team-2, team-4, team-8"):
-        track_named("team-3")
+        find_team_track("team-3")
 
 
 def test_the_command(tmp_path: Path) -> None:

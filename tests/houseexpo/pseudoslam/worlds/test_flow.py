@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
     find_block_spots,
     find_next_blocks,
 )
-from houseexpo.pseudoslam.worlds.moving import make_flow
+from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.simulations import frame_of, plan_of, room
 
@@ -102,7 +102,7 @@ def test_a_door_a_little_wider_than_a_person_is_a_way(ppm: float) -> None:
     right = [(4.1, 1.83), (4.1, 3), (8, 3), (8, 0), (4.1, 0), (4.1, 1.27), (4, 1.27)]
     plan = FloorPlan("two", left + right, 2, {})
     world = make_world(plan.divided, ppm, 0.2, 2.0)
-    flow = make_flow(world.occupied, world.frame, 0.2, plan.divided)
+    flow = make_flow_field(world.occupied, world.frame, 0.2, plan.divided)
     rows, cols, _, goals = flow.sizes[0].item()
     assert goals == 2
     here, there = flow.goals.tolist()
@@ -116,7 +116,7 @@ def test_a_door_a_little_wider_than_a_person_is_a_way(ppm: float) -> None:
 
 def test_each_room_has_a_goal_where_it_is_widest(two_rooms: FloorPlan) -> None:
     world = make_world(two_rooms, 25.0, 0.2, 2.0)
-    flow = make_flow(world.occupied, world.frame, 0.2, two_rooms)
+    flow = make_flow_field(world.occupied, world.frame, 0.2, two_rooms)
     places = [world.frame.points_from_cells(flow.spots[block]) for block in flow.goals]
     assert len(places) == 2
     assert two_rooms.rooms[1].polygon.centroid.distance(shapely.Point(places[1])) < 0.3
@@ -124,7 +124,7 @@ def test_each_room_has_a_goal_where_it_is_widest(two_rooms: FloorPlan) -> None:
 
 def test_without_rooms_goals_are_far_apart() -> None:
     occupied = room(100, 100)
-    flow = make_flow(occupied, frame_of(occupied, 10), 0.2, plan_of(occupied, 10, room_num=4))
+    flow = make_flow_field(occupied, frame_of(occupied, 10), 0.2, plan_of(occupied, 10, room_num=4))
     places = flow.spots[flow.goals] / 10.0
     assert len(places) == 4
     apart = [np.hypot(*(a - b)) for i, a in enumerate(places) for b in places[:i]]
@@ -134,11 +134,11 @@ def test_without_rooms_goals_are_far_apart() -> None:
 def test_who_fits_nowhere_is_refused() -> None:
     occupied = room(30, 30)
     with pytest.raises(ConfigError, match=r"people.radius_m: people of radius 2 m fit nowhere in plan 'box'"):
-        make_flow(occupied, frame_of(occupied, 10), 2.0, plan_of(occupied, 10))
+        make_flow_field(occupied, frame_of(occupied, 10), 2.0, plan_of(occupied, 10))
 
 
 def test_in_a_pool_the_arrays_may_be_longer() -> None:
-    small, big = (make_flow(s, frame_of(s, 10), 0.2, plan_of(s, 10)) for s in (room(30, 30), cluttered(1)))
+    small, big = (make_flow_field(s, frame_of(s, 10), 0.2, plan_of(s, 10)) for s in (room(30, 30), cluttered(1)))
     pool = FlowField(*(np.zeros((2, *array.shape), array.dtype) for array in big))
     for one, other in zip(pool, small, strict=True):
         one[1, : len(other)] = other

@@ -12,7 +12,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds import cache as worlds
 from houseexpo.pseudoslam.worlds.cache import WorldCache, _Packed, world_for
 from houseexpo.pseudoslam.worlds.world import World

@@ -15,7 +15,7 @@ from houseexpo.floorplan import decode
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Obstacle, ObstaclesConfig, RandomObstacles, Rectangle
-from houseexpo.pseudoslam.worlds.place_obstacles import Placement, place
+from houseexpo.pseudoslam.worlds.place_obstacles import PlacedObstacles, place_obstacles
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
 PPM, RADIUS_M = 20.0, 0.2
@@ -38,12 +38,12 @@ def two_rooms(door_m: float) -> House:
     return house((1.9, 0.0, 2.1, 1.0), (1.9, 1.0 + door_m, 2.1, 4.0))
 
 
-def put(found: House, *obstacles: Obstacle, random: RandomObstacles | None = None, seed: int = 0) -> Placement:
+def put(found: House, *obstacles: Obstacle, random: RandomObstacles | None = None, seed: int = 0) -> PlacedObstacles:
     config = ObstaclesConfig(obstacles, random)
-    return place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(seed))
+    return place_obstacles(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(seed))
 
 
-def check(found: House, placement: Placement) -> None:
+def check(found: House, placement: PlacedObstacles) -> None:
     """Nothing overlaps, and the robot stands where it would be said to."""
     occupied, traversable, frame = found
     masks = [obstacle.mask(frame) for obstacle in placement.obstacles]
@@ -55,7 +55,7 @@ def check(found: House, placement: Placement) -> None:
 def test_none_by_default() -> None:
     found = house()
     rng = np.random.default_rng(0)
-    placement = place(*found, plan_id="house", radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
+    placement = place_obstacles(*found, plan_id="house", radius_px=RADIUS_PX, config=ObstaclesConfig(), rng=rng)
     np.testing.assert_array_equal(placement.occupied, found[0])
     assert placement.obstacles == ()
     assert placement.occupied is not found[0]
@@ -148,7 +148,9 @@ def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes
         free, frame = free_mask(decode(line), PPM, y_up=True)
         occupied = (~free).view(np.uint8)
         found = occupied, traversable_cells(occupied, RADIUS_PX), frame
-        placement = place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3))
+        placement = place_obstacles(
+            *found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(3)
+        )
         check(found, placement)
         assert [type(obstacle.shape).__name__.lower() for obstacle in placement.obstacles] == [shape] * 20
         for obstacle in placement.obstacles:
@@ -174,7 +176,10 @@ def test_a_seed_gives_the_same_obstacles_and_another_one_others() -> None:
 def test_numbers_and_shapes_are_drawn_evenly() -> None:
     found, rng = house(), np.random.default_rng(0)
     config = ObstaclesConfig(random=RandomObstacles((1, 3), (0.1, 0.3)))
-    drawn = [place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=rng).obstacles for _ in range(300)]
+    drawn = [
+        place_obstacles(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=rng).obstacles
+        for _ in range(300)
+    ]
     numbers = Counter(map(len, drawn))
     assert set(numbers) == {1, 2, 3}
     assert min(numbers.values()) > 70
@@ -214,7 +219,9 @@ def test_arrays_are_used_again() -> None:
     found = house()
     first = put(found, random=RandomObstacles((4, 4)))
     config = ObstaclesConfig(random=RandomObstacles((4, 4)))
-    again = place(*found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first)
+    again = place_obstacles(
+        *found, plan_id="house", radius_px=RADIUS_PX, config=config, rng=np.random.default_rng(7), into=first
+    )
     assert again.occupied is first.occupied
     np.testing.assert_array_equal(again.occupied, put(found, random=RandomObstacles((4, 4)), seed=7).occupied)
     check(found, again)

@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.obstacles import Circle, PeopleConfig, Rectangle, Trajectory
-from houseexpo.pseudoslam.kernels.collision import MOVING, Disc, track_pose_at
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Rectangle
+from houseexpo.pseudoslam.kernels.body_tracks import track_pose_at
+from houseexpo.pseudoslam.kernels.collision import MOVING, Disc
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.worlds.moving import make_tracks, swept_cells
-from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, make_tracks
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 from tests.builders.simulations import NOBODY, frame_of, room, scene
 
 ACROSS = Trajectory(Circle(0.3), (0, 4), ((1, 3, 0), (5, 3, 0)))
 
 
 def seen(occupied: np.ndarray, x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
-    free, hit, slopes = scan_buffers(60.0)
+    free, hit, slopes = new_scan_buffers(60.0)
     n_free, n_hit = sector_scan(occupied, x, y, heading, math.pi / 2, 60.0, free, hit, slopes)
     masks = np.zeros((2, occupied.size), bool)
     masks[0][free[:n_free]], masks[1][hit[:n_hit]] = True, True
@@ -41,7 +43,7 @@ def test_it_hides_what_is_behind_it_and_is_hidden() -> None:
     behind = Trajectory(Circle(0.2), (0, 1), ((3, 5, 0), (3, 5, 0)))
     front = Trajectory(Rectangle(1.0, 0.2), (0, 2), ((3, 4, 0), (1, 4, 0)))
     world = scene(room(60, 60), trajectories=[behind, front])
-    cells = swept_cells(make_tracks([behind], room(60, 60), world.frame, "box"), (60, 60))
+    cells = find_track_cells(make_tracks([behind], room(60, 60), world.frame, "box"), (60, 60))
     assert not seen(world.occupied, 30.0, 50.0, math.pi / 2)[1][cells].any()
     old = world.occupied & MOVING != 0
     world.step(seconds=2.0)
@@ -134,7 +136,7 @@ def test_off_the_grid_is_refused_too() -> None:
 
 def test_what_is_swept_is_all_that_it_covers_on_its_way() -> None:
     world = scene(room(60, 60), trajectories=[Trajectory(Rectangle(1.0, 0.3), (0, 4), ((1, 1, 0), (4, 4, 180)))])
-    swept = swept_cells(world.tracks, (60, 60))
+    swept = find_track_cells(world.tracks, (60, 60))
     covered = world.occupied & MOVING != 0
     for _ in range(40):
         world.step(seconds=0.1)

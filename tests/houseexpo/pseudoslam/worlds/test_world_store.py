@@ -11,9 +11,9 @@ import pytest
 from houseexpo import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
-from houseexpo.pseudoslam.worlds.prepare import prepare
+from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
 from houseexpo.pseudoslam.worlds.store import RecordError, Shard, decode_world, encode_world
 from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, files, hut, native
 
@@ -88,7 +88,7 @@ def test_what_moves_is_not_kept_and_the_rest_is(plans: Path, made: list[str]) ->
 
 
 def test_episodes_are_the_same_with_and_without(plans: Path) -> None:
-    prepare(open_dataset(plans), COARSE, 1)
+    prepare_worlds(open_dataset(plans), COARSE, 1)
     stored = native("Exploration", 3, dataset=plans, config=COARSE)
     plain = native("Exploration", 3, dataset=list(HUTS), config=COARSE)
     assert_same_step(stored.reset(seed=3), plain.reset(seed=3))

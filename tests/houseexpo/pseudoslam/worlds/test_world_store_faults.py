@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.worlds import cache as cache_module
 from houseexpo.pseudoslam.worlds import prepare as prepare_module
 from houseexpo.pseudoslam.worlds import store as store_module
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
-from houseexpo.pseudoslam.worlds.prepare import prepare
+from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
 from houseexpo.pseudoslam.worlds.store import Shard, ShardError, WorldStore, encode_world, store_folder, write_shard
 from tests.builders.simulations import COARSE, HUTS, assert_same_world, files
 
@@ -36,7 +36,7 @@ def damaged(data: bytes, how: str) -> bytes:
 
 @pytest.mark.parametrize("how", ["cut off", "empty", "another version", "a world", "the table"])
 def test_what_is_damaged_is_made_again(plans: Path, made: list[str], how: str) -> None:
-    prepare(open_dataset(plans), COARSE, 1)
+    prepare_worlds(open_dataset(plans), COARSE, 1)
     (file,) = files()
     file.write_bytes(damaged(file.read_bytes(), how))
     made.clear()
@@ -72,7 +72,7 @@ def test_preparing_on_a_full_disk_says_so(plans: Path, monkeypatch: pytest.Monke
     with pytest.raises(
         ConfigError, match=r"3 worlds, some \d+ MB at once, cannot be written \(No space left on device"
     ):
-        prepare(open_dataset(plans), COARSE, 1)
+        prepare_worlds(open_dataset(plans), COARSE, 1)
 
 
 def test_without_a_cache_folder_it_goes_on(
@@ -86,22 +86,22 @@ def test_without_a_cache_folder_it_goes_on(
     kept._stored[1].flush()
     assert "worlds cannot be stored on disk" in caplog.text
     with pytest.raises(ConfigError, match="HOUSEEXPO_CACHE"):
-        prepare(found, COARSE, 1)
+        prepare_worlds(found, COARSE, 1)
 
 
 def test_preparing_goes_on_where_it_was(plans: Path, made: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prepare_module, "_BATCH", 1)
     found = open_dataset(plans)
-    first = prepare(found[:2], COARSE, 1)
+    first = prepare_worlds(found[:2], COARSE, 1)
     assert (first.known, first.made, first.refused, made) == (0, 2, (), ["small", "middle"])
-    second = prepare(found, COARSE, 1)
+    second = prepare_worlds(found, COARSE, 1)
     assert (second.known, second.made, made[2:]) == (2, 1, ["large"])
     assert second.size == sum(file.stat().st_size for file in files()) > 0
     assert len(files()) == 3
 
 
 def test_a_plan_that_has_no_world_is_named(plans: Path) -> None:
-    done = prepare(open_dataset(plans), replace(COARSE, robot=RobotConfig(radius_m=2.0)), 1)
+    done = prepare_worlds(open_dataset(plans), replace(COARSE, robot=RobotConfig(radius_m=2.0)), 1)
     assert done.made == 2
     assert len(done.refused) == 1
     assert "fits nowhere in plan 'small'" in done.refused[0]

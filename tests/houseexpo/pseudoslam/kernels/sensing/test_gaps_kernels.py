@@ -14,7 +14,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.sensing.sector import box_scan
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, mark_visible_cells
-from houseexpo.pseudoslam.worlds.world import scan_buffers, traversable_cells, visible_cells
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers, traversable_cells, visible_cells
 from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
@@ -67,7 +67,9 @@ def test_how_far_a_standing_cell_is_taken_to_be_changes_nothing(sure_px: float) 
         away = np.where(rng.random((occupied.size, 1)) < 0.5, NOWHERE, nearest(traversable)).astype(np.int16)
         far = np.hypot(*away.T.astype(float)).reshape(occupied.shape) > sure_px
         visible, asked = np.zeros_like(occupied), np.flatnonzero((occupied == 0) & far).astype(np.int32)
-        mark_visible_cells(occupied, traversable, asked, len(asked), away, sure_px, 25.0, visible, *scan_buffers(25.0))
+        mark_visible_cells(
+            occupied, traversable, asked, len(asked), away, sure_px, 25.0, visible, *new_scan_buffers(25.0)
+        )
         expected = slow_visible(occupied, traversable, 25.0)
         np.testing.assert_array_equal(visible.ravel()[asked], expected.ravel()[asked])
 
@@ -84,7 +86,7 @@ def test_only_what_is_asked_is_looked_for() -> None:
     occupied = rooms_behind_gaps(np.random.default_rng(1))
     traversable, visible = traversable_cells(occupied, 2.0), np.zeros_like(occupied)
     asked, away = np.zeros(1, np.int32), np.full((occupied.size, 2), NOWHERE, np.int16)
-    mark_visible_cells(occupied, traversable, asked, 0, away, 2.5, 15.0, visible, *scan_buffers(15.0))
+    mark_visible_cells(occupied, traversable, asked, 0, away, 2.5, 15.0, visible, *new_scan_buffers(15.0))
     assert not visible.any()
 
 
@@ -97,7 +99,7 @@ def test_through_a_box_is_seen_what_is_seen_all_round_on_lines_through_it() -> N
         top, left = rng.integers((1, 1), (ROWS - 4, COLS - 4)).tolist()
         box = np.array([top, top + rng.integers(3), left, left + rng.integers(3)], np.int32)
         range_px = float(rng.uniform(3.0, 50.0))
-        runs, hit, slopes = scan_buffers(range_px)
+        runs, hit, slopes = new_scan_buffers(range_px)
         n_runs = box_scan(occupied, cell, box, range_px, runs, hit, slopes)
         found = {one for first, last in runs[:n_runs].tolist() for one in range(first, last + 1)}
         alone = np.zeros_like(occupied)

@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_nearest_standing_cells, mark_seen_from_nearest
-from houseexpo.pseudoslam.worlds.world import traversable_cells, visible_cells, world_of
+from houseexpo.pseudoslam.worlds.world import make_world_from_raster, traversable_cells, visible_cells
 from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
@@ -61,7 +61,7 @@ def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(radius_px: flo
         rng, walls = np.random.default_rng(1000 + seed), house(seed)
         if not traversable_cells(walls, radius_px).any():
             continue
-        empty = world_of(walls, GridFrame((0.0, 0.0), 1.0, walls.shape), radius_px, range_px, "house")
+        empty = make_world_from_raster(walls, GridFrame((0.0, 0.0), 1.0, walls.shape), radius_px, range_px, "house")
         occupied = walls | (rng.random(walls.shape) < 0.02).astype(np.uint8)
         traversable = (
             traversable_cells(occupied, radius_px) & empty.traversable

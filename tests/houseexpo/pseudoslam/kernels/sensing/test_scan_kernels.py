@@ -16,7 +16,7 @@ from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.sensing.rays import find_free_rectangle, merge_ray_scan, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.worlds.world import scan_buffers
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 from tests.builders.scans import UNASKED, Cells, slow_rays, slow_sector
 
 QUARTER = math.pi / 2
@@ -30,7 +30,7 @@ def cells_of(flat: np.ndarray, count: int, cols: int) -> Cells:
 def sector(
     occupied: np.ndarray, x: float, y: float, heading: float, half: float, range_px: float
 ) -> tuple[Cells, Cells]:
-    runs, hit, slopes = scan_buffers(range_px)
+    runs, hit, slopes = new_scan_buffers(range_px)
     n_runs, n_hit = sector_scan(occupied, x, y, heading, half, range_px, runs, hit, slopes)
     free = np.concatenate([[], *(np.arange(first, last + 1) for first, last in runs[:n_runs].tolist())]).astype(int)
     return cells_of(free, len(free), occupied.shape[1]), cells_of(hit, n_hit, occupied.shape[1])

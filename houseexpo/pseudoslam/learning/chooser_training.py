@@ -38,13 +38,13 @@ from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import above_zero, number, whole
+from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_whole_number
 from houseexpo.pseudoslam.kernels.explore import ExplorationCurve, ExplorerMemory, ExplorerRules, explore, new_memory
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import Floats
-from houseexpo.pseudoslam.learning.records import commit
-from houseexpo.pseudoslam.learning.weights import round_weights, weights_with, write_weights
+from houseexpo.pseudoslam.learning.records import find_commit
+from houseexpo.pseudoslam.learning.weights import make_weights, round_weights, write_weights
 from houseexpo.pseudoslam.planning import (
     count_first_looks,
     descent_rules,
@@ -68,7 +68,7 @@ _FIRST_STEP = 0.3
 _SEARCH = 2**31
 
 
-class Search:
+class CmaEsSearch:
     """A search that returns the candidates of a generation and then receives their costs; ``mean`` is the result.
 
     Parameters
@@ -120,19 +120,19 @@ _FAR_M, _LONG = 150.0, 1000
 
 
 @dataclass
-class Walk:
+class ExplorationState:
     """The state of an exploration."""
 
     state: State
     memory: ExplorerMemory
     course: ExplorationCurve
 
-    def copy(self) -> Walk:
+    def copy(self) -> ExplorationState:
         """Return an independent copy; constant parts are shared."""
         changed = {name: getattr(self.state.episode, name).copy() for name in ("known", "pose", "counts", "readings")}
         state = State(self.state.episode._replace(**changed), self.state.observable_cells)
         memory, course = copy.deepcopy(self.memory), copy.deepcopy(self.course)
-        return Walk(state, memory, course)
+        return ExplorationState(state, memory, course)
 
     @property
     def steps(self) -> int:
@@ -145,7 +145,7 @@ class Walk:
         return float(self.state.counts.covered) / self.state.observable_cells
 
 
-class Explorations:
+class HouseExplorer:
     """Explores houses with a limited number of steps; each thread needs its own object.
 
     Parameters
@@ -168,7 +168,7 @@ class Explorations:
             descent_rules(config), MAX_BUMPS, explorer_frontier_rules(config), feature_rules(config)
         )
 
-    def begin(self, plan: FloorPlan, rng: np.random.Generator) -> Walk:
+    def begin(self, plan: FloorPlan, rng: np.random.Generator) -> ExplorationState:
         """Return a new exploration."""
         simulator = Simulator.of(plan, self.config)
         self._scratch = enlarge_scratch(self._scratch, simulator.world.occupied.size)
@@ -176,9 +176,9 @@ class Explorations:
         memory = new_memory(count_first_looks(self.config), MAX_FRONTIERS)
         course = ExplorationCurve(np.zeros(self.most_steps + 1, np.int64), np.zeros(self.most_steps + 1))
         course.covered[0] = state.counts.covered
-        return Walk(state, memory, course)
+        return ExplorationState(state, memory, course)
 
-    def go(self, walk: Walk, weights: Floats, seen: float = SEEN) -> int:
+    def go(self, walk: ExplorationState, weights: Floats, seen: float = SEEN) -> int:
         """Continue until this share is explored; see ``kernels.explore.explore``."""
         enough = math.ceil(seen * walk.state.observable_cells)
         return int(
@@ -204,14 +204,14 @@ class Explorations:
 
 
 WEIGHTS: Final = "weights.json"
-INFORMATION: Final = weights_with(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
-NEAREST: Final = weights_with(rank=-1.0)
+INFORMATION: Final = make_weights(log_sight_from_the_goal=1.0, way=-2.0, large=10.0)
+NEAREST: Final = make_weights(rank=-1.0)
 Say = Callable[[str], None]
 _COSTS: Final = "costs.json"
 
 
 @dataclass(frozen=True)
-class ChoosingConfig:
+class ChooserConfig:
     """The configuration of the training of a chooser.
 
     Parameters
@@ -240,16 +240,16 @@ class ChoosingConfig:
     step_m: float = 0.02
 
     def __post_init__(self) -> None:
-        whole(self.seed, "seed", at_least=0)
+        check_whole_number(self.seed, "seed", at_least=0)
         for name in ("generations", "plans", "tested", "steps"):
-            whole(getattr(self, name), name, at_least=1)
-        whole(self.candidates, "candidates", at_least=4)
-        above_zero(self, "choosing", "pixels_per_metre")
-        number(self.step_m, "choosing.step_m", at_least=0.0)
+            check_whole_number(getattr(self, name), name, at_least=1)
+        check_whole_number(self.candidates, "candidates", at_least=4)
+        check_above_zero(self, "choosing", "pixels_per_metre")
+        check_number(self.step_m, "choosing.step_m", at_least=0.0)
 
 
 def train_chooser(
-    plans: Dataset, ids: Sequence[str], config: ChoosingConfig, folder: Path, *, resume: bool, threads: int, say: Say
+    plans: Dataset, ids: Sequence[str], config: ChooserConfig, folder: Path, *, resume: bool, threads: int, say: Say
 ) -> dict[str, Any]:
     """Train a chooser, write ``weights.json``, and return its description.
 
@@ -268,8 +268,8 @@ def train_chooser(
         ``cma`` is not installed.
     """
     run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
-    made_by = commit()  # the code at the start, not at the end
-    search = Search(INFORMATION, config.candidates, config.seed)
+    made_by = find_commit()  # the code at the start, not at the end
+    search = CmaEsSearch(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)
     _begin(folder, run, resume=resume)
     learned = round_weights(_search_weights(search, houses, config, folder / _COSTS, say))
@@ -279,7 +279,7 @@ def train_chooser(
     return about
 
 
-def _search_weights(search: Search, houses: _Houses, config: ChoosingConfig, file: Path, say: Say) -> Floats:
+def _search_weights(search: CmaEsSearch, houses: _Houses, config: ChooserConfig, file: Path, say: Say) -> Floats:
     """Run a search through all generations, using the stored costs of former ones (R4)."""
     known, means = _read(file, config), list[Floats]()
     for generation in range(config.generations):
@@ -318,7 +318,7 @@ def _compare_rules(houses: _Houses, learned: Floats, say: Say) -> dict[str, dict
 class _Houses:
     """Explores the houses of a run on several threads."""
 
-    def __init__(self, plans: Dataset, ids: Sequence[str], config: ChoosingConfig, threads: int) -> None:
+    def __init__(self, plans: Dataset, ids: Sequence[str], config: ChooserConfig, threads: int) -> None:
         wanted = config.plans + config.tested
         if len(ids) < wanted:
             said = f"expected {wanted} plans for training and testing"
@@ -346,12 +346,12 @@ class _Houses:
         with ThreadPoolExecutor(self._threads) as pool:
             return np.array(list(pool.map(way, range(len(names)))))
 
-    def _explorations(self) -> Explorations:
-        """Return the ``Explorations`` of this thread."""
+    def _explorations(self) -> HouseExplorer:
+        """Return the ``HouseExplorer`` of this thread."""
         if not hasattr(self._own, "explorations"):
             robot = SimulatorConfig(self._config.pixels_per_metre, max_steps=self._config.steps)
-            self._own.explorations = Explorations(robot, self._config.steps)
-        made: Explorations = self._own.explorations
+            self._own.explorations = HouseExplorer(robot, self._config.steps)
+        made: HouseExplorer = self._own.explorations
         return made
 
 
@@ -367,7 +367,7 @@ def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
     write_atomically(record, encode_json(run))
 
 
-def _read(file: Path, config: ChoosingConfig) -> list[list[float]]:
+def _read(file: Path, config: ChooserConfig) -> list[list[float]]:
     """Return the costs of the finished generations."""
     if not file.exists():
         return []

@@ -12,13 +12,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-import houseexpo.pseudoslam.io.observe as module
+import houseexpo.pseudoslam.io.pair_shards as module
 from houseexpo import Dataset, open_dataset
 from houseexpo.commands.observe import observe as command
 from houseexpo.errors import ConfigError
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.io.observe import MANIFEST, RECIPE, observe
+from houseexpo.pseudoslam.io.pair_shards import MANIFEST, RECIPE, write_pair_shards
 from houseexpo.pseudoslam.io.pairs import PairConfig
 from tests.builders.simulations import HUTS, hut
 
@@ -45,7 +45,7 @@ def files(folder: Path) -> dict[str, str]:
 
 
 def test_files_hold_pairs_and_the_manifest_says_which(plans: Dataset, tmp_path: Path, shards_of_two: None) -> None:
-    done = observe(plans, tmp_path / "out", SMALL, limit=20, seed=4)
+    done = write_pair_shards(plans, tmp_path / "out", SMALL, limit=20, seed=4)
     manifest = json.loads((tmp_path / "out" / MANIFEST).read_bytes())
     assert (done.made, done.known, done.pairs) == (4, 0, manifest["pairs"])
     assert [entry["file"] for entry in manifest["shards"]] == [f"pairs-{number:06d}.npz" for number in range(4)]
@@ -69,7 +69,7 @@ def test_files_hold_pairs_and_the_manifest_says_which(plans: Dataset, tmp_path: 
 
 def test_the_bytes_depend_on_the_seed_alone(plans: Dataset, tmp_path: Path, shards_of_two: None) -> None:
     for name, seed in (("one", 4), ("two", 4), ("other", 5)):
-        observe(plans, tmp_path / name, SMALL, limit=12, seed=seed)
+        write_pair_shards(plans, tmp_path / name, SMALL, limit=12, seed=seed)
     assert files(tmp_path / "one") == files(tmp_path / "two")
     assert files(tmp_path / "one")["pairs-000000.npz"] != files(tmp_path / "other")["pairs-000000.npz"]
 
@@ -78,7 +78,7 @@ def test_the_bytes_depend_on_the_seed_alone(plans: Dataset, tmp_path: Path, shar
 def test_the_bytes_do_not_depend_on_how_many_work(plans: Dataset, tmp_path: Path) -> None:
     config = replace(SMALL, each=1)
     for name, workers in (("one", 1), ("three", 3)):
-        observe(plans, tmp_path / name, config, limit=350, seed=4, workers=workers)
+        write_pair_shards(plans, tmp_path / name, config, limit=350, seed=4, workers=workers)
     assert len(files(tmp_path / "one")) == 4 + 2
     assert files(tmp_path / "one") == files(tmp_path / "three")
 
@@ -87,21 +87,21 @@ def test_what_was_stopped_goes_on_and_what_is_damaged_is_made_again(
     plans: Dataset, tmp_path: Path, shards_of_two: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    observe(plans, out, SMALL, limit=20, seed=4)
+    write_pair_shards(plans, out, SMALL, limit=20, seed=4)
     whole = files(out)
     (out / MANIFEST).unlink()
     (out / "pairs-000001.npz").unlink()
     cut = out / "pairs-000002.npz"
     cut.write_bytes(cut.read_bytes()[:-200])
     (out / ".partial-abc").write_bytes(b"half a shard")
-    done = observe(plans, out, SMALL, limit=20, seed=4)
+    done = write_pair_shards(plans, out, SMALL, limit=20, seed=4)
     assert (done.known, done.made) == (2, 2)
     (out / ".partial-abc").unlink()
     assert files(out) == whole
     monkeypatch.setattr(module, "write_atomically", interrupted)
     (out / "pairs-000001.npz").unlink()
     with pytest.raises(KeyboardInterrupt):
-        observe(plans, out, SMALL, limit=20, seed=4)
+        write_pair_shards(plans, out, SMALL, limit=20, seed=4)
     assert not (out / MANIFEST).exists()
 
 
@@ -110,15 +110,15 @@ def interrupted(*_: object) -> None:
 
 
 def test_the_size_is_that_of_the_shards_whatever_else_the_folder_holds(plans: Dataset, tmp_path: Path) -> None:
-    observe(plans, tmp_path / "out", SMALL, limit=2, seed=4)
+    write_pair_shards(plans, tmp_path / "out", SMALL, limit=2, seed=4)
     (tmp_path / "out" / "map.pgm").write_bytes(bytes(100_000))
-    done = observe(plans, tmp_path / "out", SMALL, limit=2, seed=4)
+    done = write_pair_shards(plans, tmp_path / "out", SMALL, limit=2, seed=4)
     assert done.size == (tmp_path / "out" / "pairs-000000.npz").stat().st_size
 
 
 def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    observe(plans, out, SMALL, limit=2, seed=4)
+    write_pair_shards(plans, out, SMALL, limit=2, seed=4)
     before = files(out)
     for given, said in (
         ({"seed": 5}, "'seed' in recipe.json: 4 there, 5 asked for"),
@@ -130,14 +130,14 @@ def test_a_folder_holds_pairs_of_one_recipe(plans: Dataset, tmp_path: Path) -> N
         ({"plans": plans[:1]}, "'plans.number' in recipe.json"),
     ):
         with pytest.raises(ConfigError, match=f"same recipe, found a different {said}.*; name another folder"):
-            observe(**{"plans": plans, "out": out, "config": SMALL, "limit": 2, "seed": 4, **given})
+            write_pair_shards(**{"plans": plans, "out": out, "config": SMALL, "limit": 2, "seed": 4, **given})
     assert files(out) == before
     (out / RECIPE).write_text("{")
     with pytest.raises(ConfigError, match=r"recipe.json: expected JSON"):
-        observe(plans, out, SMALL, limit=2, seed=4)
+        write_pair_shards(plans, out, SMALL, limit=2, seed=4)
     (out / RECIPE).unlink()
     with pytest.raises(ConfigError, match=r"expected an empty folder or a former run, found manifest\.json"):
-        observe(plans, out, SMALL, limit=2, seed=4)
+        write_pair_shards(plans, out, SMALL, limit=2, seed=4)
 
 
 def test_the_command_says_what_it_did(plans: Dataset, tmp_path: Path) -> None:
@@ -153,4 +153,4 @@ def test_the_command_says_what_it_did(plans: Dataset, tmp_path: Path) -> None:
 
 def test_no_pairs_at_all_are_refused(plans: Dataset, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="limit: expected at least 1 pair, found 0"):
-        observe(plans, tmp_path / "out", SMALL, limit=0)
+        write_pair_shards(plans, tmp_path / "out", SMALL, limit=0)

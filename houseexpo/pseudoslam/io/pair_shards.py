@@ -31,8 +31,8 @@ from houseexpo.outputs import check_run_folder
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, pairs_of, stack_pairs
-from houseexpo.pseudoslam.worlds.cache import add_moving_obstacles, static_world
+from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, simulate_pairs, stack_pairs
+from houseexpo.pseudoslam.worlds.cache import add_moving_obstacles, load_static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore
 
 VERSION: Final = 1
@@ -44,7 +44,7 @@ _LEVEL: Final = 1
 """Compression level; higher ones take three times as long for files that are a tenth smaller."""
 
 
-class Episode(NamedTuple):
+class HouseVisit(NamedTuple):
     """One visit to a house: its number, the plan's JSON and its hash, and the largest number of pairs."""
 
     number: int
@@ -53,12 +53,12 @@ class Episode(NamedTuple):
     pairs: int
 
 
-Job: TypeAlias = tuple[int, list[Episode]]
+Job: TypeAlias = tuple[int, list[HouseVisit]]
 """A shard's number, and its episodes."""
 
 
 @dataclass(frozen=True)
-class Observed:
+class PairShardsReport:
     """The result: numbers of existing and new shards, of pairs and of bytes, and why houses have no pairs."""
 
     known: int
@@ -68,9 +68,9 @@ class Observed:
     size: int
 
 
-def observe(
+def write_pair_shards(
     plans: Dataset, out: Path, config: PairConfig, *, limit: int | None = None, seed: int = 0, workers: int = 1
-) -> Observed:
+) -> PairShardsReport:
     """Write pairs of maps of a data set to a folder; an interrupted run continues where it stopped.
 
     All plans are visited once, in a random order that the seed determines, before any is visited again. With several
@@ -107,7 +107,7 @@ def observe(
     )
     refused = tuple(line for entry in entries for line in entry["refused"])
     size = sum((out / entry["file"]).stat().st_size for entry in entries)
-    return Observed(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
+    return PairShardsReport(known, shards - known, sum(entry["pairs"] for entry in entries), refused, size)
 
 
 def _recipe(plans: Dataset, config: PairConfig, wanted: int, seed: int) -> dict[str, Any]:
@@ -160,14 +160,14 @@ def _first_difference(
     return None
 
 
-def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed: int) -> list[Episode]:
+def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed: int) -> list[HouseVisit]:
     """Return the episodes of a shard."""
     first, found = shard * EPISODES, []
     for number in range(first, min(first + EPISODES, math.ceil(wanted / config.each))):
         turn, place = divmod(number, len(plans))
         row = int(_order(seed, turn, len(plans))[place])
         pairs = min(config.each, wanted - number * config.each)
-        found.append(Episode(number, plans.raw_of(row), plans.digest(row), pairs))
+        found.append(HouseVisit(number, plans.raw_of(row), plans.digest(row), pairs))
     return found
 
 
@@ -206,10 +206,12 @@ def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[in
     return shard, _entry(shard, data, len(pairs), refused)
 
 
-def _pairs(plan: FloorPlan, episode: Episode, config: PairConfig, seed: int) -> list[Pair]:
-    world = _store(config.simulator).get(episode.digest) or static_world(plan, config.simulator)
+def _pairs(plan: FloorPlan, episode: HouseVisit, config: PairConfig, seed: int) -> list[Pair]:
+    world = _store(config.simulator).get(episode.digest) or load_static_world(plan, config.simulator)
     rng = np.random.default_rng([seed, 1, episode.number])  # R1
-    return list(islice(pairs_of(plan, add_moving_obstacles(world, plan, config.simulator), config, rng), episode.pairs))
+    return list(
+        islice(simulate_pairs(plan, add_moving_obstacles(world, plan, config.simulator), config, rng), episode.pairs)
+    )
 
 
 @lru_cache(maxsize=1)

@@ -19,12 +19,12 @@ from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
-from houseexpo.pseudoslam.learning.choosing import (
+from houseexpo.pseudoslam.learning.chooser_training import (
     INFORMATION,
     SPREADS,
     WEIGHTS,
-    ChoosingConfig,
-    Search,
+    ChooserConfig,
+    CmaEsSearch,
     _costs,
     train_chooser,
 )
@@ -40,7 +40,7 @@ def two_rooms(name: str, width: float = 6.0) -> FloorPlan:
 
 
 TRAIN = ("rooms_a", "rooms_b", "rooms_c")
-TINY = ChoosingConfig(generations=3, candidates=4, plans=2, tested=1, steps=200)
+TINY = ChooserConfig(generations=3, candidates=4, plans=2, tested=1, steps=200)
 
 
 def need_cma() -> None:
@@ -73,7 +73,7 @@ def test_the_search_finds_weights_of_which_the_best_are_known() -> None:
         off = [weights[FEATURES.index(name)] * SPREADS[name] - value for name, value in wanted.items()]
         return float(np.square(off).sum() + noise.normal(0, 0.05))
 
-    search, before = Search(np.zeros(len(FEATURES)), 12, seed=0), global_state()
+    search, before = CmaEsSearch(np.zeros(len(FEATURES)), 12, seed=0), global_state()
     for _ in range(60):
         search.tell([cost(weights) for weights in search.ask()])
     assert cost(search.mean) < 0.5  # 14 where it began
@@ -92,7 +92,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
     need_cma()
     plans, said = open_dataset(write_rooms(tmp_path)), list[str]()
 
-    def learn(folder: str, config: ChoosingConfig = TINY, threads: int = 1, *, resume: bool = False) -> bytes:
+    def learn(folder: str, config: ChooserConfig = TINY, threads: int = 1, *, resume: bool = False) -> bytes:
         train_chooser(plans, TRAIN, config, tmp_path / folder, resume=resume, threads=threads, say=said.append)
         return (tmp_path / folder / WEIGHTS).read_bytes()
 
@@ -166,7 +166,7 @@ def test_what_cannot_be_learned_is_refused(tmp_path: Path, lines: str, words: li
 
 
 def test_without_the_library_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("houseexpo.pseudoslam.learning.choosing.find_spec", lambda _: None)
+    monkeypatch.setattr("houseexpo.pseudoslam.learning.chooser_training.find_spec", lambda _: None)
     plans = open_dataset(write_rooms(tmp_path))
     with pytest.raises(MissingDependencyError, match=r"needs cma, not installed here: .*learn"):
         train_chooser(plans, TRAIN, TINY, tmp_path / "run", resume=False, threads=1, say=print)

@@ -35,9 +35,9 @@ import numpy as np
 
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.pseudoslam import kernels
-from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, load_policy, no_factory
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy, load_policy
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, Training
-from houseexpo.pseudoslam.benchmark.prediction import Grid, checked_map
+from houseexpo.pseudoslam.benchmark.prediction import Grid, check_predicted_map
 from houseexpo.pseudoslam.config import ObservationConfig
 from houseexpo.pseudoslam.kernels.compiling import call_around_compiling
 
@@ -51,16 +51,19 @@ COMPILING_S: Final = 900.0
 SHARED_BYTES: Final = 1 << 26
 SMALL_BYTES: Final = 1 << 12
 """Smaller arrays go through the pipe."""
-_CODE: Final = "import sys; from houseexpo.pseudoslam.benchmark.player import serve; serve(*map(int, sys.argv[1:]))"
+_CODE: Final = (
+    "import sys; from houseexpo.pseudoslam.benchmark.policy_process import serve_policy; "
+    "serve_policy(*map(int, sys.argv[1:]))"
+)
 _LOOK_S: Final = 1.0
 _UNREADABLE: Final = "its process sent an answer that cannot be read"
 
 
-class PlayerError(HouseExpoError):
+class PolicyProcessError(HouseExpoError):
     """A policy raised an exception, or its process ended; the text says which, without the place."""
 
 
-class Player:
+class PolicyProcess:
     """A policy's process. Close it, or use it in a ``with`` statement.
 
     Parameters
@@ -99,7 +102,7 @@ class Player:
             self.close()
             raise
 
-    def __enter__(self) -> Player:
+    def __enter__(self) -> PolicyProcess:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -122,14 +125,14 @@ class Player:
             self._pipe.send(_share_arrays(question, self._shared))
         said = self._answer()
         if "failed" in said:
-            raise PlayerError(str(said["failed"]))
+            raise PolicyProcessError(str(said["failed"]))
         return said
 
     def predicted_map(self, info: Knowledge) -> Grid:
         """Return the map (rows, cols) that the policy predicts; raise PlayerError if there is none (R6)."""
         shape = self.ask("predict", info).get("shape")
         if shape != list(info["map"].shape):
-            raise PlayerError(f"predicted_map: expected an array of shape {info['map'].shape}, found {shape}")
+            raise PolicyProcessError(f"predicted_map: expected an array of shape {info['map'].shape}, found {shape}")
         rows, cols = info["map"].shape
         return np.frombuffer(self._shared, np.uint8, rows * cols).reshape(rows, cols).copy()
 
@@ -140,7 +143,7 @@ class Player:
         try:
             return _policy_of(said, self)
         except (LookupError, TypeError, ValueError):  # a policy's module may send what it likes
-            raise PlayerError(_UNREADABLE) from None
+            raise PolicyProcessError(_UNREADABLE) from None
 
     def _answer(self) -> dict[str, Any]:
         while True:
@@ -154,7 +157,7 @@ class Player:
                 with suppress(subprocess.TimeoutExpired):
                     self._process.wait(_LOOK_S)
                 code = self._process.returncode
-                raise PlayerError(
+                raise PolicyProcessError(
                     "its process closed its connection" if code is None else f"its process died, exit code {code}"
                 ) from None
             try:
@@ -162,7 +165,7 @@ class Player:
             except (ValueError, RecursionError):
                 said = None
             if not isinstance(said, dict):
-                raise PlayerError(_UNREADABLE)
+                raise PolicyProcessError(_UNREADABLE)
             if "compiling" not in said:
                 return said
             self._compiles(busy=bool(said["compiling"]))
@@ -182,7 +185,7 @@ class Player:
 class _Factory:
     """The factory of a policy that is in another process."""
 
-    def __init__(self, player: Player, interface: Interface, training: Training | None) -> None:
+    def __init__(self, player: PolicyProcess, interface: Interface, training: Training | None) -> None:
         self._player, self.interface, self.training = player, interface, training
 
     def __call__(self, robot: Robot, seed: int) -> _Policy:
@@ -193,7 +196,7 @@ class _Factory:
 class _Policy:
     """A policy that is in another process. ``took_ms`` is the time that it states for its last decision."""
 
-    def __init__(self, player: Player) -> None:
+    def __init__(self, player: PolicyProcess) -> None:
         self._player = player
         self.decided = True
         self.took_ms = 0.0
@@ -210,7 +213,7 @@ class _Policy:
         return self._player.predicted_map(info)
 
 
-def _policy_of(said: dict[str, Any], player: Player) -> NamedPolicy:
+def _policy_of(said: dict[str, Any], player: PolicyProcess) -> NamedPolicy:
     """Return the policy that a process describes."""
     shown, made = said["interface"], said["training"]
     view = None if shown["view"] is None else ObservationConfig(**shown["view"])
@@ -286,7 +289,7 @@ def _copy_shared(value: Any, memory: mmap.mmap) -> Any:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def serve(descriptor: int, memory: int) -> None:
+def serve_policy(descriptor: int, memory: int) -> None:
     """Answer the questions that arrive until the other end of the pipe is closed; large arrays lie in the memory."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process handles Ctrl-C
     _end_with_parent()
@@ -309,7 +312,7 @@ def serve(descriptor: int, memory: int) -> None:
                 if kind == "new":
                     policy = named.factory(*question)
                     if not callable(policy):
-                        _say(pipe, failed=no_factory(named, policy))
+                        _say(pipe, failed=describe_no_policy(named, policy))
                         continue
                     _say(pipe)
                     continue
@@ -330,7 +333,7 @@ def _prediction(policy: Any, info: Knowledge, memory: mmap.mmap) -> dict[str, An
     if predict is None:
         return {"failed": "expected a method predicted_map(info), found none; choose another --prediction"}
     shape = info["map"].shape
-    found = checked_map(predict(info), shape)
+    found = check_predicted_map(predict(info), shape)
     if found.size > SHARED_BYTES:
         return {"failed": f"predicted_map: a map of {found.size:,} cells is too large to be passed on"}
     np.frombuffer(memory, np.uint8, found.size)[:] = found.ravel()

@@ -16,20 +16,20 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.benchmark import player as benchmark_player
-from houseexpo.pseudoslam.benchmark.episodes import Runner
-from houseexpo.pseudoslam.benchmark.player import (
+from houseexpo.pseudoslam.benchmark import policy_process as benchmark_player
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
+from houseexpo.pseudoslam.benchmark.policy_process import (
     SHARED_BYTES,
-    Player,
-    PlayerError,
+    PolicyProcess,
+    PolicyProcessError,
     _copy_shared,
     _new_shared,
     _share_arrays,
 )
-from houseexpo.pseudoslam.benchmark.result import encode, read_result
-from houseexpo.pseudoslam.benchmark.run import Settings, run
+from houseexpo.pseudoslam.benchmark.result import encode_result, read_result
+from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
 from houseexpo.pseudoslam.benchmark.trace import Trace
-from houseexpo.pseudoslam.benchmark.tracks import track_of
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from tests.builders.policies import CORRIDOR, TINY, at_step, named
 
 PEEK = """
@@ -58,8 +58,8 @@ def policy_file(folder: Path, text: str) -> str:
     return str(file)
 
 
-def runner_of(player: Player) -> Runner:
-    return Runner(TINY, player.policy, [CORRIDOR], 0, player)
+def runner_of(player: PolicyProcess) -> EpisodeRunner:
+    return EpisodeRunner(TINY, player.policy, [CORRIDOR], 0, player)
 
 
 def case() -> Any:
@@ -70,7 +70,7 @@ def case() -> Any:
 
 def test_a_policy_finds_neither_environment_nor_plan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SECRET_PLACE", "of the plans")
-    with Player(policy_file(tmp_path, PEEK)) as player:
+    with PolicyProcess(policy_file(tmp_path, PEEK)) as player:
         outcome = runner_of(player).run(case())
     assert outcome.values["steps"] == 0
 
@@ -79,9 +79,9 @@ def test_a_policy_finds_neither_environment_nor_plan(tmp_path: Path, monkeypatch
 def test_the_same_policy_gives_the_same_outcome_in_either_process() -> None:
     from houseexpo.pseudoslam.agents.loading import load_policy
 
-    with Player("frontier") as player:
+    with PolicyProcess("frontier") as player:
         apart = runner_of(player).run(case())
-    together = Runner(TINY, load_policy("frontier"), [CORRIDOR]).run(case())
+    together = EpisodeRunner(TINY, load_policy("frontier"), [CORRIDOR]).run(case())
     assert apart == together
     assert len(apart.decisions_ms) == len(together.decisions_ms)
 
@@ -107,16 +107,16 @@ FAILING = {
 @pytest.mark.slow
 @pytest.mark.parametrize("said", FAILING)
 def test_a_policy_that_fails_is_told_apart(tmp_path: Path, said: str) -> None:
-    with Player(policy_file(tmp_path, FAILING[said])) as player, pytest.raises(PolicyError, match=said):
+    with PolicyProcess(policy_file(tmp_path, FAILING[said])) as player, pytest.raises(PolicyError, match=said):
         runner_of(player).run(case())
 
 
 @pytest.mark.slow
 def test_a_policy_that_is_not_there_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"no 'frontierr'.*did you mean 'frontier'"):
-        Player("frontierr")
-    with pytest.raises((ConfigError, PlayerError)):
-        Player("tests.builders.policies:no_such_policy")
+        PolicyProcess("frontierr")
+    with pytest.raises((ConfigError, PolicyProcessError)):
+        PolicyProcess("tests.builders.policies:no_such_policy")
 
 
 @pytest.mark.slow
@@ -129,7 +129,7 @@ def test_a_file_without_a_policy_is_refused_in_a_sentence(
     file = tmp_path / f"mine{suffix}"
     file.write_bytes(b"nothing of the kind")
     with pytest.raises(ConfigError, match=f"mine{suffix}.*: expected"):
-        Player(str(file))
+        PolicyProcess(str(file))
     assert "Traceback" not in capfd.readouterr().err
 
 
@@ -142,15 +142,16 @@ from multiprocessing.connection import Connection
 
 next(each for each in gc.get_objects() if isinstance(each, Connection)).send_bytes({answer!r}.encode())
 """
-    with pytest.raises(PlayerError, match="an answer that cannot be read"):
-        Player(policy_file(tmp_path, text))
+    with pytest.raises(PolicyProcessError, match="an answer that cannot be read"):
+        PolicyProcess(policy_file(tmp_path, text))
 
 
 @pytest.mark.slow
 def test_the_process_ends_with_the_one_that_started_it(tmp_path: Path) -> None:
     file = policy_file(tmp_path, "import time\n\ndef policy(robot, seed):\n    while True:\n        time.sleep(0.01)\n")
     code = (
-        "import sys; from houseexpo.pseudoslam.benchmark.player import Player; player = Player(sys.argv[1]);"
+        "import sys; from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess; "
+        "player = PolicyProcess(sys.argv[1]);"
         "print(player._process.pid, flush=True); player.ask('new', None, 0)"
     )
     with subprocess.Popen([sys.executable, "-c", code, file], stdout=subprocess.PIPE, text=True) as started:
@@ -187,7 +188,7 @@ def test_a_policy_that_only_says_that_it_compiles_is_timed_in_the_end(
 ) -> None:
     monkeypatch.setattr(benchmark_player, "COMPILING_S", 0.5)
     told: list[str] = []
-    with Player(policy_file(tmp_path, COMPILES.replace("SLEEP", sleep))) as player:
+    with PolicyProcess(policy_file(tmp_path, COMPILES.replace("SLEEP", sleep))) as player:
 
         def go_on() -> None:
             told.append("go on")
@@ -226,16 +227,16 @@ def test_an_environment_that_something_changed_ends_the_episode() -> None:
         trace.add(4, 1.1, {"coverage": 1.14})
     with pytest.raises(ValueError, match="reset the environment"):
         trace.add(0, 0.0, {"coverage": 0.1})
-    held: list[Runner] = []
+    held: list[EpisodeRunner] = []
     reset = at_step(2, lambda: held[0].env.reset(seed=4) and 0)
-    held.append(Runner(TINY, named(reset), [CORRIDOR]))
+    held.append(EpisodeRunner(TINY, named(reset), [CORRIDOR]))
     with pytest.raises(PolicyError, match="reset the environment in the middle"):
         held[0].run(case())
 
 
 @pytest.fixture(scope="module")
 def result() -> bytes:
-    return encode(run(track_of("avoidance"), "forward", None, Settings(number=1)))
+    return encode_result(run_benchmark(find_track("avoidance"), "forward", None, RunSettings(number=1)))
 
 
 @pytest.mark.slow
@@ -295,6 +296,6 @@ class policy:
 
 
 def test_a_policy_gets_the_mask_of_motions_that_it_asks_for(tmp_path: Path) -> None:
-    with Player(policy_file(tmp_path, MASKED)) as player:
+    with PolicyProcess(policy_file(tmp_path, MASKED)) as player:
         outcome = runner_of(player).run(case())
     assert outcome.values["coverage"] > 0.9

@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.robot_map import MAX_MAP_CELLS, MapError, RobotMap, open_bag, yaw_from_quaternion
-from houseexpo.pseudoslam.io.poses import Pose, compose, wrap_angle
+from houseexpo.pseudoslam.io.poses import Pose, compose_poses, wrap_angle
 
 SCAN_TYPE: Final = "sensor_msgs/msg/LaserScan"
 TF_TYPE: Final = "tf2_msgs/msg/TFMessage"
@@ -77,7 +77,9 @@ class _Scan:
     most_m: float
 
 
-def map_of_bag(path: str | os.PathLike[str], resolution_m: float = 0.05, *, scan_topic: str | None = None) -> RobotMap:
+def map_from_bag(
+    path: str | os.PathLike[str], resolution_m: float = 0.05, *, scan_topic: str | None = None
+) -> RobotMap:
     """Return the map of the scans of a bag.
 
     Parameters
@@ -186,7 +188,7 @@ def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> Pose | None:
         here = frames[name].at(scan.stamp)
         if here is None:
             return None
-        pose, name = compose(here, pose), frames[name].parent
+        pose, name = compose_poses(here, pose), frames[name].parent
     return pose
 
 

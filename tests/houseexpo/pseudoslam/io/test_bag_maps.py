@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.pseudoslam import open_maps
-from houseexpo.pseudoslam.agents.policies import policy_of
-from houseexpo.pseudoslam.io.playback import map_of_bag
-from houseexpo.pseudoslam.io.record import record
+from houseexpo.pseudoslam.agents.policies import make_policy
+from houseexpo.pseudoslam.io.bag_maps import map_from_bag
+from houseexpo.pseudoslam.io.record import record_episode
 from tests.builders.needs import need
 from tests.houseexpo.pseudoslam.io.test_bags import CONFIG, made
 
@@ -83,9 +83,9 @@ def at(found: RobotMap, x: float, y: float) -> int:
 
 def test_a_recorded_run_gives_the_map_of_its_robot(tmp_path: Path) -> None:
     env = made(CONFIG)
-    policy = policy_of("frontier", env, 0)
-    record(env, policy, None, steps=60, seed=3, bag=tmp_path / "run.mcap")
-    own, found = read_map(tmp_path / "run.mcap"), map_of_bag(tmp_path / "run.mcap", 0.05)
+    policy = make_policy("frontier", env, 0)
+    record_episode(env, policy, None, steps=60, seed=3, bag=tmp_path / "run.mcap")
+    own, found = read_map(tmp_path / "run.mcap"), map_from_bag(tmp_path / "run.mcap", 0.05)
     rows, cols = np.nonzero(own.occupancy >= 0)
     height = own.occupancy.shape[0]
     x = own.origin[0] + (cols + 0.5) * 0.05
@@ -111,7 +111,7 @@ def test_beams_are_placed_by_interpolated_and_static_transforms(tmp_path: Path) 
         ("/tf", 2.0, "odom", "base", (2.0, 0.04, 0.0)),
         ("/tf_static", 0.0, "base", "laser", (0.5, 0.0, math.pi / 2)),
     ]
-    found = map_of_bag(bag(tmp_path, [{"stamp": 1.0, "ranges": [2.02, math.inf]}], transforms), 0.1)
+    found = map_from_bag(bag(tmp_path, [{"stamp": 1.0, "ranges": [2.02, math.inf]}], transforms), 0.1)
     assert at(found, 1.55, 2.05) == 100  # ahead of the laser, which is at (1.5, 0)
     assert at(found, 1.55, 1.0) == 0
     assert at(found, -3.4, 0.05) == 0  # 5 m to its left, where nothing is hit
@@ -122,7 +122,7 @@ def test_what_is_hit_in_few_of_the_scans_is_free(tmp_path: Path) -> None:
     """A person stood in the beam in one scan of ten."""
     transforms = [("/tf", float(k), "map", "laser", (0.0, 0.0, 0.0)) for k in range(11)]
     scans = [{"stamp": k + 0.5, "ranges": [1.02 if k == 4 else 3.02]} for k in range(10)]
-    found = map_of_bag(bag(tmp_path, scans, transforms), 0.1)
+    found = map_from_bag(bag(tmp_path, scans, transforms), 0.1)
     assert at(found, 1.05, 0.05) == 0
     assert at(found, 3.05, 0.05) == 100
 
@@ -130,7 +130,7 @@ def test_what_is_hit_in_few_of_the_scans_is_free(tmp_path: Path) -> None:
 def test_ranges_that_say_nothing_are_passed_over(tmp_path: Path) -> None:
     transforms = [("/tf_static", 0.0, "map", "laser", (0.0, 0.0, 0.0))]
     scan = {"stamp": 1.0, "ranges": [2.02, math.nan, 0.05, 7.0]}
-    found = map_of_bag(bag(tmp_path, [scan], transforms), 0.1)
+    found = map_from_bag(bag(tmp_path, [scan], transforms), 0.1)
     assert at(found, 2.05, 0.05) == 100
     assert at(found, 0.05, -4.9) == 0  # 7 m is beyond the laser's range
     assert (found.occupancy == 100).sum() == 1
@@ -154,23 +154,23 @@ def test_a_bag_without_a_map_in_it_is_refused(
     tmp_path: Path, scans: list[Any], transforms: list[Any], topic: str | None, said: str
 ) -> None:
     with pytest.raises(MapError, match=said):
-        map_of_bag(bag(tmp_path, scans, transforms), scan_topic=topic)
+        map_from_bag(bag(tmp_path, scans, transforms), scan_topic=topic)
 
 
 def test_files_that_are_no_bags_are_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(50))
     with pytest.raises(MapError, match=r"mine\.mcap cannot be read as a bag"):
-        map_of_bag(tmp_path / "mine.mcap")
+        map_from_bag(tmp_path / "mine.mcap")
     with pytest.raises(MapError, match="no such file"):
-        map_of_bag(tmp_path / "none.mcap")
+        map_from_bag(tmp_path / "none.mcap")
     os.mkfifo(tmp_path / "pipe.mcap")
     with pytest.raises(MapError, match="found a device or a pipe; save its content to a file"):
-        map_of_bag(tmp_path / "pipe.mcap")
+        map_from_bag(tmp_path / "pipe.mcap")
 
 
 def test_the_command_writes_a_map_that_the_simulator_opens(tmp_path: Path) -> None:
     env = made(CONFIG)
-    record(env, policy_of("frontier", env, 0), None, steps=30, seed=1, bag=tmp_path / "run.mcap")
+    record_episode(env, make_policy("frontier", env, 0), None, steps=30, seed=1, bag=tmp_path / "run.mcap")
     words = ["replay", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "maps"), "--resolution", "0.1"]
     done = CliRunner().invoke(make_app(), words)
     assert done.exit_code == 0, done.output

@@ -12,19 +12,17 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import distance_field, room_ids
-from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, PeopleConfig, Shape, Trajectory
-from houseexpo.pseudoslam.kernels.collision import (
-    HALF_DIAGONAL,
-    MOVING,
-    PERSON,
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
+from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Shape
+from houseexpo.pseudoslam.kernels.body_tracks import (
     SHAPE,
     Bodies,
-    Disc,
     Tracks,
     find_track_collision,
     mark_track_cells,
     track_pose_at,
 )
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, MOVING, PERSON, Disc
 from houseexpo.pseudoslam.kernels.people import FEELER, WalkParams, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
 from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, FlowField
@@ -39,7 +37,7 @@ Floats = npt.NDArray[np.float64]
 Grid = npt.NDArray[np.uint8]
 
 
-def make_flow(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) -> FlowField:
+def make_flow_field(occupied: Grid, frame: GridFrame, radius_m: float, plan: House) -> FlowField:
     """Return the paths to all rooms of a plan for a disc of a person's radius.
 
     The goal in a room is its widest place. If the plan records fewer than two rooms that can be reached, goals are
@@ -135,7 +133,7 @@ class _Ways:
         return best
 
 
-def walk_of(config: PeopleConfig, pixels_per_metre: float) -> WalkParams:
+def make_walk_params(config: PeopleConfig, pixels_per_metre: float) -> WalkParams:
     """Return the parameters of people's walking on a grid."""
     radius_px = max(config.radius_m * pixels_per_metre, HALF_DIAGONAL)
     feelers = [
@@ -230,7 +228,7 @@ def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridF
     return tracks
 
 
-def swept_cells(tracks: Tracks, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
+def find_track_cells(tracks: Tracks, shape: tuple[int, int]) -> npt.NDArray[np.bool_]:
     """Return the cells (rows, cols) that trajectories pass, where nothing else may be placed."""
     swept = np.zeros(shape, np.uint8)
     for k in range(len(tracks.times_s)):
