@@ -3,8 +3,8 @@
 R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, are closed
     where that parts two spaces, no door or lintel runs along them, and they do not lie within one room of the source
     (the bend of an L-shaped hall).
-R18 Where the source names its openings, what hangs or stands right before a doorway (a beam along the wall, a frame
-    deeper than the wall) does not close it: the doorway does.
+R18 Where the source names its openings, or its doors, what hangs or stands right before a doorway of theirs (a beam
+    along the wall, a frame deeper than the wall) does not close it: the doorway does.
 R19 Cracks of a hand's breadth between walls that nearly meet are closed.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
@@ -74,7 +74,7 @@ from pipeline.geometry.closing_candidates import (
     mouth_fillings,
     split_at_portals,
 )
-from pipeline.geometry.doorways import box_around_polygon, box_polygon
+from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.room_borders import find_room_borders
 from pipeline.rejection import Reason, Rejection
@@ -238,7 +238,9 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
 
 def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
-    before = _before_doorways(planes) if level.names_doors else EMPTY
+    has_leaves = bool(level.leaves)
+    named = [d for d in planes.doorways if level.names_doors or (has_leaves and d.source == "named")]
+    before = _before_doorways(named) if named else EMPTY
     lintels = subtract(planes.lintels, before)
     low = subtract(planes.sills, unite([planes.lintels, before]))
     pieces = [ClosingCandidate(p, "lintel") for p in grow_to_overlap(polygons_of(lintels))]
@@ -257,9 +259,9 @@ def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[
     return candidates + _gates_of_railings(level, planes, candidates, config)
 
 
-def _before_doorways(planes: Planes) -> BaseGeometry:
+def _before_doorways(doorways: Sequence[Doorway]) -> BaseGeometry:
     """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R18)."""
-    boxes = [box_around_polygon(each.polygon) for each in planes.doorways]
+    boxes = [box_around_polygon(each.polygon) for each in doorways]
     return unite([box_polygon(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
 
 

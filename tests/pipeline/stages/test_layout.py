@@ -10,9 +10,9 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import cut_planes
-from pipeline.values import Layout, SourceOpening, SourceRoom
+from pipeline.values import Layout, SourceObject, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
-from tests.builders.meshes import box
+from tests.builders.meshes import box, joined
 
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
@@ -49,6 +49,14 @@ def test_a_beam_along_a_wall_does_not_close_its_doors_where_they_are_named(named
     found = layout([*two_rooms(Hole(1.0, 1.9)), *beams], openings=(door,), named_openings=named)
     doors = [c.portal for c in found.candidates if c.kind == "door"]
     assert [set(portal.sides) for portal in doors if portal is not None] == ([{0, 1}] if named else [])
+
+
+def test_a_beam_along_a_wall_does_not_close_the_doorway_of_a_leaf_that_is_named() -> None:
+    beams = [box((4.2, 0.0, 4.4, 3.0), 2.1, 2.5), box((3.8, 0.0, 4.0, 3.0), 2.1, 2.5)]
+    leaf = SourceObject(("Door",), joined([box((4.08, 1.0, 4.12, 1.9), 0.0, 2.1)]))
+    found = layout([*two_rooms(Hole(1.0, 1.9)), *beams], leaves=(leaf,))
+    doors = [c.portal for c in found.candidates if c.kind == "door"]
+    assert [set(portal.sides) for portal in doors if portal is not None] == [{0, 1}]
 
 
 @pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (2.1, 1.5, 1), (2.1, 2.5, 2)])
