@@ -68,11 +68,14 @@ class Metrics(NamedTuple):
         cell_m = 1.0 / config.pixels_per_metre
         poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
         poses += constants.corner_m
-        explored, coverage = (
-            np.multiply(counts["known"], cell_m**2),
-            np.divide(counts["covered"], constants.observable),
-        )
+        explored, coverage = counts["known"] * cell_m**2, counts["covered"] / constants.observable
         return cls(constants, counts, pool.readings[:, 0].copy(), pose_px, config, cell_m, explored, coverage, poses)
+
+    def with_counts_of(self, pool: Episode) -> Metrics:
+        """Return the metrics of the same episodes of a pool if only their counts have changed."""
+        counts = pool.counts[:, 0].copy()
+        explored, coverage = counts["known"] * self.cell_m**2, counts["covered"] / self.constants.observable
+        return self._replace(counts=counts, explored_m2=explored, coverage=coverage)
 
     def part(self, rows: slice) -> Metrics:
         """Return the metrics of some of the episodes."""

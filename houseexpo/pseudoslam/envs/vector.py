@@ -355,7 +355,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         report = self._env_spec.report(self._batch.arrays, after, success)
         if self._env_spec.text_info:
             report["plan_id"] = self._plan_ids.copy()
-        return _with_masks(report, which)
+        return with_masks(report, which)
 
     def _finals(self, after: Metrics, success: Bools) -> dict[str, Any]:
         last = _copies_of(self._observe(after), self._ended)
@@ -408,8 +408,8 @@ def _are_equal(one: Any, other: Any) -> bool:
     return bool(one is other or one == other)
 
 
-def _with_masks(report: dict[str, npt.NDArray[Any]], which: npt.NDArray[np.bool_]) -> dict[str, Any]:
-    """Return the info for arrays of N values, with the mask ``which`` for each key."""
+def with_masks(report: dict[str, Any], which: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    """Return the info for arrays of N values, or for dicts of them, with the mask ``which`` for each key."""
     masks = np.empty((len(report), len(which)), bool)
     masks[:] = which
     return {**report, **dict(zip(_names(*report), masks, strict=True))}

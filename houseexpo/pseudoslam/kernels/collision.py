@@ -169,6 +169,16 @@ def mark_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
 
 
 @njit(cache=True, nogil=True)
+def unmark_disc(occupied: Grid, x: float, y: float, radius: float) -> None:
+    """Clear the moving bit of the cells that ``mark_disc`` sets."""
+    top, bottom, left, right = disc_bounds(occupied.shape, x, y, radius)
+    for row in range(top, bottom):
+        first, end = disc_columns(row, x, y, radius)
+        for col in range(np.uint64(max(first, left)), np.uint64(max(min(end, right), 0))):  # unsigned, as below
+            occupied[row, col] &= STATIC
+
+
+@njit(cache=True, nogil=True)
 def disc_columns(row: int, x: float, y: float, radius: float) -> tuple[int, int]:
     """Return the first column and the end, excluded, of the cells of a row whose centres lie in a disc."""
     down = row + 0.5 - y

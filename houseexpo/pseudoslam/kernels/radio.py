@@ -18,8 +18,8 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
-from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows
+from houseexpo.pseudoslam.kernels.team_step import EVERYONE, TeamKnowledge, TeamObstacles, copy_known_cells
+from houseexpo.pseudoslam.kernels.types import Bits, Counts, Floats, Grid, Rows
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 
 NONE, ALWAYS, RANGE, SIGHT, SIGNAL = range(5)
@@ -123,93 +123,96 @@ def exchange_maps(
         rows, cols = sizes[row, 0], sizes[row, 1]
         walls = others.walls[i, : rows * cols].reshape((rows, cols))
         joined[i] = find_heard(link, walls, others.places[row], fading_db[i], heard[i])
-        if shared.pending.shape[3] > 0 and _any_of(heard[i]):
+        if shared.pending.shape[2] > 0:
             maps, seen = known[row : row + robots], observable[row]
-            _exchange(maps, seen, counts[row : row + robots], rows * cols, heard[i], shared.pending[i], link.most)
+            own_counts, cells = counts[row : row + robots], rows * cols
+            _exchange(maps, seen, own_counts, cells, heard[i], shared.pending[i], shared.waiting[i], link.most)
 
 
 @njit(cache=True, nogil=True)
-def _any_of(heard: Grid) -> bool:
-    for i in range(len(heard)):
-        for j in range(i):
-            if heard[i, j] != 0:
-                return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def _exchange(maps: Grid, observable: Grid, counts: Rows, cells: int, heard: Grid, pending: Grid, most: int) -> None:
+def _exchange(
+    maps: Grid, observable: Grid, counts: Rows, cells: int, heard: Grid, pending: Bits, waiting: Bits, most: int
+) -> None:
     """Exchange the maps of one team's robots (R, cells), by R1 to R3."""
     robots, chunks = len(maps), (cells + CHUNK - 1) >> CHUNK_BITS
+    listeners = np.zeros(robots, np.int64)
+    for j in range(robots):
+        for i in range(robots):
+            listeners[j] |= np.int64(heard[i, j] != 0) << i
     before, taken = np.empty((robots, CHUNK), np.uint8), np.zeros((robots, robots), np.int64)
-    some, source = np.empty(CHUNK, np.uint8), np.empty(robots, np.int64)
-    for start in range(0, chunks, CHUNK):
-        wide = min(CHUNK, chunks - start)
-        if not _waits(heard, pending, start, wide, some):
+    for group in range((chunks + CHUNK - 1) >> CHUNK_BITS):
+        waits = 0
+        for j in range(robots):
+            waits |= waiting[j, group] & listeners[j]
+        if waits == 0:
             continue
-        for k in range(wide):
-            if some[k] == 0:
-                continue
-            chunk = start + k
-            low = chunk << CHUNK_BITS
-            size = min(CHUNK, cells - low)
-            for i in range(robots):
-                source[i] = -1
-                for t in range(size):
-                    before[i, np.uint64(t)] = maps[i, np.uint64(low + t)]
-            for i in range(robots):
-                own, count = maps[i], counts[i, 0]
-                for j in range(robots):
-                    if heard[i, j] == 0 or pending[i, j, chunk] == 0:
-                        continue
-                    pending[i, j, chunk] = 0
-                    new = _copy(own, before[j], observable, count, low, size, most - taken[i, j])
-                    if new < 0:  # R3
-                        new = most - taken[i, j]
-                        pending[i, j, chunk] = 1
-                    taken[i, j] += new
-                    if new > 0:
-                        source[i] = j if source[i] == -1 else -2
-            for i in range(robots):
-                if source[i] != -1:  # others have not been told, but for the only one who told it
-                    for j in range(robots):
-                        if j != i and j != source[i]:  # numba has no sets of numbers
-                            pending[j, i, chunk] = 1
+        start = group << CHUNK_BITS
+        stop = min(start + CHUNK, chunks)
+        for chunk in range(start, stop):
+            waits = 0
+            for j in range(robots):
+                waits |= pending[j, np.uint64(chunk)] & listeners[j]
+            if waits != 0:
+                _exchange_chunk(maps, observable, counts, cells, chunk, pending, listeners, before, taken, most)
+        for j in range(robots):
+            left = np.uint16(0)
+            for chunk in range(start, stop):
+                left = np.uint16(left | pending[j, np.uint64(chunk)])
+            waiting[j, group] = left
 
 
 @njit(cache=True, nogil=True)
-def _waits(heard: Grid, pending: Grid, start: int, wide: int, some: Grid) -> bool:
-    """Write which of the chunks from ``start`` on wait for a pair of robots that hear each other; return if some do."""
-    some[:] = 0
-    for i in range(len(heard)):
-        for j in range(len(heard)):
-            if heard[i, j] != 0:
-                for k in range(wide):
-                    some[np.uint64(k)] |= pending[i, j, np.uint64(start + k)]
-    found = np.uint8(0)
-    for k in range(wide):
-        found |= some[np.uint64(k)]
-    return bool(found != 0)
+def _exchange_chunk(
+    maps: Grid, observable: Grid, counts: Rows, cells: int, chunk: int, pending: Bits, listeners: Counts, before: Grid,
+    taken: Counts, most: int,
+) -> None:  # fmt: skip
+    """Exchange one chunk of the maps, and note who has not been told of it; ``before`` is working memory."""
+    robots, low = len(maps), chunk << CHUNK_BITS
+    size = min(CHUNK, cells - low)
+    for j in range(robots):  # R1
+        for t in range(size):
+            before[j, np.uint64(t)] = maps[j, np.uint64(low + t)]
+    untold = np.zeros(robots, np.int64)
+    for i in range(robots):
+        source, count = -1, counts[i, 0]
+        for j in range(robots):
+            if (pending[j, chunk] & listeners[j]) >> i & 1 == 0:
+                continue
+            pending[j, chunk] &= EVERYONE & ~(1 << i)
+            left = most - taken[i, j]
+            new, covered = _copy_at_most(maps[i], before[j], observable, low, size, left)
+            if new > left:  # R3
+                new = left
+                untold[j] |= 1 << i
+            count.known += new
+            count.covered += covered
+            taken[i, j] += new
+            if new > 0:
+                source = j if source == -1 else -2
+        if source != -1:  # others have not been told, but for the only one who told it
+            untold[i] |= EVERYONE & ~(1 << i) & ~(1 << source if source >= 0 else 0)
+    for j in range(robots):
+        pending[j, chunk] |= untold[j]
 
 
 @njit(inline="always")
-def _copy(own: Grid, other: Grid, observable: Grid, count: Rows, low: int, size: int, most: int) -> int:
-    """Copy known cells of a chunk into the unknown ones of a map; return how many, -1 for more than ``most``."""
-    missing = np.uint8(0)
-    for t in range(size):  # known cells have all bits of FREE
-        missing = np.uint8(missing | (other[np.uint64(t)] & ~own[np.uint64(low + t)] & FREE))
-    new = 0
-    if missing:
-        for t in range(size):
-            cell = np.uint64(low + t)
-            if own[cell] == UNKNOWN and other[np.uint64(t)] != UNKNOWN:
-                if new == most:
-                    return -1
-                own[cell] = other[np.uint64(t)]
-                new += 1
-                count.known += 1
-                count.covered += int(observable[cell])
-    return new
+def _copy_at_most(own: Grid, other: Grid, observable: Grid, low: int, size: int, most: int) -> tuple[int, int]:
+    """Copy known cells of a chunk into the unknown ones of a map from ``low`` on, at most ``most`` of them.
+
+    Return how many, or a larger number than ``most`` if there are more, and how many of those copied are observable.
+    """
+    part = own[low : low + size]
+    if most >= size:
+        return copy_known_cells(part, other, observable[low : low + size], 0, size)
+    new, covered = 0, 0
+    for t in range(size):
+        if part[t] == UNKNOWN and other[t] != UNKNOWN:
+            if new == most:
+                return most + 1, covered
+            part[t] = other[t]
+            new += 1
+            covered += int(observable[low + t])
+    return new, covered
 
 
 @njit(cache=True, nogil=True)

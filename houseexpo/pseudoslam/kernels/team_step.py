@@ -13,14 +13,25 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.collision import THINNER_PX, distance_to_disc, erase_disc, mark_disc, placed_people
+from houseexpo.pseudoslam.kernels.collision import (
+    THINNER_PX,
+    distance_to_disc,
+    erase_disc,
+    mark_disc,
+    placed_people,
+    unmark_disc,
+)
 from houseexpo.pseudoslam.kernels.driving import command_path, path_length_to_disc
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.odometry import grip_share
-from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import Bits, Counts, Drive, Errors, Floats, Grid, Robot, Rows, make_row_dtype
 
 APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
+LEVELS = 0.9, 0.99
+"""The shares of the house for which ``TOGETHER`` has steps and metres."""
+EVERYONE = 0xFFFF
+"""The set of all robots of a team, of which there are at most 16."""
 NOTHING, ROBOT, SOMEONE = range(3)
 """What is in a robot's way beside what is in its cells: a person counts for all but the first robot, whose step moves
 the people and keeps off them itself."""
@@ -57,6 +68,8 @@ class TeamObstacles(NamedTuple):
     """The radius of a robot."""
     people_px: float
     """The radius of a person."""
+    sight_px: float
+    """The distance beyond which a robot that stands still neither sees, touches nor measures another."""
 
 
 class TeamKnowledge(NamedTuple):
@@ -64,9 +77,11 @@ class TeamKnowledge(NamedTuple):
 
     known: Grid
     """(N, cells), the cells that some robot of each team knows."""
-    pending: Grid
-    """(N, R, R, chunks), 1 for each chunk (``mapping.CHUNK``) in which the second robot may know cells that the first
-    has not been told; (N, R, R, 0) if they never tell."""
+    pending: Bits
+    """(N, R, chunks): bit i of a chunk (``mapping.CHUNK``) of robot j is set if robot j may know cells in it that robot
+    i has not been told; (N, R, 0) if they never tell."""
+    waiting: Bits
+    """(N, R, groups), the bits that are set in any of ``CHUNK`` chunks, one after the other."""
     together: Rows
     """(N,) ``TOGETHER``."""
 
@@ -94,10 +109,10 @@ def prepare_motions(
     reach, reach_people = 2.0 * others.radius_px, others.radius_px + others.people_px
     for i in range(first, end):
         row = i * robots + robot
-        _begin(occupied, counts, sizes, others, robot, i)
         pose, places = poses[row, 0], others.places[i * robots]
         held = grip_share(errors, counts[row, 0].key, counts[row, 0].steps + 1)
         turn, forward = motions[row, 0] * held, motions[row, 1] * held
+        _begin(occupied, counts, sizes, others, robot, i, others.sight_px + abs(forward))
         sign = -1.0 if forward < 0.0 else 1.0
         right, down = sign * math.cos(pose.heading + turn), -sign * math.sin(pose.heading + turn)
         distance = abs(forward)
@@ -128,7 +143,7 @@ def prepare_commands(
     discs = np.empty((robots - 1, 2))
     for i in range(first, end):
         row = i * robots + robot
-        _begin(occupied, counts, sizes, others, robot, i)
+        _begin(occupied, counts, sizes, others, robot, i, math.inf)
         held = grip_share(errors, counts[row, 0].key, counts[row, 0].steps + 1)
         for k in range(len(discs)):
             discs[k] = others.places[i * robots, k if k < robot else k + 1]
@@ -147,10 +162,13 @@ def prepare_commands(
 
 
 @njit(cache=True, nogil=True)
-def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, robot: int, i: int) -> None:
+def _begin(
+    occupied: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, robot: int, i: int, reach: float
+) -> None:  # fmt: skip
     """Note what one robot of team ``i`` knows, and draw the people and the other robots into its cells.
 
-    What was drawn there before is erased first; before the first step, everything is drawn anew.
+    What was drawn there before is erased first; before the first step, everything is drawn anew. Where there are no
+    people, robots farther away than ``reach`` are not drawn.
     """
     robots = others.places.shape[1]
     row = i * robots + robot
@@ -161,22 +179,30 @@ def _begin(occupied: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, r
     rows, cols = sizes[row, 0], sizes[row, 1]
     cells, drawn, places = rows * cols, others.drawn[row], others.places[i * robots]
     raster = occupied[row, :cells].reshape((rows, cols))
+    here = placed_people(others.people[i * robots])
+    radius = max(others.radius_px - THINNER_PX, 1.0)
     if begins:
         for cell in range(cells):
             occupied[row, np.uint64(cell)] = others.walls[i, np.uint64(cell)]
-    else:
+        drawn[:] = math.nan
+    elif len(here) > 0 or radius > others.radius_px:  # discs that are drawn may overlap
         for k in range(len(drawn)):
             if not math.isnan(drawn[k, 0]):
                 erase_disc(raster, drawn[k, 0], drawn[k, 1], others.radius_px if k < robots else others.people_px)
-    drawn[:] = math.nan
+        drawn[:] = math.nan
     thinner = THINNER_PX if robot > 0 else 0.0
-    here = placed_people(others.people[i * robots])
     for p in range(len(here)):
         mark_disc(raster, here[p].x, here[p].y, max(others.people_px - thinner, 1.0))
         drawn[robots + p, 0], drawn[robots + p, 1] = here[p].x, here[p].y
     for k in range(robots):
-        if k != robot:
-            mark_disc(raster, places[k, 0], places[k, 1], max(others.radius_px - THINNER_PX, 1.0))
+        x, y = places[k, 0], places[k, 1]
+        if k == robot or (drawn[k, 0] == x and drawn[k, 1] == y):
+            continue
+        if not math.isnan(drawn[k, 0]):
+            unmark_disc(raster, drawn[k, 0], drawn[k, 1], radius)
+            drawn[k] = math.nan
+        if len(here) > 0 or math.hypot(x - places[robot, 0], y - places[robot, 1]) <= reach:
+            mark_disc(raster, x, y, radius)
             drawn[k] = places[k]
 
 
@@ -190,7 +216,7 @@ def count_met_and_seen(
     Only chunks that the step marked as ``fresh`` (N * R, chunks) are looked at; their marks move to ``shared.pending``.
     """
     robots, together = others.places.shape[1], shared.together
-    tells = shared.pending.shape[3] > 0
+    tells, rest = shared.pending.shape[2] > 0, EVERYONE & ~(1 << robot)
     for i in range(first, end):
         row = i * robots + robot
         cells = sizes[row, 0] * sizes[row, 1]
@@ -203,16 +229,19 @@ def count_met_and_seen(
         others.places[i * robots, robot, 0], others.places[i * robots, robot, 1] = pose.x, pose.y
         own, other, seen = shared.known[i], known[row], observable[row]
         chunks = (cells + CHUNK - 1) >> CHUNK_BITS
+        if count.known == others.had[i] and marks[0] == 0:  # nothing is new; a merge outside steps marks all
+            chunks = 0
         for start in range(0, chunks, CHUNK):
             stop = min(start + CHUNK, chunks)
             if not _any(marks, start, stop):
                 continue
+            if tells:
+                shared.waiting[i, robot, start >> CHUNK_BITS] = rest
             for chunk in range(start, stop):
                 if marks[chunk] != 0:
                     marks[chunk] = 0
-                    for k in range(robots):
-                        if tells and k != robot:
-                            shared.pending[i, k, robot, chunk] = 1
+                    if tells:
+                        shared.pending[i, robot, chunk] = rest
                     low, high = chunk << CHUNK_BITS, min((chunk + 1) << CHUNK_BITS, cells)
                     new, covered = copy_known_cells(own, other, seen, low, high)
                     together[i].explored += new
@@ -229,20 +258,43 @@ def _any(marks: Grid, start: int, stop: int) -> bool:
     return bool(some != 0)
 
 
+@njit(cache=True, nogil=True)
+def count_step(together: Rows, active: Grid, joined: Grid, observable: Floats) -> bool:
+    """Count a step of the ``active`` teams (N,), after their robots have exchanged maps.
+
+    Return whether some team has just come to know one of ``LEVELS``. ``joined`` (N,) is not 0 if each robot reaches
+    each other one; ``observable`` (N,) is the number of cells that coverage counts.
+    """
+    some = False
+    for i in range(len(together)):
+        if active[i] == 0:
+            continue
+        one = together[i]
+        one.steps += 1
+        one.joined += joined[i]
+        share = one.covered / observable[i]
+        if share >= LEVELS[0] and math.isnan(one.steps_90):
+            one.steps_90, some = one.steps, True
+        if share >= LEVELS[1] and math.isnan(one.steps_99):
+            one.steps_99, some = one.steps, True
+    return some
+
+
 @njit(inline="always")
 def copy_known_cells(own: Grid, other: Grid, observable: Grid, low: int, high: int) -> tuple[int, int]:
-    """Copy the known cells of a flat map from ``low`` to ``high``, excluded, into the unknown cells of another.
+    """Copy the known cells of a chunk of a flat map, from ``low`` to ``high``, into the unknown cells of another.
 
     Return the number of cells copied, and how many of them are observable.
     """
     missing = np.uint8(0)
     for k in range(low, high):  # known cells have all bits of FREE
         missing = np.uint8(missing | (other[np.uint64(k)] & ~own[np.uint64(k)] & FREE))
-    new, covered = 0, 0
+    new, covered = np.uint8(0), np.uint8(0)  # so that the compiler can vectorise the sums
     if missing:
         for k in range(low, high):
-            if own[np.uint64(k)] == UNKNOWN and other[np.uint64(k)] != UNKNOWN:
-                own[np.uint64(k)] = other[np.uint64(k)]
-                new += 1
-                covered += int(observable[np.uint64(k)])
-    return new, covered
+            had, has = own[np.uint64(k)], other[np.uint64(k)]
+            copies = np.uint8((had == UNKNOWN) & (has != UNKNOWN))
+            own[np.uint64(k)] = has if had == UNKNOWN else had
+            new = np.uint8(new + copies)
+            covered = np.uint8(covered + (copies & observable[np.uint64(k)]))
+    return int(new), int(covered)

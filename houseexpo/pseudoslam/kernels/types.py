@@ -15,6 +15,8 @@ Grid: TypeAlias = npt.NDArray[np.uint8]
 """A grid (rows, cols), in C order."""
 Kinds: TypeAlias = npt.NDArray[np.uint16]
 """The contents of blocks of a map, see ``crop``."""
+Bits: TypeAlias = npt.NDArray[np.uint16]
+"""Sets of a team's robots: bit k stands for robot k."""
 Cells: TypeAlias = npt.NDArray[np.int32]
 """Flat indices of cells, row * cols + col."""
 Offsets: TypeAlias = npt.NDArray[np.int16]

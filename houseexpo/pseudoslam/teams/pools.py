@@ -20,12 +20,12 @@ from houseexpo.pseudoslam.teams.team import (
     RadioContact,
     Team,
     count_chunks,
+    disc_sizes_px,
     make_team_kernels,
     moves_people,
-    new_measures,
+    new_knowledge,
     new_radio_contact,
     shares_map_changes,
-    update_measures,
 )
 
 Bools = npt.NDArray[np.bool_]
@@ -54,7 +54,7 @@ class TeamPools:
         self.around, self._params = make_team_kernels(spec, params, radio), params
         self._walks = moves_people(spec.config, 0)
         self._walls: Grid = np.zeros((teams, 0), np.uint8)
-        self._shared = TeamKnowledge(self._walls, np.zeros((teams, robots, robots, 0), np.uint8), new_measures(teams))
+        self._shared = new_knowledge(teams, robots, 0, 0)
         self._drawn: Floats = np.zeros((teams * robots, 0, 2))
         self._meets, self._had = np.zeros(teams, np.uint8), np.zeros(teams, np.int64)
 
@@ -75,8 +75,11 @@ class TeamPools:
             self._widen(team.others.drawn.shape[1])
         cells, width, shared = team.walls.size, self._width, self._shared
         self._walls[i, :cells], shared.known[i, :cells] = team.walls.ravel(), team.shared.known[0]
-        shared.pending[i] = 0
-        shared.pending[i, ..., : team.shared.pending.shape[3]] = team.shared.pending[0]
+        for own, other in zip(
+            (shared.pending, shared.waiting), (team.shared.pending, team.shared.waiting), strict=True
+        ):
+            own[i] = 0
+            own[i, ..., : other.shape[2]] = other[0]
         self.together[i], self.observable[i] = team.together[0], team.observable[0]
         self._drawn[rows] = team.others.drawn
         contact = self.contact
@@ -97,7 +100,11 @@ class TeamPools:
         width, robots, shared = self._width, self.robots, self._shared
         chunks = count_chunks(width) if shares_map_changes(self.radio) and robots > 1 else 0
         self._walls = _wider(self._walls, width)
-        self._shared = shared._replace(known=_wider(shared.known, width), pending=_wider(shared.pending, chunks))
+        self._shared = shared._replace(
+            known=_wider(shared.known, width),
+            pending=_wider(shared.pending, chunks),
+            waiting=_wider(shared.waiting, count_chunks(chunks)),
+        )
         if self._drawn.shape[1] != drawn:
             self._drawn = np.full((self.teams * robots, drawn, 2), np.nan)
 
@@ -109,7 +116,7 @@ class TeamPools:
         rows, cols = self.batch.sizes[first].tolist()
         team.walls = self._walls[i, : rows * cols].reshape(rows, cols)
         one, shared, contact = slice(i, i + 1), self._shared, self.contact
-        team.shared = TeamKnowledge(shared.known[one], shared.pending[one], shared.together[one])
+        team.shared = TeamKnowledge(*(part[one] for part in shared))
         team.contact = RadioContact(contact.heard[one], contact.joined[one], contact.fading_db[one])
         team.observable = self.observable[one]
         return team
@@ -130,7 +137,7 @@ class TeamPools:
         pool, sizes, others, shared = batch.arrays, batch.sizes, self._others(), self._shared
         wanted = np.full((robots, self.teams, robots), SKIP, np.uint8)
         for robot in range(robots):
-            wanted[robot, :, robot][active] = STEP
+            wanted[robot, active, robot] = STEP
         kernels = [batch.kernel(moves=self._walks and robot == 0) for robot in range(robots)]
 
         def work(scratch: Any, first: int, end: int) -> None:
@@ -145,14 +152,13 @@ class TeamPools:
 
         batch.share_scratch(work)
         seen = self.metrics()
-        self.together["steps"] += active
         return seen, self._exchange(seen, active)
 
     def _others(self) -> TeamObstacles:
         bodies = self.batch.arrays.bodies
         return TeamObstacles(
             self._walls, bodies.people, bodies.robots, self._drawn, self._meets, self._had,
-            float(self._params.robot.radius_px), float(self._params.walk.radius_px),
+            *disc_sizes_px(self._params),
         )  # fmt: skip
 
     def _exchange(self, seen: Metrics, active: Bools) -> Metrics:
@@ -164,14 +170,9 @@ class TeamPools:
                     self.team(i).exchange()
             else:
                 self._tell(active.astype(np.uint8))
-            found = self.metrics()
+            found = seen.with_counts_of(self.batch.arrays)
         ways_px = seen.readings["path_length"].reshape(self.teams, -1)
-        rows = self.together[active]
-        joined = self.contact.joined[active]
-        update_measures(
-            rows, joined, ways_px.sum(axis=1)[active] / self.spec.config.pixels_per_metre, self.observable[active]
-        )
-        self.together[active] = rows
+        self.around.update_measures(self.together, active, self.contact.joined, ways_px, self.observable)
         return found
 
     def _tell(self, wanted: Grid) -> None:
@@ -190,8 +191,8 @@ class TeamPools:
         self.batch.close()
 
 
-def _wider(array: Grid, width: int) -> Grid:
+def _wider(array: npt.NDArray[Any], width: int) -> npt.NDArray[Any]:
     """Return an array with room for ``width`` values on its last axis."""
-    found = np.zeros((*array.shape[:-1], width), np.uint8)
+    found = np.zeros((*array.shape[:-1], width), array.dtype)
     found[..., : array.shape[-1]] = array
     return found

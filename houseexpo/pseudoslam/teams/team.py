@@ -24,10 +24,12 @@ from houseexpo.pseudoslam.kernels.mapping import CHUNK
 from houseexpo.pseudoslam.kernels.radio import copy_known_box, exchange_maps, find_heard
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import (
+    EVERYONE,
     TOGETHER,
     TeamKnowledge,
     TeamObstacles,
     count_met_and_seen,
+    count_step,
     prepare_commands,
     prepare_motions,
 )
@@ -41,11 +43,13 @@ from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 Grid = npt.NDArray[np.uint8]
 
 _ALL: Final = np.ones(1, np.uint8)
-LEVELS: Final = {0.9: "90", 0.99: "99"}
-"""The shares of the house for which steps and metres are measured, and their names in percent."""
+_ACTIVE: Final = np.ones(1, bool)
+_LEVELS: Final = "90", "99"
+"""The names of ``kernels.team_step.LEVELS``, in percent."""
 
 
 @dataclass(frozen=True)
@@ -68,54 +72,40 @@ def moves_people(config: SimulatorConfig, robot: int) -> bool:
 def new_measures(teams: int) -> Rows:
     """Return the measures of teams that have not begun (teams,), ``kernels.team_step.TOGETHER``."""
     found = np.zeros(teams, TOGETHER)
-    for level in LEVELS.values():
+    for level in _LEVELS:
         found[f"steps_{level}"] = found[f"metres_{level}"] = np.nan
     return found
 
 
-def update_measures(measures: Rows, joined: npt.NDArray[np.bool_], metres: Floats, observable: Floats) -> None:
-    """Take note of a step of teams, after its robots have exchanged maps.
-
-    Parameters
-    ----------
-    measures
-        (N,), changed in place.
-    joined
-        (N,), whether each robot reaches each other one by radio.
-    metres
-        (N,), the metres that all robots of each team have travelled.
-    observable
-        (N,), the number of cells that coverage counts.
-    """
-    measures["joined"] += joined
-    share = measures["covered"] / observable
-    if share.max(initial=0.0) < min(LEVELS):
-        return
-    for level, name in LEVELS.items():
-        new = np.isnan(measures[f"steps_{name}"]) & (share >= level)
-        measures[f"steps_{name}"] = np.where(new, measures["steps"], measures[f"steps_{name}"])
-        measures[f"metres_{name}"] = np.where(new, metres, measures[f"metres_{name}"])
+def new_knowledge(teams: int, robots: int, cells: int, chunks: int) -> TeamKnowledge:
+    """Return that teams know nothing, and that their robots have told each other nothing."""
+    return TeamKnowledge(
+        np.zeros((teams, cells), np.uint8),
+        np.full((teams, robots, chunks), EVERYONE, np.uint16),
+        np.full((teams, robots, count_chunks(chunks)), EVERYONE, np.uint16),
+        new_measures(teams),
+    )
 
 
 def compute_report(
     measures: Rows, ways_m: Floats, collisions: npt.NDArray[np.int64], observable: Floats, pixels_per_metre: float
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the measures of N teams by name, each (N,), NaN for what has not happened; see ``Team.report``."""
-    steps = np.maximum(measures["steps"], 1)
+    now = measures.copy()  # its columns belong to the caller
     return {
-        "team_coverage": measures["covered"] / observable,
-        "team_explored_m2": measures["explored"] / pixels_per_metre**2,
-        "makespan": measures["steps"].copy(),
+        "team_coverage": now["covered"] / observable,
+        "team_explored_m2": now["explored"] / pixels_per_metre**2,
+        "makespan": now["steps"],
         "metres": ways_m.sum(axis=1),
         "longest_m": ways_m.max(axis=1),
-        "overlap": np.maximum(1.0 - measures["explored"] / np.maximum(measures["found"], 1), 0.0),
-        "connected": measures["joined"] / steps,
+        "overlap": np.maximum(1.0 - now["explored"] / np.maximum(now["found"], 1), 0.0),
+        "connected": now["joined"] / np.maximum(now["steps"], 1),
         "collisions": collisions.sum(axis=1),
-        "meetings": measures["meetings"].copy(),
-        "steps_to_90": measures["steps_90"].copy(),
-        "metres_to_90": measures["metres_90"].copy(),
-        "steps_to_99": measures["steps_99"].copy(),
-        "metres_to_99": measures["metres_99"].copy(),
+        "meetings": now["meetings"],
+        "steps_to_90": now["steps_90"],
+        "metres_to_90": now["metres_90"],
+        "steps_to_99": now["steps_99"],
+        "metres_to_99": now["metres_99"],
     }
 
 
@@ -124,8 +114,9 @@ class TeamKernels:
 
     def __init__(self, params: StepParams, radio: Radio, pixels_per_metre: float, *, drives: bool) -> None:
         self._params, self._drives = params, drives
+        self._pixels_per_metre = pixels_per_metre
         self._link = radio.link(1.0 / pixels_per_metre)
-        self._calls: dict[str, Callable[..., None]] = {}
+        self._calls: dict[str, Callable[..., Any]] = {}
 
     def prepare(
         self,
@@ -177,10 +168,35 @@ class TeamKernels:
         )  # fmt: skip
         self._call("exchange", exchange_maps, given)
 
-    def _call(self, name: str, kernel: Any, given: tuple[Any, ...]) -> None:
+    def update_measures(
+        self, measures: Rows, active: Bools, joined: Bools, ways_px: Floats, observable: Floats
+    ) -> None:
+        """Take note of a step of N teams, after their robots have exchanged maps.
+
+        Parameters
+        ----------
+        measures
+            (N,), changed in place.
+        active
+            (N,), which teams have taken the step; nothing changes for the others.
+        joined
+            (N,), whether each robot reaches each other one by radio.
+        ways_px
+            (N, R), the distances that the robots have travelled, pixels.
+        observable
+            (N,), the number of cells that coverage counts.
+        """
+        given = measures, active.view(np.uint8), joined.view(np.uint8), observable
+        if self._call("count_step", count_step, given):
+            for level in _LEVELS:
+                metres = measures[f"metres_{level}"]
+                new = np.isnan(metres) & ~np.isnan(measures[f"steps_{level}"])
+                metres[new] = ways_px[new].sum(axis=1) / self._pixels_per_metre
+
+    def _call(self, name: str, kernel: Any, given: tuple[Any, ...]) -> Any:
         if name not in self._calls:
             self._calls[name] = compiled_function(kernel, *given)
-        self._calls[name](*given)
+        return self._calls[name](*given)
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle and copy without the compiled functions, which the copy finds again."""
@@ -191,12 +207,18 @@ class TeamKernels:
 class RadioContact:
     """What the robots of N teams of R heard in the last exchange."""
 
-    heard: npt.NDArray[np.bool_]
+    heard: Bools
     """(N, R, R), who could hear whom."""
-    joined: npt.NDArray[np.bool_]
+    joined: Bools
     """(N,), whether each robot reached each other one, also through others."""
     fading_db: Floats
     """(N, 2), additional losses in air and in walls."""
+
+
+def disc_sizes_px(params: StepParams) -> tuple[float, float, float]:
+    """Return the last fields of ``TeamObstacles``: the radii of robots and people, and how far robots see."""
+    radius = float(params.robot.radius_px)
+    return radius, float(params.walk.radius_px), params.sensor.range_px + params.clearance_px + 2.0 * radius
 
 
 def new_radio_contact(teams: int, robots: int) -> RadioContact:
@@ -265,16 +287,14 @@ class Team:
         self.contact = new_radio_contact(1, robots)
         self.contact.fading_db[0] = _fading(radio, first)
         chunks = count_chunks(self.walls.size) if shares_map_changes(radio) and robots > 1 else 0
-        self.shared = TeamKnowledge(
-            np.zeros((1, self.walls.size), np.uint8), np.ones((1, robots, robots, chunks), np.uint8), new_measures(1)
-        )
+        self.shared = new_knowledge(1, robots, self.walls.size, chunks)
         self.observable = np.array([float(max(first.observable_cells, 1))])
         self._around = around or make_team_kernels(spec, self.params, radio)
         bodies = self.pool.bodies
         self.others = TeamObstacles(
             self.walls.reshape(1, -1), bodies.people, bodies.robots,
             np.full((robots, robots + bodies.people.shape[1], 2), np.nan), np.zeros(1, np.uint8), np.zeros(1, np.int64),
-            float(self.radius_px), float(self.params.walk.radius_px),
+            *disc_sizes_px(self.params),
         )  # fmt: skip
         self._motions = np.zeros((robots, 3 if self._drives else 2))
         self._steps = [self._kernel(k) for k in range(robots)]
@@ -290,9 +310,9 @@ class Team:
         return self.shared.known[0, : self.walls.size].reshape(self.walls.shape)
 
     @property
-    def heard(self) -> npt.NDArray[np.bool_]:
+    def heard(self) -> Bools:
         """Who could hear whom in the last exchange (n, n)."""
-        found: npt.NDArray[np.bool_] = self.contact.heard[0]
+        found: Bools = self.contact.heard[0]
         return found
 
     @property
@@ -410,10 +430,9 @@ class Team:
         for k in range(len(self)):
             self._act(k)
         after = self.metrics()
-        self.together["steps"] += 1
         self.exchange()
-        metres = np.array([float(after.readings["path_length"].sum()) / self.ppm])
-        update_measures(self.together, self.contact.joined, metres, self.observable)
+        ways_px = after.readings["path_length"].reshape(1, -1)
+        self._around.update_measures(self.together, _ACTIVE, self.contact.joined, ways_px, self.observable)
         return after
 
     def _act(self, robot: int) -> None:

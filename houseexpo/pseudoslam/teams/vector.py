@@ -21,6 +21,7 @@ from houseexpo.pseudoslam.envs.spec import (
     Observation,
     check_vector_arguments,
 )
+from houseexpo.pseudoslam.envs.vector import with_masks
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.pools import TeamPools
@@ -132,13 +133,13 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if given.shape[:2] != (teams, robots):
             raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {given.shape}")
         motions, ahead = self._env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
-        active = ~self._ended
-        motions[self._ended.repeat(robots)] = 0.0
+        active, starting = ~self._ended, self._ended.nonzero()[0].tolist()
+        motions.reshape(teams, -1)[starting] = 0.0
         seen, now = self._pools.step(motions, active)
         rewards = self._rewards(seen, ahead.reshape(teams, robots), active)
-        for i in np.flatnonzero(self._ended).tolist():
+        for i in starting:
             self._start(i)
-        if self._ended.any():
+        if starting:
             now = self._pools.metrics()
         success = self._successes(now)
         terminated, truncated = success & active, now.truncated()[::robots] & active
@@ -200,7 +201,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if self._env_spec.text_info:
             infos["plan_id"] = self._plan_ids.copy()
         infos["team"] = team
-        return {**infos, **{f"_{key}": which.copy() for key in infos}}
+        return with_masks(infos, which)
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""

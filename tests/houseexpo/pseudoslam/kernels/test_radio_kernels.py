@@ -8,9 +8,11 @@ import pytest
 from houseexpo.pseudoslam.kernels.episode import COUNTS
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, FREE, OBSTACLE, UNKNOWN, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.radio import _exchange
+from houseexpo.pseudoslam.kernels.team_step import EVERYONE
 
-ROBOTS, CELLS = 4, 5 * CHUNK + 17
+ROBOTS, CELLS = 4, 70 * CHUNK + 17
 CHUNKS = -(-CELLS // CHUNK)
+GROUPS = -(-CHUNKS // CHUNK)
 
 
 def slow_exchange(maps: np.ndarray, heard: np.ndarray, most: int) -> None:
@@ -26,7 +28,8 @@ def test_an_exchange_of_what_is_pending_is_an_exchange_of_all(most: int) -> None
     rng = np.random.default_rng(0)
     maps, counts = np.zeros((ROBOTS, CELLS), np.uint8), np.zeros((ROBOTS, 1), COUNTS)
     observable = rng.integers(0, 2, CELLS).astype(np.uint8)
-    pending = np.ones((ROBOTS, ROBOTS, CHUNKS), np.uint8)
+    pending = np.full((ROBOTS, CHUNKS), EVERYONE, np.uint16)
+    waiting = np.full((ROBOTS, GROUPS), EVERYONE, np.uint16)
     expected = maps.copy()
     for _ in range(60):
         for k in range(ROBOTS):  # each sees a piece, and each differently, as with noise
@@ -38,10 +41,13 @@ def test_an_exchange_of_what_is_pending_is_an_exchange_of_all(most: int) -> None
             expected[k, piece] = value
             counts[k, 0]["known"] += len(piece)
             counts[k, 0]["covered"] += observable[piece].sum()
-            pending[:, k, np.unique(piece // CHUNK)] = 1
+            changed = np.unique(piece // CHUNK)
+            pending[k, changed] = waiting[k, changed // CHUNK] = EVERYONE
         heard = np.triu(rng.integers(0, 2, (ROBOTS, ROBOTS)), 1)
         heard = (heard | heard.T).astype(np.uint8)
-        _exchange(maps, observable, counts, CELLS, heard, pending, most)
+        _exchange(maps, observable, counts, CELLS, heard, pending, waiting, most)
+        groups = [np.bitwise_or.reduce(pending[:, at : at + CHUNK], axis=1) for at in range(0, CHUNKS, CHUNK)]
+        assert ((np.stack(groups, axis=1) | waiting) == waiting).all()
         slow_exchange(expected, heard, most)
         np.testing.assert_array_equal(maps, expected)
         np.testing.assert_array_equal(counts["known"][:, 0], (maps != UNKNOWN).sum(axis=1))

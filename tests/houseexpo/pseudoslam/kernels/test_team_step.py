@@ -13,6 +13,7 @@ from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
 from houseexpo.pseudoslam.kernels.team_step import (
     APART_PX,
+    EVERYONE,
     NOTHING,
     ROBOT,
     SOMEONE,
@@ -20,12 +21,13 @@ from houseexpo.pseudoslam.kernels.team_step import (
     TeamKnowledge,
     TeamObstacles,
     count_met_and_seen,
+    count_step,
     prepare_motions,
 )
 from houseexpo.pseudoslam.step_kernels import make_step_params
 from houseexpo.pseudoslam.teams.discs import distance_to_touch
 
-ROWS, COLS, RADIUS, PERSON_RADIUS = 30, 40, 3.0, 4.0
+ROWS, COLS, RADIUS, PERSON_RADIUS, SIGHT = 30, 40, 3.0, 4.0, 12.0
 CELLS, PADDED, ROBOTS = ROWS * COLS, 7, 3
 
 
@@ -50,7 +52,9 @@ def _scene(seed: int, teams: int) -> Scene:
     people["x"], people["y"], people["speed"] = 20.0, rng.uniform(5, 25, (robots, 2)), [1.0, 0.0]  # one has a place
     drawn = np.full((robots, ROBOTS + 2, 2), np.nan)
     nothing = np.zeros(teams, np.uint8)
-    others = TeamObstacles(walls, people, places, drawn, nothing, np.zeros(teams, np.int64), RADIUS, PERSON_RADIUS)
+    others = TeamObstacles(
+        walls, people, places, drawn, nothing, np.zeros(teams, np.int64), RADIUS, PERSON_RADIUS, SIGHT
+    )
     poses, rows = np.zeros((robots, 1), POSE), np.arange(teams) * ROBOTS + 1
     poses["x"][rows, 0], poses["y"][rows, 0] = places[::ROBOTS, 1].T
     poses["heading"] = rng.uniform(-3, 3, (robots, 1))
@@ -96,6 +100,53 @@ def test_prepare_draws_what_is_round_a_robot_and_shortens_its_motion() -> None:
     assert {NOTHING, ROBOT, SOMEONE} == set(others.meets.tolist())
 
 
+def test_without_people_a_robot_has_those_in_its_cells_that_it_can_see() -> None:
+    teams, errors = 40, make_step_params(SimulatorConfig()).errors
+    others, occupied, counts, poses, sizes, chosen = _scene(4, teams)
+    others.people["speed"] = 0.0
+    rng, motions, far = np.random.default_rng(5), np.zeros((len(poses), 2)), 0
+    rows, cols = np.mgrid[:ROWS, :COLS] + 0.5
+    for step in range(-1, 6):
+        counts["steps"] = step
+        motions[:, 1] = 2.0
+        still, moved = others.places[chosen - 1, 0], rng.uniform((5, 5), (35, 25), (teams, 2))
+        near = np.hypot(*(moved - still).T) < 2 * RADIUS  # robots do not overlap
+        moved[near] = still[near] + np.where(still[near, :1] < 20, 1, -1) * (7.0, 0.0)
+        others.places[chosen - 1, 2] = moved
+        prepare_motions(occupied, counts, poses, sizes, motions, others, errors, 1, 0, teams)
+        for i, row in enumerate(chosen.tolist()):
+            cells = others.walls[i, :CELLS].reshape(ROWS, COLS).copy()
+            for k in (0, 2):
+                x, y = others.places[row - 1, k]
+                disc = np.hypot(cols - x, rows - y) <= RADIUS - THINNER_PX
+                if math.dist((x, y), others.places[row - 1, 1]) <= SIGHT + 2.0:
+                    cells[disc] |= MOVING
+                else:
+                    far += 1
+            assert np.array_equal(occupied[row, :CELLS].reshape(ROWS, COLS), cells)
+    assert 0 < far < teams * 14
+
+
+def test_counting_a_step() -> None:
+    teams = 60
+    rng = np.random.default_rng(6)
+    together, observable = np.zeros(teams, TOGETHER), np.full(teams, 100.0)
+    together["steps_90"] = together["steps_99"] = np.nan
+    for step in range(1, 5):
+        together["covered"] = rng.integers(85, 101, teams)
+        active, joined, before = rng.integers(0, 2, teams), rng.integers(0, 2, teams), together.copy()
+        some = count_step(together, active.astype(np.uint8), joined.astype(np.uint8), observable)
+        assert np.array_equal(together["steps"], before["steps"] + active)
+        assert np.array_equal(together["joined"], before["joined"] + active * joined)
+        for level in (90, 99):
+            old, new = before[f"steps_{level}"], together[f"steps_{level}"]
+            reached = (active > 0) & (together["covered"] >= level) & np.isnan(old)
+            assert np.array_equal(new, np.where(reached, before["steps"] + 1.0, old), equal_nan=True)
+            assert some or not reached.any()
+        assert some == (step < 5)
+    assert not count_step(together, np.zeros(teams, np.uint8), np.zeros(teams, np.uint8), observable)
+
+
 def test_gather_counts_meetings_and_adds_what_a_robot_saw() -> None:
     teams = 12
     others, _, counts, poses, sizes, chosen = _scene(2, teams)
@@ -105,8 +156,8 @@ def test_gather_counts_meetings_and_adds_what_a_robot_saw() -> None:
     before = rng.choice(np.array([0, 127], np.uint8), (teams, CELLS), p=(0.8, 0.2))
     chunks = -(-CELLS // CHUNK)
     fresh = rng.integers(0, 2, (len(poses), chunks)).astype(np.uint8)
-    pending = np.zeros((teams, ROBOTS, ROBOTS, chunks), np.uint8)
-    shared = TeamKnowledge(before.copy(), pending, np.zeros(teams, TOGETHER))
+    pending, waiting = np.zeros((teams, ROBOTS, chunks), np.uint16), np.zeros((teams, ROBOTS, 1), np.uint16)
+    shared = TeamKnowledge(before.copy(), pending, waiting, np.zeros(teams, TOGETHER))
     counts["known"][chosen, 0], counts["blocked"][chosen, 0] = np.arange(teams) + 5, np.arange(teams) % 3 == 0
     others.meets[:], others.had[:] = np.arange(teams) % 3, 2
     blocked, met, marks = counts["blocked"][chosen, 0].copy(), others.meets.copy(), fresh.copy()
@@ -122,9 +173,10 @@ def test_gather_counts_meetings_and_adds_what_a_robot_saw() -> None:
         assert found["meetings"] == (met[i] == ROBOT)
         assert counts["collisions"][row, 0] == (met[i] != NOTHING and not blocked[i])
         assert counts["blocked"][row, 0] == (met[i] != NOTHING or blocked[i])
-        told = np.zeros((ROBOTS, ROBOTS, chunks), np.uint8)
-        told[[0, 2], 1] = marks[row]
-        assert np.array_equal(pending[i], told)
+        untold = np.zeros((ROBOTS, chunks), np.uint16)
+        untold[1] = np.where(marks[row], EVERYONE & ~0b10, 0)
+        assert np.array_equal(pending[i], untold)
+        assert waiting[i].tolist() == [[0], [EVERYONE & ~0b10], [0]]
     others_rows = np.setdiff1d(np.arange(len(poses)), chosen)
     assert not fresh[chosen].any()
     assert np.array_equal(fresh[others_rows], marks[others_rows])
