@@ -1,19 +1,23 @@
-"""A lower bound of the way on which an explorer sees a share of a house, for each plan of track ``quality``.
+"""Bounds that no explorer can beat: the least way to a share of a house, and the most that a budget can see.
 
-    python -m research.way_bounds DATASET [NUMBER]
+    python -m research.way_bounds DATASET RESULT [NUMBER]
 
-A relaxation: the explorer sees all that can be seen from any place within a way of r metres of its start, without
-going there. The bound is the least r within which a share of the cells that count is seen. For each cell, r is the
-least way to a place from which its centre is seen, so one scan a cell is enough: who sees is seen.
+RESULT is a result of any policy on a track without noise, whose plans and starts are taken. Two relaxations:
 
-R1  The way to a place is at least the straight line, and at least the way over the centres of cells to their eight
+R1  By single cells: the explorer sees all that can be seen from any place within a way of r metres of its start,
+    without going there. For each cell, r is the least way to a place from which its centre is seen.
+R2  By regions (``research.region_bounds``): it enters the views of so many regions that the rest is small enough, on
+    one way.
+R3  The way to a place is at least the straight line, and at least the way over the centres of cells to their eight
     neighbours divided by ``OCTILE``, the most by which it can be longer than a free way.
-R2  Places between centres: the way is shortened, and the laser's range lengthened, by the diagonal of a cell.
-R3  Cells are judged by each ``EVERY``-th row and column.
+R4  Places between centres: the way is shortened, and the laser's range lengthened, by the diagonal of a cell.
+R5  Cells are judged by each ``EVERY``-th row and column; in large houses by fewer, at most some ``MOST_CELLS``.
+R6  A step goes ``step_m`` at most, so a way of r metres takes r / ``step_m`` steps at least; turns take none.
 
-The bound takes the part that is farthest away and not the ways between parts, so that it is low in houses with many
-arms. The result is written to ``docs/leaderboard`` like that of a policy of the name ``bound``, and ``benchmark
-compare`` shows the share of it in each row. With a NUMBER, the means over so many plans are printed and nothing is
+For each way, the share that can be seen is the smaller of both. From this, the track's measures follow as from the
+trace of a policy: its result has the name ``bound`` and is written beside RESULT, and ``benchmark compare`` shows how
+far policies are from it. People only hide cells, so the bounds hold with people. They do not hold with noise: a map
+that drifts shows cells that were not seen. With a NUMBER, the means over so many plans are printed and nothing is
 written.
 """
 
@@ -30,52 +34,59 @@ import numpy.typing as npt
 from rich.console import Console
 
 from houseexpo import open_dataset
+from houseexpo.errors import ConfigError
 from houseexpo.progress import show_progress
-from houseexpo.pseudoslam.benchmark.cases import make_cases
+from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import BOUND
-from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome
-from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage
 from houseexpo.pseudoslam.benchmark.result import PolicyRecord, read_result, write_result
 from houseexpo.pseudoslam.benchmark.run import make_result, make_run_times
-from houseexpo.pseudoslam.benchmark.tracks import find_track
+from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.tracks import Track, find_track
+from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
-from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
-from houseexpo.pseudoslam.worlds.world import World, new_scan_buffers
+from houseexpo.pseudoslam.worlds.world import World
+from research.region_bounds import find_views, region_way_px
 
 Floats = npt.NDArray[np.float64]
 EVERY: Final = 7
+SIDE: Final = 3
+MOST_CELLS: Final = 5000
 OCTILE: Final = 1.0 / math.cos(math.pi / 8)
-SHARES: Final = (90, 95, 99)
+SHARES: Final = (0.5, 0.7, 0.8, 0.9, 0.95, 0.99)
+"""The shares for which ways are bounded by regions; on tracks that measure ways to shares, these shares."""
 RESULTS: Final = Path(__file__).parents[1] / "docs" / "leaderboard"
 
 
-def bounds_m(world: World, x: float, y: float, radius_m: float, range_m: float) -> dict[int, float]:
-    """Return for each share, in percent, the way in metres that no explorer from (x, y), pixels, can undercut."""
+def bounds_m(
+    world: World, x: float, y: float, radius_m: float, range_m: float, shares: tuple[float, ...] = SHARES
+) -> tuple[Floats, Floats]:
+    """Return ways in metres (n,), ascending from 0, and the share of the house that a way of each length can see (n,).
+
+    The explorer starts at (x, y), pixels. ``shares`` are those for which regions are chosen.
+    """
     ppm, diagonal = world.frame.pixels_per_metre, math.sqrt(2.0)
-    ways = np.append(_ways_px(world, x, y, radius_m * ppm), np.inf)  # the end of the last run
-    occupied = world.occupied.copy()  # the kernel is compiled for arrays that can be written
-    range_px = range_m * ppm + diagonal  # R2
-    runs, hit, slopes = new_scan_buffers(range_px)
-    found = []
-    for row, col in np.argwhere(world.observable != 0).tolist():
-        if row % EVERY or col % EVERY:
-            continue
-        n_runs, _ = sector_scan(occupied, col + 0.5, row + 0.5, 0.0, math.pi, range_px, runs, hit, slopes)
-        ends = runs[:n_runs].astype(np.int64)
-        ends[:, 1] += 1
-        found.append(
-            np.minimum.reduceat(ways, ends.ravel())[::2].min(initial=ways[row * world.occupied.shape[1] + col])
-        )
-    away_m = np.sort(np.maximum(np.array(found) - diagonal, 0.0)) / ppm  # R2
-    return {share: float(away_m[math.ceil(share / 100 * len(away_m)) - 1]) for share in SHARES}
+    ways_px = _ways_px(world, x, y, radius_m * ppm)
+    coarser = math.ceil(math.sqrt(np.count_nonzero(world.observable) / EVERY**2 / MOST_CELLS))  # R5
+    views = find_views(world, ways_px, range_m * ppm + diagonal, SIDE * coarser, EVERY * coarser)
+    away_m = np.sort(np.maximum(views.away_px - diagonal, 0.0)) / ppm  # R4
+    stands = np.isfinite(ways_px).reshape(world.occupied.shape)
+    ways_m = np.array([region_way_px(views, stands, x, y, share) for share in shares]) / ppm
+    ways_m = np.maximum.accumulate(ways_m)
+    at = np.unique(np.concatenate([[0.0], away_m[np.isfinite(away_m)], ways_m]))
+    seen = np.searchsorted(away_m, at, side="right") / len(away_m)
+    limits = np.append(shares, 1.0)[np.searchsorted(ways_m, at, side="right")]  # less than the first share not reached
+    limits = np.where(limits < 1.0, limits - 1e-9, 1.0)
+    return at, np.minimum(seen, limits)
 
 
 def _ways_px(world: World, x: float, y: float, radius_px: float) -> Floats:
-    """Return a lower bound of the way to each cell, flat (R1), infinite where the robot cannot be."""
+    """Return a lower bound of the way to each cell, flat (R3), infinite where the robot cannot be."""
     house = np.where(world.occupied != 0, OBSTACLE, FREE).astype(np.uint8)
     known = new_path_scratch(house.size)
     find_distances(house, x, y, radius_px, -1, known)
@@ -87,34 +98,54 @@ def _ways_px(world: World, x: float, y: float, radius_px: float) -> Floats:
     return found
 
 
+def trace_of(world: World, x: float, y: float, config: SimulatorConfig, shares: tuple[float, ...] = SHARES) -> Trace:
+    """Return the bounds of a house as the trace of an explorer, by R6."""
+    trace = Trace()
+    ways_m, seen = bounds_m(world, x, y, config.robot.radius_m, config.laser.range_m, shares)
+    for way, share in zip(ways_m.tolist(), seen.tolist(), strict=True):
+        trace.add(math.ceil(way / config.robot.step_m - 1e-9), way, {"coverage": share, "collisions": 0})
+    return trace
+
+
+def outcome_of(track: Track, case: Case, trace: Trace) -> EpisodeOutcome:
+    """Return the track's measures of a bound; whether a share is reached, and what a bound lacks, have no value."""
+    values = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in track.measure(trace).items()}
+    lacks = {key for key in values if key.startswith("reached_")} | {"collisions", "coverage", "steps", "metres"}
+    curves = {over: trace.coverage_at(over, curve_sample_points(most)).tolist() for over, most in track.curves}
+    return EpisodeOutcome(case, values | dict.fromkeys(lacks), curves)
+
+
 def main() -> None:
-    """Write the bounds of all plans of the results of the oracle, or print the means over some of them."""
-    track = find_track("quality")
-    others = {name: read_result(RESULTS / f"{track.id}-{name}.json") for name in ("oracle", "chooser", "frontier")}
-    oracle, plans, start = others["oracle"], open_dataset(sys.argv[1]), time.perf_counter()
-    ids = oracle.episodes["plan"][: int(sys.argv[2]) if len(sys.argv) > 2 else None]
-    env = ExplorationEnv(plans.only(ids), track.config)
+    """Write the bounds for all plans of a result, or print the means over some of them beside the result's own."""
+    file = Path(sys.argv[2])
+    like, number = read_result(file), int(sys.argv[3]) if len(sys.argv) > 3 else None
+    track, start = find_track(like.track_id), time.perf_counter()
+    if track.config.noise.any or track.slam or track.task != "exploration":
+        raise ConfigError(f"{file}: expected a track of exploration without noise, found {track.id}")
+    cases = list(map(Case, like.episodes["plan"], like.episodes["seed"]))[:number]
+    shares = tuple(s / 100 for s in track.measure.shares) if isinstance(track.measure, StepsToCoverage) else SHARES
+    env = ExplorationEnv(open_dataset(sys.argv[1]).only([case.plan_id for case in cases]), track.config)
     outcomes = []
-    for case in show_progress(make_cases(track.id, ids), "bounds", len(ids)):
+    for case in show_progress(cases, "bounds", len(cases)):
         env.reset(seed=case.seed, options={"plan_id": case.plan_id})
         x, y = env.state.pose_px[:2].tolist()
-        found = bounds_m(env.simulator.world, x, y, track.config.robot.radius_m, track.config.laser.range_m)
-        values: dict[str, float | None] = dict.fromkeys(oracle.episodes.keys() - {"plan", "seed"})
-        values |= {f"metres_to_{share}": round(way, MEAN_DIGITS) for share, way in found.items()}
-        outcomes.append(EpisodeOutcome(case, values))
-    columns = {BOUND: {f"metres_to_{s}": [one.values[f"metres_to_{s}"] for one in outcomes] for s in SHARES}}
-    columns |= {name: {key: result.column(key) for key in columns[BOUND]} for name, result in others.items()}
-    for key in columns[BOUND]:
-        rows = np.array([columns[name][key][: len(ids)] for name in columns], np.float64)
-        means = rows[:, np.isfinite(rows).all(axis=0)].mean(axis=1)
-        Console(width=160).print(key, *(f"{name} {mean:.1f}" for name, mean in zip(columns, means, strict=True)))
-    if len(sys.argv) > 2:
-        return
-    policy = PolicyRecord(BOUND, "research.way_bounds", "", 0, True, "discrete", "map")
-    result = make_result(
-        track, policy, oracle.plans, outcomes, make_run_times(outcomes, time.perf_counter() - start, 1)
-    )
-    write_result(result, RESULTS / f"{track.id}-{BOUND}.json")
+        outcomes.append(outcome_of(track, case, trace_of(env.simulator.world, x, y, track.config, shares)))
+    for metric in track.metrics:
+        pairs = [
+            (one, other)
+            for one, other in zip([each.values[metric.key] for each in outcomes], like.column(metric.key), strict=False)
+            if one is not None and other is not None
+        ]
+        if pairs:
+            one, other = np.mean(pairs, axis=0).tolist()
+            text = f"{metric.key}: bound {one:.3f}, {like.policy.name} {other:.3f}, {len(pairs)} plans"
+            Console(width=160).print(text, highlight=False)
+    if number is None:
+        policy = PolicyRecord(BOUND, "research.way_bounds", "", 0, True, "discrete", "map")
+        result = make_result(
+            track, policy, like.plans, outcomes, make_run_times(outcomes, time.perf_counter() - start, 1)
+        )
+        write_result(result, file.with_name(f"{track.id}-{BOUND}.json"))
 
 
 if __name__ == "__main__":

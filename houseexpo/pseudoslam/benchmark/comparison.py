@@ -100,6 +100,26 @@ class ComparisonRow:
 
 
 @dataclass(frozen=True)
+class Interval:
+    """Between what the mean of the best possible values of a metric lies.
+
+    Parameters
+    ----------
+    bound
+        The mean of the values that no policy can beat.
+    known
+        The mean of the best value of any row on each plan.
+    plans
+        The number of plans that have both.
+    """
+
+    metric: Metric
+    bound: float
+    known: float
+    plans: int
+
+
+@dataclass(frozen=True)
 class TrackComparison:
     """The results of a track, the best first."""
 
@@ -152,6 +172,26 @@ class TrackComparison:
         if len(entry.results) == 1:
             return entry.results[0].summary[metric.key]
         return estimate_mean_over_seeds(entry.columns(metric.key))
+
+    def intervals(self) -> list[Interval]:
+        """Return between what bounds the best possible values lie; none without a result of bounds."""
+        bound = self._entry_named(BOUND)
+        if bound is None:
+            return []
+        others = [entry for entry in self.plain if entry is not bound]
+        found = []
+        for metric in self.track.metrics:
+            column = bound.results[0].column(metric.key)
+            choose = min if metric.better == "low" else max
+            rows = zip(*(values for entry in others for values in entry.columns(metric.key)), strict=True)
+            best = [choose((value for value in row if value is not None), default=None) for row in rows]
+            pairs = [
+                (one, other) for one, other in zip(column, best, strict=False) if one is not None and other is not None
+            ]
+            if pairs and metric.table is not None:
+                bounds, known = (sum(values) / len(pairs) for values in zip(*pairs, strict=True))
+                found.append(Interval(metric, bounds, known, len(pairs)))
+        return found
 
     def _shares(self) -> tuple[Metric, ...]:
         """Return the metrics relative to the bound and to the oracle's path, as far as there are results of them."""

@@ -19,7 +19,9 @@ from houseexpo.pseudoslam.benchmark.map_curves import draw_map_panels
 from houseexpo.pseudoslam.benchmark.tables import (
     ABOUT,
     HEADING,
+    INTERVAL_HEADS,
     describe_plans,
+    format_interval_rows,
     format_markdown,
     row_title,
     table_heads,
@@ -111,6 +113,8 @@ def render_page(found: Sequence[TrackComparison], heading: str = HEADING, *, eac
 def _tables(compared: TrackComparison) -> Iterator[TextTable]:
     for metrics in compared.tables():
         yield TextTable(table_heads(metrics), [table_row(compared, entry, metrics) for entry in compared.rows(metrics)])
+    if rows := format_interval_rows(compared):
+        yield TextTable(INTERVAL_HEADS, rows)
 
 
 def _legend(compared: TrackComparison, colours: Colours) -> list[tuple[int, str]]:

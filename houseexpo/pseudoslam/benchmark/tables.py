@@ -50,6 +50,21 @@ def format_cell(metric: Metric, value: Estimate) -> str:
     return f"{mean:{sign}.{digits}f} [{low:{sign}.{digits}f}, {high:{sign}.{digits}f}]"
 
 
+INTERVAL_HEADS: Final = ["best possible", "bound", "best of all rows, plan by plan", "plans"]
+"""The heads of the table of ``TrackComparison.intervals``."""
+
+
+def format_interval_rows(compared: TrackComparison) -> list[list[str]]:
+    """Return the rows of a table of the intervals of the best possible values; none without a result of bounds."""
+    found = []
+    for interval in compared.intervals():
+        metric, scale = interval.metric, 100 if interval.metric.unit == "%" else 1
+        digits = 1 if scale * max(interval.bound, interval.known) >= 10 else 2
+        values = [f"{scale * value:.{digits}f}" for value in (interval.bound, interval.known)]
+        found.append([f"{metric.title}{_unit(metric)}", *values, f"{interval.plans}"])
+    return found
+
+
 def format_markdown(
     all_compared: Sequence[TrackComparison],
     heading: str = HEADING,
@@ -90,6 +105,8 @@ def _section(compared: TrackComparison, pictures: Mapping[tuple[str, str], str])
         lines += [_line(names), _line(["---", *["---:"] * (len(names) - 1)])]
         lines += [_line(table_row(compared, entry, metrics)) for entry in compared.rows(metrics)]
         lines.append("")
+    if rows := format_interval_rows(compared):
+        lines += [_line(INTERVAL_HEADS), _line(["---", *["---:"] * (len(INTERVAL_HEADS) - 1)]), *map(_line, rows), ""]
     return lines
 
 

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
 from houseexpo.pseudoslam.benchmark.map_curves import PANELS, collect_map_curves
 from houseexpo.pseudoslam.benchmark.measures import Metric
-from houseexpo.pseudoslam.benchmark.page import check_file_name, write_comparison
+from houseexpo.pseudoslam.benchmark.page import check_file_name, render_page, write_comparison
 from houseexpo.pseudoslam.benchmark.prediction import prediction_metrics
 from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, RunTimes, write_result
 from houseexpo.pseudoslam.benchmark.run import make_result
@@ -105,6 +105,17 @@ def test_each_row_says_how_far_it_is_from_the_bound_which_is_compared_with_nothi
     assert compared.value(of_bound, less).mean is compared.value(of_bound, p).mean is None
     for entry, plain in zip([e for e in compared.entries if e is not of_bound], without.entries, strict=True):
         assert compared.value(entry, p) == without.value(plain, p)  # not corrected for one row more
+
+
+def test_the_best_possible_lies_between_the_bound_and_the_best_of_all_rows(tmp_path: Path) -> None:
+    rows = [quality_result("frontier", [20.0, 40.0, None]), quality_result("mine", [10.0, None, None])]
+    assert not read_results(written(tmp_path, *rows))[0].intervals()
+    (compared,) = read_results(written(tmp_path, *rows, quality_result("bound", [5.0, 11.0, 9.0], sees_truth=True)))
+    found = {interval.metric.key: interval for interval in compared.intervals()}
+    way = found["metres_to_90"]
+    assert (way.bound, way.known, way.plans) == (8.0, 25.0, 2)
+    assert "| metres to 90% | 8.0 | 25.0 | 2 |" in format_markdown([compared])
+    assert "<td>25.0</td>" in "".join(render_page([compared]).split())
 
 
 def test_without_an_oracle_there_are_no_shares(tmp_path: Path) -> None:
