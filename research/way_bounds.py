@@ -109,7 +109,8 @@ def trace_of(world: World, x: float, y: float, config: SimulatorConfig, shares: 
 
 def outcome_of(track: Track, case: Case, trace: Trace) -> EpisodeOutcome:
     """Return the track's measures of a bound; whether a share is reached, and what a bound lacks, have no value."""
-    values = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in track.measure(trace).items()}
+    found = track.measure(trace)
+    values = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in found.items()}
     lacks = {key for key in values if key.startswith("reached_")} | {"collisions", "coverage", "steps", "metres"}
     curves = {over: trace.coverage_at(over, curve_sample_points(most)).tolist() for over, most in track.curves}
     return EpisodeOutcome(case, values | dict.fromkeys(lacks), curves)
