@@ -116,7 +116,7 @@ class TeamPools:
         rows, cols = self.batch.sizes[first].tolist()
         team.walls = self._walls[i, : rows * cols].reshape(rows, cols)
         one, shared, contact = slice(i, i + 1), self._shared, self.contact
-        team.shared = TeamKnowledge(*(part[one] for part in shared))
+        team.shared = TeamKnowledge(shared.known[one], shared.pending[one], shared.waiting[one], shared.together[one])
         team.contact = RadioContact(contact.heard[one], contact.joined[one], contact.fading_db[one])
         team.observable = self.observable[one]
         return team
