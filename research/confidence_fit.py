@@ -5,7 +5,9 @@
     python -m research.confidence_fit --members 24 --corpus checkouts --records parts.jsonl --write
 
 Made houses (every third one damaged) and the drawn truths of the corpus's first half are what it learns from; real
-houses count as much as all made ones together. The second half is only counted. Where a truth names no entrance, what
+houses count as much as all made ones together. Nearly all drawn truths are of plans that are right, so entrances and
+rooms also learn from the verdicts on the other files of the first half: of a right plan all parts are true, of a wrong
+one none. The second half is only counted. Where a truth names no entrance, what
 the plan has of them is not judged. A door is true where a passage of the truth has its middle within 0.35 m, a room
 where it overlaps one of the truth's by an IoU of 0.7.
 """
@@ -14,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -52,6 +55,8 @@ LIMITS = Limits(seconds=600.0, memory=8 << 30)
 SAME_IOU = 0.7
 RIDGE = 3.0
 """How strongly weights are kept small: of 1 to 100 the best for kinds and files that were left out of the fit."""
+OF_FEW_FALSE = 15.0
+"""The same for entrances and rooms, of which few are false: of 3 and 15 the better for files left out of the fit."""
 PARTS: tuple[confidence.Part, ...] = get_args(confidence.Part)
 BINS = 10
 
@@ -72,6 +77,10 @@ class Known(msgspec.Struct, frozen=True):
     doors: Floats
     entrances: Floats
     rooms: list[Polygon]
+
+
+VERDICT = "verdicts 1"
+NOTHING = Known(np.zeros((0, 2)), np.zeros((0, 2)), [])
 
 
 def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Part]:
@@ -102,7 +111,7 @@ def _judge_parts(
     planned = confidence.FinalBuilding(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
     features = confidence.passage_features(planned)
     for part, true in (("door", known.doors), ("entrance", known.entrances)):
-        if part == "entrance" and not len(true):
+        if part == "entrance" and not len(true) and known is not NOTHING:
             continue
         which = [k for k, p in enumerate(spaces.passages) if confidence.model_for_passage(p) == part]
         middles = [spaces.passages[k].portal.centre for k in which]
@@ -175,6 +184,14 @@ def of_file(name: str, folder: Path) -> list[Part]:
     return found
 
 
+def of_verdict(name: str, folder: Path) -> list[Part]:
+    """Return the entrances and rooms of a file that is right or wrong, and of which nobody has drawn a truth."""
+    file = next(file for file in manifest.load() if file.name == name)
+    right = file.verdict is manifest.Verdict.RIGHT
+    found = [part for level in levels_of(file.place(folder)) for part in parts_of(level, NOTHING, name, VERDICT)]
+    return [msgspec.structs.replace(part, true=right) for part in found if part.part != "door"]
+
+
 def storeys_of(file: manifest.File, folder: Path) -> Iterator[tuple[Level, truths.Storey]]:
     """Yield the levels of a file with what somebody has drawn of them; a level of another size has nothing drawn."""
     truth = truths.load(file.name)
@@ -197,7 +214,7 @@ def levels_of(path: Path) -> list[Level]:
     return found
 
 
-def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.LogisticModel:
+def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGE) -> confidence.LogisticModel:
     """Fit one model by greatest likelihood; a ridge keeps the weights of rare features small."""
     table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts])
     true = np.array([part.true for part in parts])
@@ -205,9 +222,9 @@ def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.LogisticModel
 
     def loss(x: Floats) -> tuple[float, Floats]:
         z = x[0] + table @ x[1:]
-        value = (weight * np.logaddexp(0, np.where(true, -z, z))).sum() + RIDGE * (x[1:] ** 2).sum() / 2
+        value = (weight * np.logaddexp(0, np.where(true, -z, z))).sum() + ridge * (x[1:] ** 2).sum() / 2
         slope = weight * (1 / (1 + np.exp(-z)) - true)
-        return float(value), np.concatenate([[slope.sum()], table.T @ slope + RIDGE * x[1:]])
+        return float(value), np.concatenate([[slope.sum()], table.T @ slope + ridge * x[1:]])
 
     x = minimize(loss, np.zeros(len(names) + 1), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
     kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= 0.05}
@@ -215,11 +232,16 @@ def fit(parts: Sequence[Part], names: Sequence[str]) -> confidence.LogisticModel
 
 
 def weights_of(parts: Sequence[Part]) -> Floats:
-    """Return the weight of each part: real houses count as much as all made ones together."""
-    real = np.array([part.group.startswith("corpus") for part in parts])
+    """Return the weight of each part: real houses count as much as all made ones together.
+
+    A real house with many parts counts with the root of their number: all may be right or wrong for one reason.
+    """
+    real = np.array([part.group.startswith("corpus") or part.group == VERDICT for part in parts])
     if real.all() or not real.any():
         return np.ones(len(parts))
-    return np.where(real, (~real).sum() / real.sum(), 1.0) / 2
+    count = Counter(part.house for part in parts)
+    weight = np.array([count[part.house] ** -0.5 for part in parts])
+    return np.where(real, weight * (~real).sum() / weight[real].sum(), 1.0) / 2
 
 
 def measures(scores: Floats, true: npt.NDArray[np.bool_]) -> dict[str, float]:
@@ -274,6 +296,9 @@ def collect_parts(
     if corpus:
         names = [file.name for file in manifest.load() if file.is_in(corpus) and truths.load(file.name)]
         found += _in_order(partial(of_file, folder=corpus), names)
+        told = {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}
+        files = [file for file in manifest.load() if file.half == 1 and file.verdict in told and file.name not in names]
+        found += _in_order(partial(of_verdict, folder=corpus), [file.name for file in files if file.is_in(corpus)])
     if records:
         records.write_bytes(b"".join(msgspec.json.encode(part) + b"\n" for part in found))
     return found
@@ -288,6 +313,11 @@ def _in_order(function: Callable[[Any], list[Part]], items: Sequence[Any]) -> li
     return [part for item in items for part in results[item]]
 
 
+def _is_of_model(name: str, part: confidence.Part) -> bool:
+    """Whether the model of a part has a feature: doors weigh the grounds of the plan, the others its quality (F5)."""
+    return name != "doubtful_plan" if part == "door" else not name.startswith("plan_")
+
+
 def main() -> None:
     """Fit on what is for it, show what comes of it on what was left out, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -296,17 +326,19 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--records", type=Path)
     parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--parts", default=",".join(PARTS), help="fit these models only, and keep the others")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     corpus = given.corpus.absolute() if given.corpus else None
     parts = collect_parts(given.kinds.split(","), given.members, given.seed, corpus, given.records)
     seen = [part for part in parts if part.group != "corpus 2"]
     console = Console(width=120)
-    fitted = {}
-    for part in PARTS:
+    fitted = dict(confidence.load_models())
+    asked: list[confidence.Part] = [part for part in PARTS if part in given.parts.split(",")]
+    for part in asked:
         its = [each for each in seen if each.part == part]
-        names = sorted({name for each in its for name, value in each.features.items() if value})
-        fitted[part] = fit(its, names)
+        names = sorted({n for each in its for n, value in each.features.items() if value and _is_of_model(n, part)})
+        fitted[part] = fit(its, names, RIDGE if part == "door" else OF_FEW_FALSE)
     console.print(table_of(parts, fitted))
     text = source_of(fitted)
     if given.write:

@@ -14,7 +14,8 @@ F3  The shape of a passage: too narrow, too wide, too deep, an end without a wal
     between the same two rooms, furniture or no floor in front of it.
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
     no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws.
-F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan each part is doubtful.
+F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan each part is doubtful. Of entrances
+    and rooms too few are known to be false to weigh each ground: they take the plan's quality, as ``doubtful_plan``.
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
@@ -38,6 +39,7 @@ from pipeline.geometry.areas import OUTSIDE, clip_to_box, intersect, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
+from pipeline.quality import score_quality
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
@@ -199,7 +201,8 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
 
 def _of_plan(grounds: Mapping[str, float]) -> Features:
     """Return the grounds of the plan as features (F5)."""
-    return {f"plan_{name}": float(value) for name, value in grounds.items()}
+    each = {f"plan_{name}": float(value) for name, value in grounds.items()}
+    return {**each, "doubtful_plan": 1.0 - score_quality(grounds).score / score_quality({}).score}
 
 
 def _front(portal: Portal, side: int) -> Polygon:

@@ -169,3 +169,12 @@ def test_real_houses_weigh_as_much_as_all_made_ones() -> None:
     rng = np.random.default_rng(2)
     weight = weights_of([*parts(rng, 300, "solids"), *parts(rng, 20, "corpus 1")])
     assert weight[:300].sum() == pytest.approx(weight[300:].sum())
+
+
+def test_entrances_and_rooms_of_a_doubtful_plan_are_less_sure_and_doors_weigh_its_grounds() -> None:
+    models = load_models()
+    for part in ("entrance", "room"):
+        sure, unsure = (models[part].confidence({"doubtful_plan": value}) for value in (0.0, 1.0))
+        assert unsure < sure - 0.1
+        assert not any(name.startswith("plan_") for name in models[part].weights)
+    assert "doubtful_plan" not in models["door"].weights
