@@ -22,6 +22,7 @@ from rich.console import Console
 from scipy.optimize import minimize
 
 from pipeline.sources.occupancy_map import rooms, separation_odds
+from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.narrow_places import Basins, NarrowPlaces, find_basins
 from tests.builders.matching import RoomScores, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
@@ -44,7 +45,7 @@ def examples(made: TrueMap) -> tuple[Floats, npt.NDArray[np.bool_]]:
 
     Features are taken as they are at the start, and as they are where all that is one true room has been joined.
     """
-    basins = find_basins(rooms.fill_clutter(made.free, CELL_M), CELL_M)
+    basins = find_basins(fill_clutter(made.free, CELL_M), CELL_M)
     count = len(basins.peak_m)
     shared = np.zeros((count, int(made.rooms.max()) + 1))
     np.add.at(shared, (basins.label.ravel(), made.rooms.ravel()), 1)

@@ -43,6 +43,7 @@ class TrueMap:
     free: Bools
     rooms: Labels
     coloured: Bools | None = None
+    occupied: Bools | None = None
 
 
 def grey(path: Path) -> npt.NDArray[np.uint8]:
@@ -62,7 +63,8 @@ def bormann_maps(folder: Path, kind: str = "") -> Iterator[TrueMap]:
             _, rooms = cv2.connectedComponents((grey(truth) > WHITE).view(np.uint8), connectivity=4)
             sizes = np.bincount(rooms.ravel())
             sizes[0] = 0
-            yield TrueMap(name, free, np.where(sizes[rooms] > TRUE_PX, rooms, 0).astype(np.int32))
+            true = np.where(sizes[rooms] > TRUE_PX, rooms, 0).astype(np.int32)
+            yield TrueMap(name, free, true, occupied=read_map(picture, CELL_M).occupied)
 
 
 def furnished(made: TrueMap, rng: np.random.Generator) -> TrueMap:
@@ -142,13 +144,14 @@ def rose_maps(folder: Path) -> Iterator[TrueMap]:
         colours = np.asarray(Image.open(truth).convert("RGB")).astype(np.int32) @ (1 << 16, 1 << 8, 1)
         values, number = np.unique(colours, return_inverse=True)
         file = folder / f"{name}.png"
-        free = read_map(file, CELL_M).free
+        read = read_map(file, CELL_M)
+        free = read.free
         shades = grey(file)
         unknown = np.bincount(shades[shades < WHITE], minlength=COLOURED)[COLOURED // 2 :].argmax() + COLOURED // 2
         rooms = np.zeros(free.shape, np.int32)
         rows, cols = np.minimum(free.shape, colours.shape)
         rooms[:rows, :cols] = (number.reshape(colours.shape) + int(values[0] != 0))[:rows, :cols]
-        yield TrueMap(name, free, rooms, shades > max(COLOURED, int(unknown) + 1))
+        yield TrueMap(name, free, rooms, shades > max(COLOURED, int(unknown) + 1), read.occupied)
 
 
 def true_doors(made: TrueMap) -> npt.NDArray[np.float64]:

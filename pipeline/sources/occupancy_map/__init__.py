@@ -113,7 +113,7 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _storey(found: RobotMap, name: str) -> DrawnStorey:
-    parts = segment_rooms(found.free, found.resolution_m, walls_only=found.walls_only)
+    parts = segment_rooms(found.free, found.resolution_m, occupied=found.occupied, walls_only=found.walls_only)
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
@@ -212,8 +212,12 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
     raw = {}
     for number, (rows, cols) in sorted(label_boxes(parts.label)):
         mask = parts.label[rows, cols] == number
-        trace = _exact_area if edges.exact else _trace_cells
-        whole = _smooth(trace(mask, (cols.start, rows.start), parts.cell_m, height_m), edges)
+        corner = cols.start, rows.start
+        if edges.exact:
+            traced = _exact_area(mask, corner, parts.cell_m, height_m)
+        else:
+            traced = _trace_cells(*_without_specks(mask, corner, parts.cell_m), parts.cell_m, height_m)
+        whole = _smooth(traced, edges)
         outline = _largest(shapely.difference(whole, doorways), edges)
         if outline.area >= edges.room_m2:
             raw[number] = outline
@@ -227,6 +231,20 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
         if piece.area >= edges.room_m2:
             found[number] = piece
     return found
+
+
+def _without_specks(mask: Bools, corner: tuple[int, int], cell_m: float) -> tuple[Bools, tuple[int, int]]:
+    """Return cells closed where they are nearer than NARROWEST_M, without specks, and the new corner.
+
+    ``_smooth`` does the same; of thousands of specks, as the ends of rays are, it would take a hundred times as long.
+    """
+    reach = max((round(NARROWEST_M / cell_m) - 1) // 2, 0)
+    kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    closed = cv2.morphologyEx(np.pad(mask, reach + 1).view(np.uint8), cv2.MORPH_CLOSE, kernel)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= NARROWEST_M**2
+    large[0] = False
+    return np.asarray(large[pieces]), (corner[0] - reach - 1, corner[1] - reach - 1)
 
 
 def _largest(area: BaseGeometry, edges: _Edges) -> Polygon:

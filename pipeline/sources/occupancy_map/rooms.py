@@ -1,9 +1,10 @@
 """Label a map's cells by room (0 for none), furniture included and the outside told apart; find the ways between.
 
-R1  What stands alone in free space, shorter than ALONE_M, is clutter: the space goes on under it. Free cells that less
-    than SCRAP_M2 of others join are noise.
+R1  Clutter and noise are left out (``clutter``).
 R2  Basins are joined, the least likely border first, as long as a border more probably does not separate rooms
     (``separation_odds``). A border of several narrow places is as likely as the least likely of them.
+    A place wider than WIDE_M needs log-odds of WIDE_ODDS: beside furniture, such places are more frequent than in the
+    examples of the fit.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them.
@@ -12,6 +13,7 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
     or as thin as a wall.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed.
+R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
@@ -29,6 +31,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
@@ -40,10 +43,11 @@ from pipeline.sources.occupancy_map.narrow_places import (
     find_basins,
     measure_gaps,
 )
+from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
 from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
-ALONE_M = 3.0
-SCRAP_M2 = 0.5
+WIDE_M = 1.2
+WIDE_ODDS = 0.5
 SMALLEST_M = 0.7
 SMALLEST_M2 = 1.0
 DRAWN_ROOM_M2 = 0.9
@@ -102,14 +106,19 @@ class Segmentation:
         return found
 
 
-def segment_rooms(free: Bools, cell_m: float, *, walls_only: bool = False) -> Segmentation:
+def segment_rooms(
+    free: Bools, cell_m: float, *, occupied: Bools | None = None, walls_only: bool = False
+) -> Segmentation:
     """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
 
     Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
+    ``occupied`` (rows, cols) are the cells at which a ray ended (R9); None if that is not known.
     ``walls_only``: what is not free is wall, neither furniture nor noise (R8).
     """
     scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
     if scale > 1:
+        if occupied is not None:
+            occupied = _counts_in_blocks(occupied, scale) > 0
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
@@ -122,7 +131,14 @@ def segment_rooms(free: Bools, cell_m: float, *, walls_only: bool = False) -> Se
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, cell_m)
         outside = _outside(label, free)
-    return Segmentation(_fill_furniture(label, cell_m, outside), ways, cell_m, scale, outside)
+    label = _fill_furniture(label, cell_m, outside)
+    if occupied is not None:
+        dropped = rooms_of_rays(label, free, occupied, cell_m)
+        label = np.where(np.isin(label, dropped), 0, label)
+        ways = tuple(way for way in ways if not np.isin(way.rooms, dropped).any())
+        outside = outside - set(dropped.tolist())
+        label = with_scattered_cells(label, free, occupied, cell_m)
+    return Segmentation(label, ways, cell_m, scale, outside)
 
 
 def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
@@ -234,28 +250,12 @@ def _outside(label: Labels, free: Bools) -> frozenset[int]:
 
 def _blocks(free: Bools, scale: int) -> Bools:
     """Return which blocks of cells are free: those whose cells all are, but for one row's worth."""
-    rows, cols = (length // scale * scale for length in free.shape)
-    counts = free[:rows, :cols].reshape(rows // scale, scale, cols // scale, scale).sum(axis=(1, 3))
-    return np.asarray(counts > scale * (scale - 1) - (scale == 2))
+    return _counts_in_blocks(free, scale) > scale * (scale - 1) - (scale == 2)
 
 
-def fill_clutter(free: Bools, cell_m: float) -> Bools:
-    """Return the free cells and those under clutter, without scraps; R1."""
-    _, pieces, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
-    rows, cols = free.shape
-    left, top, wide, high = stats[:, : cv2.CC_STAT_AREA].T
-    inside = (left > 0) & (top > 0) & (left + wide < cols) & (top + high < rows)
-    alone = inside & (np.hypot(wide, high) * cell_m < ALONE_M)
-    alone[0] = False
-    return drop_scraps(free | alone[pieces], cell_m)
-
-
-def drop_scraps(clear: Bools, cell_m: float) -> Bools:
-    """Return the free cells without scraps; R1."""
-    _, pieces, stats, _ = cv2.connectedComponentsWithStats(clear.view(np.uint8), connectivity=4)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
-    large[0] = False
-    return np.asarray(large[pieces])
+def _counts_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.int64]:
+    rows, cols = (length // scale * scale for length in cells.shape)
+    return np.asarray(cells[:rows, :cols].reshape(rows // scale, scale, cols // scale, scale).sum(axis=(1, 3)))
 
 
 def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
@@ -265,7 +265,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     narrows = basins.narrows
     while True:
         sides = root[narrows.sides]
-        odds = separation_log_odds(narrows, peak[sides], area[sides])
+        odds = separation_log_odds(narrows, peak[sides], area[sides]) - WIDE_ODDS * (narrows.width_m > WIDE_M)
         apart = sides[:, 0] != sides[:, 1]
         low, high = sides[apart].min(axis=1), sides[apart].max(axis=1)
         least = np.full(len(peak), np.inf)

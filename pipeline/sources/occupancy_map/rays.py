@@ -1,0 +1,57 @@
+"""Correct the rooms of a map by its rays: where the robot saw single rays, cells between them are unseen, not taken.
+
+R1  Through a window, a robot sees rays that end at nothing. What has fewer than ``FREE`` of its cells free, and less
+    than ``WALLED`` of its edge at occupied cells, is no room but outside.
+R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away at most, around what is occupied. They
+    are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
+
+FREE: Final = 0.65
+WALLED: Final = 0.25
+WALL_M: Final = 0.2
+"""R1: how far from the edge of a room its wall may be."""
+SCATTERED_M: Final = 1.0
+OUTSIDE_M2: Final = 5.0
+_SQUARE: Final = np.ones((3, 3), np.uint8)
+
+
+def rooms_of_rays(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.int64]:
+    """Return the numbers of the rooms that R1 takes for outside; all arrays are (rows, cols), cells ``cell_m`` wide."""
+    count = int(label.max(initial=0)) + 1
+    reach = 2 * max(round(WALL_M / cell_m), 1) + 1
+    near = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
+    beside = np.where(label == 0, _dilate(label, _SQUARE), 0)
+    edge, walled = (np.bincount(cells, minlength=count) for cells in (beside.ravel(), beside[near]))
+    area, seen = (np.bincount(cells, minlength=count) for cells in (label.ravel(), label[free]))
+    few = (walled < WALLED * edge) & (seen < FREE * area)
+    few[0] = False
+    return np.flatnonzero(few)
+
+
+def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> Labels:
+    """Return the labels (rows, cols) with the free cells of R2."""
+    left = free & (label == 0)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(left.view(np.uint8), connectivity=8)
+    scattered = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < OUTSIDE_M2
+    scattered[0] = False
+    if not scattered.any():
+        return label
+    cross = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
+    grown = label
+    for step in range(round(SCATTERED_M / cell_m)):
+        grown = np.where((grown == 0) & ~occupied, _dilate(grown, _SQUARE if step % 2 else cross), grown)
+    return np.where(scattered[pieces], grown, label)
+
+
+def _dilate(label: Labels, kernel: npt.NDArray[np.uint8]) -> Labels:
+    return np.asarray(cv2.dilate(label.astype(np.float32), kernel).astype(np.int32))

@@ -1,0 +1,113 @@
+"""How a robot's map is divided: pieces of wall, rays through windows and doors, on maps drawn here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.sources.occupancy_map.clutter import fill_clutter
+from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
+from pipeline.sources.occupancy_map.rooms import segment_rooms
+
+CELL_M = 0.05
+
+
+def hall_with_pieces(piece_m: float = 1.5, thick_cells: int = 2) -> np.ndarray:
+    """Two halls of 10 m x 4 m; the wall between them is 3 m at both ends, and a piece in the middle of the rest."""
+    free = np.zeros((168, 204), bool)
+    free[2:166, 2:202] = True
+    free[82:84, :62] = free[82:84, 142:] = False
+    half = round(piece_m / CELL_M / 2)
+    free[83 - thick_cells // 2 : 83 + (thick_cells + 1) // 2, 102 - half : 102 + half] = False
+    return free
+
+
+def test_a_piece_of_wall_between_two_doors_is_no_clutter() -> None:
+    free = hall_with_pieces()
+    assert (fill_clutter(free, CELL_M) == free).all()
+
+
+def test_what_is_as_long_but_thick_or_in_no_line_is_clutter() -> None:
+    table = hall_with_pieces(thick_cells=12)
+    assert fill_clutter(table, CELL_M)[83, 102]
+    bench = hall_with_pieces()
+    bench[82:84] = True  # no wall beside it
+    bench[82:84, 87:117] = False
+    assert fill_clutter(bench, CELL_M)[83, 102]
+
+
+def test_a_piece_of_wall_stays_in_a_turned_map() -> None:
+    row, col = np.indices((300, 300))
+    x, y = (np.array([[0.8, 0.6], [-0.6, 0.8]]) @ np.stack([col.ravel() - 150, row.ravel() - 150])).reshape(2, 300, 300)
+    free = (np.abs(x) < 100) & (np.abs(y) < 80)
+    free &= ~((np.abs(y) < 1) & ((np.abs(x) > 40) | (np.abs(x) < 15)))
+    assert not fill_clutter(free, CELL_M)[150, 150]
+
+
+def rays_beside_a_room(walled: bool) -> tuple[np.ndarray, np.ndarray]:
+    """A room of 4 m x 4 m, and above its window a fan of rays that end at nothing, or at a wall."""
+    free, occupied = np.zeros((2, 200, 120), bool)
+    free[110:190, 20:100] = True
+    occupied[108:192, 18:102] = ~free[108:192, 18:102]
+    free[106:110, 50:70] = True
+    occupied[106:110, 50:70] = False
+    row, col = np.indices(free.shape)
+    away = 125 - row
+    fan = (row < 108) & (row >= 40) & (np.abs(col - 60) < 0.6 * away)
+    free |= fan & (np.hypot(row % 4 - 2, col % 4 - 2) > 1.0)  # between the rays cells are unseen
+    if walled:
+        edge = (row >= 36) & (row < 112) & (np.abs(col - 60) < 0.6 * away + 4) & ~fan & ~free & (row < 108)
+        occupied |= edge
+    return free, occupied
+
+
+def test_rays_through_a_window_are_no_room() -> None:
+    label = np.zeros((200, 120), np.int32)
+    for walled in (False, True):
+        free, occupied = rays_beside_a_room(walled)
+        free[40:107:2] = False
+        label[:] = 0
+        label[110:190, 20:100] = 1
+        row, col = np.indices(free.shape)
+        label[(row < 108) & (row >= 40) & (np.abs(col - 60) < 0.6 * (125 - row))] = 2
+        assert rooms_of_rays(label, free, occupied, CELL_M).tolist() == ([] if walled else [2])
+
+
+def test_scattered_free_cells_belong_to_the_nearest_room_but_not_through_a_wall() -> None:
+    label = np.zeros((60, 60), np.int32)
+    label[:30] = 1
+    free = label > 0
+    free[34, 10] = free[34, 50] = free[56, 10] = True
+    occupied = np.zeros_like(free)
+    occupied[31, 30:] = True
+    found = with_scattered_cells(label, free, occupied, CELL_M)
+    assert (found[34, 10], found[34, 50], found[56, 10]) == (1, 0, 0)  # the last is 1.35 m away
+    assert (found[:30] == 1).all()
+    assert not found[31:34].any()
+
+
+def test_a_large_piece_of_rays_beside_a_room_is_not_scattered() -> None:
+    """As beyond a row of windows: the room would grow by a metre."""
+    label = np.zeros((60, 260), np.int32)
+    label[:30] = 1
+    free = label > 0
+    free[34:56, ::2] = free[55] = True  # 7.5 m2 in one piece
+    assert (with_scattered_cells(label, free, np.zeros_like(free), CELL_M) == label).all()
+
+
+def test_a_corridor_is_not_cut_at_a_wide_niche() -> None:
+    """Its walls come nearer to each other, to 1.5 m, between two halves of 30 m2."""
+    free = np.zeros((50, 640), bool)
+    free[2:48, 2:638] = True
+    free[2:10, 310:330] = free[40:48, 310:330] = False
+    parts = segment_rooms(free, CELL_M)
+    assert len(np.unique(parts.label)) == 2
+
+
+def test_a_map_without_known_walls_keeps_its_rooms() -> None:
+    free = hall_with_pieces()
+    free[82:84] = False
+    free[82:84, 100:118] = True
+    plain = segment_rooms(free, CELL_M)
+    known = segment_rooms(free, CELL_M, occupied=~free)
+    assert (plain.label == known.label).all()
+    assert len(known.ways) == 1
