@@ -11,9 +11,15 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.batch.disk import printable
-from pipeline.cli_build import Work, build_all, build_one_shard, verify_all
-from pipeline.cli_cluster import assemble_all
-from pipeline.cli_parts import end_cleanly, named_manifest, settings_of, show_inspection, show_unheard
+from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_data_sets
+from pipeline.cli_cluster import assemble_and_show
+from pipeline.cli_common import (
+    end_cleanly,
+    load_build_config,
+    resolve_manifest,
+    show_inspection,
+    show_unapplied_corrections,
+)
 
 REJECTED = 1
 """An exit code: the house that is inspected gives no plan."""
@@ -30,7 +36,7 @@ _Config = Annotated[
     typer.Option(
         help="Manifest with sources and parameters: a TOML file, or the name of one in houseexpo, such as demo.",
         show_default=False,
-        callback=named_manifest,
+        callback=resolve_manifest,
     ),
 ]
 _Overrides = Annotated[
@@ -174,7 +180,7 @@ def build(
     An interrupted build continues where it stopped. The exit code is 4 if nothing became a plan.
     """
     if verify:
-        verify_all([*(sources or ()), *([out] if out else [])])
+        verify_data_sets([*(sources or ()), *([out] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; expected the folder of the data set", param_hint="--out")
@@ -203,14 +209,14 @@ def build(
         "keep_stages": keep_stages,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
-    work = Work(config, given, overrides, out, workers, executor, address, rehash)
+    work = BuildRequest(config, given, overrides, out, workers, executor, address, rehash)
     with end_cleanly() as check:
         if shard is not None:
             code = build_one_shard(work, shard, check)
         elif "://" in out:
-            code = build_one_shard(work, "0/1", check) or assemble_all(out, check, partial=False)
+            code = build_one_shard(work, "0/1", check) or assemble_and_show(out, check, partial=False)
         else:
-            code = build_all(work, others, check)
+            code = build_and_show(work, others, check)
     if code:
         raise typer.Exit(code)
 
@@ -254,8 +260,8 @@ def inspect(
     }
     with end_cleanly():
         words = load_overrides(config, overrides)
-        found = inspect_house(settings_of(config, given), words, level, out, id_, replace=replace)
+        found = inspect_house(load_build_config(config, given), words, level, out, id_, replace=replace)
     show_inspection(found, source, out)
-    show_unheard(found, tuple(words))
+    show_unapplied_corrections(found, tuple(words))
     if found.rejection is not None:
         raise typer.Exit(REJECTED)

@@ -12,11 +12,11 @@ import typer
 
 from houseexpo.progress import is_quiet
 from houseexpo.words import count_noun
-from pipeline.cli_parts import NOT_DONE, settings_of, show_outcomes
+from pipeline.cli_common import NOT_DONE, load_build_config, show_outcomes
 
 if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
-    from pipeline.batch.assemble import DataSet
+    from pipeline.batch.assemble import BuildResult
     from pipeline.executors.local import Executor
     from pipeline.overrides import Override
 
@@ -25,7 +25,7 @@ DAMAGED = 1
 
 
 @dataclass(frozen=True)
-class Work:
+class BuildRequest:
     """The request for a build; ``given`` holds the options that override the manifest's."""
 
     config: Path | None
@@ -41,18 +41,18 @@ class Work:
         """Return the command that repeats this build from any folder."""
         from houseexpo.dataset.build_record import BuildCommand, BuildRecord
         from houseexpo.dataset.manifest import is_bundled_manifest
-        from pipeline.batch.listing import absolute
-        from pipeline.config_file import folders_in_full
+        from pipeline.batch.listing import absolute_source
+        from pipeline.config_file import absolute_folders
 
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
         if "model_path" in options:
-            options["model_path"] = folders_in_full(options["model_path"], Path())
+            options["model_path"] = absolute_folders(options["model_path"], Path())
         for name, path in (("config", self.config), ("overrides", self.overrides)):
             if path is not None:
                 options[name] = path.stem if name == "config" and is_bundled_manifest(path) else str(path.absolute())
         if add:
             options["add"] = True
-        sources = tuple(absolute(source) for source in self.given["sources"])
+        sources = tuple(absolute_source(source) for source in self.given["sources"])
         return BuildRecord(BuildCommand(sources, {name: str(value) for name, value in sorted(options.items())}))
 
     def execute(self) -> Executor:
@@ -67,12 +67,12 @@ class Work:
         return partial(local.run, workers=self.workers or count_cores())
 
 
-def build_all(work: Work, others: str, check: Callable[[], None]) -> int:
+def build_and_show(work: BuildRequest, others: str, check: Callable[[], None]) -> int:
     """Build, show the outcome, and return the exit code."""
-    from pipeline.report import index_rows
+    from pipeline.terminal_report import read_index_rows
 
     data_set = build_data_set(work, others, check)
-    return show_outcomes(data_set, index_rows(data_set.root), work.out)
+    return show_outcomes(data_set, read_index_rows(data_set.root), work.out)
 
 
 def from_python(
@@ -86,37 +86,37 @@ def from_python(
     **given: Any,
 ) -> int:
     """Build for ``houseexpo.build``; return the number of inputs that a transient fault left undone."""
-    from pipeline.config_file import manifest_file
+    from pipeline.config_file import find_manifest
 
     options = {**given, "sources": tuple(sources)}
-    chosen = None if config is None else manifest_file(config)
+    chosen = None if config is None else find_manifest(config)
     return build_data_set(
-        Work(chosen, options, overrides, out, workers, "local", None, rehash=False), others, lambda: None
+        BuildRequest(chosen, options, overrides, out, workers, "local", None, rehash=False), others, lambda: None
     ).not_done
 
 
-def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSet:
+def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -> BuildResult:
     """Build a data set folder with its report and the record of how it was made."""
     from houseexpo.dataset.build_record import read_build_record, write_build_record
     from pipeline.batch.build import build as run_build
-    from pipeline.batch.folder import Others
-    from pipeline.batch.shards import end_shards
-    from pipeline.batch.store import FolderStore
-    from pipeline.display import watching
+    from pipeline.batch.data_set_folder import ExistingPlansPolicy
+    from pipeline.batch.result_store import FolderStore
+    from pipeline.batch.shards import remove_common_settings
+    from pipeline.display import make_display
+    from pipeline.html_report import write_report
     from pipeline.overrides import load_overrides
-    from pipeline.report_page import write_report
 
     check()
-    root, adds = Path(work.out), others == Others.ADD
-    with watching(check) as display:
+    root, adds = Path(work.out), others == ExistingPlansPolicy.ADD
+    with make_display(check) as display:
         overrides = load_overrides(work.config, work.overrides, root)
         data_set = run_build(
-            settings_of(work.config, work.given),
+            load_build_config(work.config, work.given),
             root,
             overrides=overrides,
             workers=work.workers or 1,
             progress=display.progress,
-            others=Others(others),
+            others=ExistingPlansPolicy(others),
             rehash=work.rehash,
             execute=work.execute(),
             ended=display.note_outcome,
@@ -124,38 +124,38 @@ def build_data_set(work: Work, others: str, check: Callable[[], None]) -> DataSe
         record = work.record(add=adds)
         write_build_record(root, record.with_earlier(read_build_record(root)) if adds else record)
         if not data_set.unchanged:
-            end_shards(FolderStore(root))
+            remove_common_settings(FolderStore(root))
             write_report(data_set, display.progress)
     _say_without_effect(data_set, overrides)
     return data_set
 
 
-def _say_without_effect(data_set: DataSet, overrides: Mapping[str, Override]) -> None:
+def _say_without_effect(data_set: BuildResult, overrides: Mapping[str, Override]) -> None:
     """Name the corrections by hand that matched nothing in the houses."""
     from houseexpo.floorplan import load_plan
-    from pipeline.overrides import level_of, without_effect
+    from pipeline.overrides import corrections_without_effect, level_id_from
 
     for name, override in overrides.items():
         if override.door or override.no_room:
-            ids = [each for each in data_set.ids if level_of(each) == level_of(name)]
+            ids = [each for each in data_set.ids if level_id_from(each) == level_id_from(name)]
             plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids]
-            for said in without_effect(override, plans):
+            for said in corrections_without_effect(override, plans):
                 typer.secho(f"correction without effect: {name}: {said}", fg="yellow", err=True)
 
 
-def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
+def build_one_shard(work: BuildRequest, shard: str, check: Callable[[], None]) -> int:
     """Run one shard, show its outcome, and return the exit code."""
-    from pipeline.batch.shard_build import begin, build_shard
+    from pipeline.batch.shard_build import begin_shards, build_shard
     from pipeline.batch.shards import Shard
-    from pipeline.display import watching
+    from pipeline.display import make_display
     from pipeline.overrides import load_overrides
 
     check()
     asked = Shard.of(shard)
     overrides = load_overrides(work.config, work.overrides, None if "://" in work.out else Path(work.out))
-    begun = begin(settings_of(work.config, work.given), work.out, asked.count, overrides)
-    record_shards(out=work.out, record=work.record(add=False))
-    with watching(check) as display:
+    begun = begin_shards(load_build_config(work.config, work.given), work.out, asked.count, overrides)
+    write_shards_record(out=work.out, record=work.record(add=False))
+    with make_display(check) as display:
         done = build_shard(
             begun,
             work.out,
@@ -174,10 +174,10 @@ def build_one_shard(work: Work, shard: str, check: Callable[[], None]) -> int:
     return NOT_DONE if done.not_done else 0
 
 
-def record_shards(out: str, record: BuildRecord) -> None:
+def write_shards_record(out: str, record: BuildRecord) -> None:
     """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
     from houseexpo.dataset.build_record import FILE, encode_build_record, remember_own_build
-    from pipeline.batch.store import FolderStore, open_store
+    from pipeline.batch.result_store import FolderStore, open_store
 
     store, data = open_store(out), encode_build_record(record)
     if isinstance(store, FolderStore):
@@ -188,17 +188,17 @@ def record_shards(out: str, record: BuildRecord) -> None:
     store.put(FILE, data)
 
 
-def verify_all(places: list[str]) -> None:
+def verify_data_sets(places: list[str]) -> None:
     """Check data sets; exit with 1 if something is damaged."""
-    from pipeline.batch.store import is_url
-    from pipeline.batch.verify import verify
+    from pipeline.batch.result_store import is_url
+    from pipeline.batch.verify import find_damaged_files
 
     if not places:
         raise typer.BadParameter("name the data set", param_hint="--verify")
     if url := next(filter(is_url, places), None):
         raise typer.BadParameter(f"{url}: expected a folder, found a URL; copy it to a folder", param_hint="--verify")
     folders = [Path(place) for place in places]
-    wrong = [f"{folder}: {line}" for folder in folders for line in verify(folder)]
+    wrong = [f"{folder}: {line}" for folder in folders for line in find_damaged_files(folder)]
     for line in wrong:
         typer.secho(line, fg=typer.colors.RED)
     if wrong:

@@ -10,7 +10,7 @@ import typer
 
 from houseexpo.errors import HouseExpoError
 from houseexpo.words import count_noun
-from pipeline.cli_parts import NOT_DONE, end_cleanly, named_manifest, settings_of, show_outcomes
+from pipeline.cli_common import NOT_DONE, end_cleanly, load_build_config, resolve_manifest, show_outcomes
 
 _NAMED = 8
 """How many houses are named that a shard has not done."""
@@ -30,14 +30,14 @@ def assemble(
     Ends with 3 if houses are not done yet, and says which; with 4 if nothing became a plan.
     """
     with end_cleanly() as check:
-        code = assemble_all(dataset, check, partial=partial)
+        code = assemble_and_show(dataset, check, partial=partial)
     if code:
         raise typer.Exit(code)
 
 
 def slurm(
     manifest: Annotated[
-        Path, typer.Argument(metavar="MANIFEST", help="Manifest of the build: a TOML file.", callback=named_manifest)
+        Path, typer.Argument(metavar="MANIFEST", help="Manifest of the build: a TOML file.", callback=resolve_manifest)
     ],
     shards: Annotated[int, typer.Option(min=1, help="Number of shards.")],
     out: Annotated[str, typer.Option(help="Folder of the data set: a path that all nodes share, s3://... or gs://...")],
@@ -62,25 +62,41 @@ def slurm(
 
     Run again, it takes up only the shards that are not done and not in the queue.
     """
-    from pipeline.batch.shard_build import begin, unfinished_inputs
-    from pipeline.batch.slurm import ARRAY_LIMIT, Queue, Request, Scripts, array_limit, program
-    from pipeline.batch.store import is_url
+    from pipeline.batch.result_store import is_url
+    from pipeline.batch.shard_build import begin_shards, unfinished_inputs
+    from pipeline.batch.slurm import (
+        ARRAY_LIMIT,
+        QueuedShards,
+        SlurmScripts,
+        TaskResources,
+        largest_array,
+        program_command,
+    )
     from pipeline.overrides import load_overrides
 
     with end_cleanly():
         overrides = load_overrides(manifest, None, None if is_url(out) else Path(out))
-        begun = begin(settings_of(manifest, {}), out, shards, overrides)
+        begun = begin_shards(load_build_config(manifest, {}), out, shards, overrides)
         place = out if is_url(out) else str(Path(out).absolute())
-        command = [*program(), "build", "--config", str(manifest.absolute()), "--out", place, "--workers", str(cores)]
+        command = [
+            *program_command(),
+            "build",
+            "--config",
+            str(manifest.absolute()),
+            "--out",
+            place,
+            "--workers",
+            str(cores),
+        ]
         folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
-        written = Scripts(folder.absolute(), place, command, shards, Request(partition, time, memory, cores))
+        written = SlurmScripts(folder.absolute(), place, command, shards, TaskResources(partition, time, memory, cores))
         try:
-            queue, at_most = written.queue(), limit or array_limit()
+            queue, at_most = written.queue(), limit or largest_array()
         except HouseExpoError as error:
             if submit:
                 raise
             typer.secho(f"{error}; the scripts are for all shards that are not done", fg=typer.colors.YELLOW, err=True)
-            queue, at_most = Queue(), limit or ARRAY_LIMIT
+            queue, at_most = QueuedShards(), limit or ARRAY_LIMIT
         count = written.write(unfinished_inputs(begun, out), at_most, queue)
         waiting = f", {len(queue.shards)} are in the queue" if queue.shards else ""
         typer.echo(f"{count} of {count_noun(shards, 'shard')} to submit{waiting}: sh {written.folder / 'submit.sh'}")
@@ -88,26 +104,31 @@ def slurm(
             typer.echo(written.submit())
 
 
-def assemble_all(out: str, check: Callable[[], None], *, partial: bool) -> int:
+def assemble_and_show(out: str, check: Callable[[], None], *, partial: bool) -> int:
     """Assemble the data set if all shards are done; return the exit code."""
-    from pipeline.batch.shard_build import DamagedShardsError, assemble_shards, require_begun, unfinished_inputs
-    from pipeline.display import watching
-    from pipeline.report import index_rows
-    from pipeline.report_page import write_report
+    from pipeline.batch.shard_build import (
+        DamagedShardsError,
+        assemble_shards,
+        require_common_settings,
+        unfinished_inputs,
+    )
+    from pipeline.display import make_display
+    from pipeline.html_report import write_report
+    from pipeline.terminal_report import read_index_rows
 
-    begun = require_begun(out)
+    begun = require_common_settings(out)
     left = unfinished_inputs(begun, out)
     _show_left(left, begun.shards, "not done")
     if left and not partial:
         return NOT_DONE
     try:
         with (
-            watching(check) as display,
+            make_display(check) as display,
             assemble_shards(begun, out, display.progress, partial=partial) as data_set,
         ):
             if not data_set.unchanged:
                 write_report(data_set, display.progress)
-            rows = index_rows(data_set.root)  # the root of one in an object store is gone after this
+            rows = read_index_rows(data_set.root)  # the root of one in an object store is gone after this
     except DamagedShardsError as damaged:
         _show_left(damaged.left, begun.shards, "damaged")
         return NOT_DONE

@@ -96,7 +96,7 @@ class BuildConfig:
         return hashlib.sha256(msgspec.json.encode(self.parameters(), order="deterministic")).hexdigest()
 
 
-def manifest_file(given: Path) -> Path:
+def find_manifest(given: Path) -> Path:
     """Return the path of a manifest, given as a file or as the bare name of one that comes with the project.
 
     Raises
@@ -106,7 +106,7 @@ def manifest_file(given: Path) -> Path:
 
     Examples
     --------
-    >>> manifest_file(Path("demo")).name
+    >>> find_manifest(Path("demo")).name
     'demo.toml'
     """
     if given.is_file():
@@ -136,8 +136,8 @@ def load_config(path: Path) -> BuildConfig:
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     with name_in_config_errors(path):
-        stages = config_from_mapping(PipelineConfig, tables, convert=convert, beside=("build", "limits"))
-        config = config_from_mapping(BuildConfig, own, convert=convert)
+        stages = config_from_mapping(PipelineConfig, tables, convert=convert_to_type, beside=("build", "limits"))
+        config = config_from_mapping(BuildConfig, own, convert=convert_to_type)
         for name in ("min_quality", "furnished"):
             if (share := getattr(config.build, name)) > 1:
                 raise ConfigError(f"build.{name} = {share!r}: expected 0 to 1")
@@ -145,16 +145,16 @@ def load_config(path: Path) -> BuildConfig:
             if not value:  # the system takes a limit of 0 for none
                 raise ConfigError(f"limits.{name} = {value!r}: expected a number above 0")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
-    model_path = folders_in_full(config.build.model_path, path.parent)
+    model_path = absolute_folders(config.build.model_path, path.parent)
     return replace(config, build=replace(config.build, sources=sources, model_path=model_path), stages=stages)
 
 
-def folders_in_full(folders: str, here: Path) -> str:
+def absolute_folders(folders: str, here: Path) -> str:
     """Return a PATH-like list of folders with absolute paths; relative ones start at ``here``."""
     return os.pathsep.join(str(here.absolute() / folder) for folder in folders.split(os.pathsep) if folder)
 
 
-def convert(value: Any, hint: Any, key: str) -> Any:
+def convert_to_type(value: Any, hint: Any, key: str) -> Any:
     """Convert a value of a manifest or of an override to its type; raise ConfigError if it is out of range.
 
     Numbers must be finite and not negative; integers other than seeds must be at least 1.

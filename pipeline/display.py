@@ -26,7 +26,7 @@ _LOG = logging.getLogger("pipeline")
 
 
 @dataclass
-class Tally:
+class OutcomeCounts:
     """The outcomes so far: plans, rejections by reason, and with ``-v`` the slowest input."""
 
     plans: int = 0
@@ -52,21 +52,21 @@ class Tally:
         return f"{count_noun(self.plans, 'plan')}{refused}{longest}"
 
 
-def watching(check: Callable[[], None]) -> Display:
+def make_display(check: Callable[[], None]) -> ProgressDisplay:
     """Return what shows a build on standard error, or nothing if the commands are quiet (``-q``)."""
-    return Display(Console(stderr=True, quiet=is_quiet()), check)
+    return ProgressDisplay(Console(stderr=True, quiet=is_quiet()), check)
 
 
-class Display:
+class ProgressDisplay:
     """Shows a build on a console; ``check`` is called at every step and may end the build."""
 
     def __init__(self, console: Console, check: Callable[[], None]) -> None:
         """Nothing is shown before the ``with``."""
-        self.tally = Tally()
+        self.tally = OutcomeCounts()
         self._check = check
         self._shown: _Bars | _Lines = _Bars(console, self.tally) if console.is_terminal else _Lines(console, self.tally)
 
-    def __enter__(self) -> Display:
+    def __enter__(self) -> ProgressDisplay:
         """Begin to show."""
         self._shown.start()
         return self
@@ -95,7 +95,7 @@ class Display:
 class _Bars(Progress):
     """A bar for each part, with the tally under them."""
 
-    def __init__(self, console: Console, tally: Tally) -> None:
+    def __init__(self, console: Console, tally: OutcomeCounts) -> None:
         self.tally = tally
         self.named: dict[str, int] = {}
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
@@ -128,7 +128,7 @@ class _Part:
 class _Lines:
     """A line for each part now and then, and when it is done if a line was said before."""
 
-    def __init__(self, console: Console, tally: Tally) -> None:
+    def __init__(self, console: Console, tally: OutcomeCounts) -> None:
         self.console, self.tally = console, tally
         self.parts: dict[str, _Part] = {}
 

@@ -14,13 +14,13 @@ from houseexpo.plan import Quality
 from houseexpo.progress import show_progress
 from houseexpo.words import unknown_name_message
 from pipeline.algorithm import StageResult, run_stages
-from pipeline.batch.job import rng_of
+from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import Override, concerns, corrected_input, corrected_level, level_of, word_on
-from pipeline.pictures import of_building, sheet_of, stage_pictures
-from pipeline.png import as_png, top_view
+from pipeline.overrides import Override, correct_input, correct_level, is_id_of_input, level_id_from, override_for_level
+from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
+from pipeline.png import draw_top_view, encode_png
 from pipeline.rejection import Rejection
 from pipeline.sources import is_path, reader
 from pipeline.values import Input, Level, RejectedLevel
@@ -32,7 +32,7 @@ _STEPS = 10  # of one building without furniture
 
 
 @dataclass(frozen=True)
-class Shown:
+class InspectedLevel:
     """Which level of which house is shown: the id and number of the level and of the house, and of how many."""
 
     id: str
@@ -55,7 +55,7 @@ class Inspection:
     ``shown`` is None if the house could not be opened; ``plan`` is the first building's.
     """
 
-    shown: Shown | None
+    shown: InspectedLevel | None
     pictures: tuple[str, ...]
     rejection: Rejection | None
     plan: FloorPlan | None = None
@@ -107,7 +107,7 @@ def _inspect_input(
 ) -> Inspection:
     inputs = list(list_inputs(config))
     place = _find_input(inputs, name)
-    item = corrected_input(inputs[place], overrides)
+    item = correct_input(inputs[place], overrides)
     make_folder(output.out)
     try:
         levels = list(show_progress(reader(item.reader).read(item), f"reading {item.id}"))
@@ -115,20 +115,20 @@ def _inspect_input(
         return Inspection(None, _picture_of(rejection, output), rejection)
     number = _number(item, levels, number, name)
     level = levels[number]
-    shown = Shown(level.id, number, len(levels), item.id, place, len(inputs))
+    shown = InspectedLevel(level.id, number, len(levels), item.id, place, len(inputs))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
-    override = word_on(level.id, overrides)
-    level = corrected_level(level, override)
+    override = override_for_level(level.id, overrides)
+    level = correct_level(level, override)
     results: list[StageResult] = []
     rejection_: Rejection | None = None
     try:
-        found = run_stages(level, override.apply_to(config.planning), rng_of(level, config.build.seed))
+        found = run_stages(level, override.apply_to(config.planning), level_rng(level, config.build.seed))
         results.extend(show_progress(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not results:
-        return Inspection(shown, _picture_of(rejection_.with_picture(top_view(level.walls)), output), rejection_)
+        return Inspection(shown, _picture_of(rejection_.with_picture(draw_top_view(level.walls)), output), rejection_)
     results = _of_one_building(results, level.id)
     plans = [result.value for result in results if isinstance(result.value, FloorPlan)]
     return Inspection(shown, _write(results, level, output), rejection_, plans[0] if plans else None)
@@ -138,7 +138,7 @@ def _of_one_building(results: list[StageResult], level_id: str) -> list[StageRes
     """Return the steps of the whole level, and of the largest of its buildings."""
     plans = [result for result in results if isinstance(result.value, FloorPlan)]
     largest = max(plans, key=lambda result: result.value.area).id if plans else level_id  # type: ignore[union-attr]
-    return of_building(results, level_id, largest)
+    return results_of_building(results, level_id, largest)
 
 
 def _find_input(inputs: Sequence[Input], name: str | None) -> int:
@@ -146,7 +146,7 @@ def _find_input(inputs: Sequence[Input], name: str | None) -> int:
     if name is None:
         return 0
     ids = [item.id for item in inputs]
-    found = [place for place, known in enumerate(ids) if concerns(name, known)]
+    found = [place for place, known in enumerate(ids) if is_id_of_input(name, known)]
     if not found:
         raise ConfigError(f"--id: {unknown_name_message(name, ids)}")
     return max(found, key=lambda place: len(ids[place]))
@@ -154,7 +154,7 @@ def _find_input(inputs: Sequence[Input], name: str | None) -> int:
 
 def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, name: str | None) -> int:
     """Return the level that is meant, by its id or by its number."""
-    wanted = {name, level_of(name or "")} - {item.id}
+    wanted = {name, level_id_from(name or "")} - {item.id}
     number = next((place for place, level in enumerate(levels) if level.id in wanted), number)
     if number >= len(levels):
         raise ConfigError(f"{item.id}: level {number} asked for, found {len(levels)}: 0 to {len(levels) - 1}")
@@ -165,8 +165,8 @@ def _write(results: list[StageResult], level: Level, output: CommandOutput) -> t
     pictures = stage_pictures(results, level.frame)
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
-        output.write(output.out / name, as_png(image))
-    output.write(output.out / SHEET, sheet_of(pictures))
+        output.write(output.out / name, encode_png(image))
+    output.write(output.out / SHEET, compose_sheet(pictures))
     return (*names, SHEET)
 
 

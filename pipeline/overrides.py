@@ -51,7 +51,7 @@ from houseexpo.plan import Frame
 from houseexpo.plan.overrides import LISTS, NAME, override_values
 from houseexpo.tolerances import MIN_DOOR_M
 from pipeline.config import PipelineConfig
-from pipeline.config_file import convert
+from pipeline.config_file import convert_to_type
 from pipeline.sources import OVERRIDABLE
 from pipeline.values import Input, Level, SourceOpening
 
@@ -91,7 +91,7 @@ class Override:
         )
 
 
-def beside(manifest: Path) -> Path | None:
+def find_overrides_file(manifest: Path) -> Path | None:
     """Return the overrides beside a manifest, ``houses.overrides.toml`` for ``houses.toml``; else ``NAME``.
 
     A folder may hold several manifests, and an id that belongs to no input of a build is an error. A manifest that
@@ -123,7 +123,7 @@ def load_overrides(
         A file cannot be read, a key is unknown, a value has the wrong type or is out of range, two values contradict
         each other, or the file in the data set is a link.
     """
-    named = file or (None if manifest is None else beside(manifest))
+    named = file or (None if manifest is None else find_overrides_file(manifest))
     if named is not None and (file is not None or named.exists()):
         first = _read(named)
     else:
@@ -172,7 +172,7 @@ def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
         table = {key: override_values(value, key) if key in LISTS else value for key, value in table.items()}
     with name_in_config_errors(path):
-        override = config_from_mapping(Override, table, name, convert=convert)
+        override = config_from_mapping(Override, table, name, convert=convert_to_type)
     place = f"{path}: {name}"
     if override.keep and override.drop:
         raise ConfigError(f"{place}: expected keep or drop, found both; take one out")
@@ -212,7 +212,7 @@ _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
 _OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
 
 
-def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> None:
+def check_override_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> None:
     """Refuse overrides whose id no house has.
 
     Raises
@@ -229,7 +229,7 @@ def check_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Non
             raise ConfigError(f"{NAME}: {name}: expected an id of this build, found no such input; {hint}")
 
 
-def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
+def overrides_by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
     """Return the overrides of each input, by the input's id."""
     found: dict[str, dict[str, Override]] = {}
     for name in sorted(overrides):
@@ -238,7 +238,7 @@ def by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Ove
     return found
 
 
-def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
+def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     """Return the input with the overrides that its reader needs, added as options.
 
     Raises
@@ -246,7 +246,7 @@ def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     ConfigError
         The overrides break R2.
     """
-    own = {name: override for name, override in overrides.items() if override.of_file and concerns(name, item.id)}
+    own = {name: override for name, override in overrides.items() if override.of_file and is_id_of_input(name, item.id)}
     for name in own:
         if name != item.id:
             raise ConfigError(f"{NAME}: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]")
@@ -260,32 +260,32 @@ def corrected_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
 
 
-def word_on(level_id: str, overrides: Mapping[str, Override]) -> Override:
+def override_for_level(level_id: str, overrides: Mapping[str, Override]) -> Override:
     """Return the override of a level, with the doors and points given for its buildings (R4)."""
     own = overrides.get(level_id, Override())
-    parts = [overrides[name] for name in sorted(overrides) if name != level_id and level_of(name) == level_id]
+    parts = [overrides[name] for name in sorted(overrides) if name != level_id and level_id_from(name) == level_id]
     doors = (each for part in parts for each in part.door)
     points = (each for part in parts for each in part.no_room)
     return replace(own, door=(*own.door, *doors), no_room=(*own.no_room, *points))
 
 
-def level_of(name: str) -> str:
+def level_id_from(name: str) -> str:
     """Return the id of the level to which an id of a level or of a building belongs."""
     return _BUILDING.sub("", name)
 
 
-def without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
+def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
     """Return the overridden ids of an input that belong to none of its levels."""
     found = []
     for name in sorted(overrides):
         of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
-        known = {level_of(name), _DIGITS.sub("", level_of(name))} & set(levels)
+        known = {level_id_from(name), _DIGITS.sub("", level_id_from(name))} & set(levels)
         if of_level and not known:
             found.append(name)
     return found
 
 
-def corrected_level(level: Level, override: Override) -> Level:
+def correct_level(level: Level, override: Override) -> Level:
     """Return the level with the doors and no-room points of an override added (R3)."""
     doors = tuple(
         SourceOpening(
@@ -298,7 +298,7 @@ def corrected_level(level: Level, override: Override) -> Level:
     return replace(level, openings=(*level.openings, *doors), no_rooms=(*level.no_rooms, *no_rooms))
 
 
-def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
+def corrections_without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
     """Return the doors and points of an override that had no effect on the level's plans.
 
     A door had an effect if the plan has a door within ``ANSWERS_M`` of its middle. A no-room point had none if a room
@@ -329,7 +329,7 @@ def without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
     return found
 
 
-def concerns(name: str, known: str) -> bool:
+def is_id_of_input(name: str, known: str) -> bool:
     """Return whether a name is the id of this input, or of one of its levels or buildings (R1)."""
     return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
 
@@ -337,7 +337,7 @@ def concerns(name: str, known: str) -> bool:
 def _inputs_of(name: str) -> list[str]:
     """Return the ids of all inputs that a name concerns, whether there are such inputs or not."""
     starts = [name[: mark.start()] for mark in re.finditer("_", name)]
-    return [known for known in (*starts, name) if concerns(name, known)]
+    return [known for known in (*starts, name) if is_id_of_input(name, known)]
 
 
 def _patterns(override: Override) -> str:

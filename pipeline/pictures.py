@@ -20,7 +20,7 @@ from houseexpo.plan import Box, Frame
 from pipeline.algorithm import StageResult
 from pipeline.geometry.areas import polygons_of
 from pipeline.geometry.walkable_floor import walkable_floor
-from pipeline.png import Picture, as_png
+from pipeline.png import Picture, encode_png
 from pipeline.values import Evidence, JoinedPoints, Layout, Planes, Spaces
 
 OUTSIDE = "#e4e6e8"
@@ -73,15 +73,15 @@ def stage_pictures(results: Sequence[StageResult], frame: Frame) -> list[tuple[s
     return pictures
 
 
-def of_building(results: Sequence[StageResult], level_id: str, building_id: str) -> list[StageResult]:
+def results_of_building(results: Sequence[StageResult], level_id: str, building_id: str) -> list[StageResult]:
     """Return the steps of the whole level, and of one of its buildings."""
     return [result for result in results if result.id in {level_id, building_id}]
 
 
-def sheet_of(pictures: Sequence[tuple[str, Picture]]) -> bytes:
+def compose_sheet(pictures: Sequence[tuple[str, Picture]]) -> bytes:
     """Lay the pictures of the stages out on one sheet, a PNG, each with its name."""
     titles, images = zip(*pictures, strict=True)
-    return as_png(contact_sheet(images, min(len(images), _COLUMNS), titles))
+    return encode_png(contact_sheet(images, min(len(images), _COLUMNS), titles))
 
 
 def _bounds(results: Sequence[StageResult]) -> Box:

@@ -14,7 +14,7 @@ Picture = npt.NDArray[np.uint8]
 """Rows from the top, (rows, cols) grey or (rows, cols, 3) RGB."""
 
 
-def as_png(image: Picture) -> bytes:
+def encode_png(image: Picture) -> bytes:
     """Return the file of a picture, (rows, cols) grey or (rows, cols, 3) RGB; equal pictures give equal bytes."""
     from PIL import Image
 
@@ -30,7 +30,7 @@ _LOWEST, _HIGHEST = 190, 30  # grey of the lowest and of the highest place
 _SHADES: Final = 8  # few, so that the file is small
 
 
-def top_view(mesh: Mesh, up: int = 2) -> bytes:
+def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
     """Return a PNG, 8 bits grey, at most ``SIDE_PX`` wide and high: the higher, the darker; nothing is white.
 
     Points are spread evenly over the faces, always the same ones. ``up`` is the axis of ``mesh`` that points up; the
@@ -51,7 +51,7 @@ def top_view(mesh: Mesh, up: int = 2) -> bytes:
     np.maximum.at(tallest, (cells[:, 0], cells[:, 1]), (points[:, 2] - low[2]) / extent[2])
     shade = np.round(tallest * _SHADES) / _SHADES
     grey = np.where(tallest < 0, _PAPER, _LOWEST + (_HIGHEST - _LOWEST) * shade).astype(np.uint8)
-    return as_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
+    return encode_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
 
 
 def _sample_points(mesh: Mesh) -> npt.NDArray[np.float64]:

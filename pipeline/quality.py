@@ -120,6 +120,6 @@ def check_quality(plan: FloorPlan, least: float) -> None:
     detail = f"expected a quality of {least:g} or more, found {quality.score:.2f} ({grounds})"
     advice = "look at it with houseexpo inspect; overrides.toml can say where doors are, or keep it"
     from houseexpo.drawing import draw_plan
-    from pipeline.png import as_png
+    from pipeline.png import encode_png
 
-    raise Rejection("quality", Reason.DOUBTFUL, detail, advice, as_png(draw_plan(plan, size=_PICTURE_PX)))
+    raise Rejection("quality", Reason.DOUBTFUL, detail, advice, encode_png(draw_plan(plan, size=_PICTURE_PX)))

@@ -1,8 +1,8 @@
 """Check a plan's rooms against six rules of real homes, find which rooms adjoin, and add up the audits of many plans.
 
 The rules and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md, 2026),
-which holds nine public data sets to them (``stats.public``). They are loose: a person and a bed must fit. Real homes
-break some of them too, so a share is to be compared with those of the public sets, not with zero.
+which holds nine public data sets to them (``stats.public_sets``). They are loose: a person and a bed must fit. Real
+homes break some of them too, so a share is to be compared with those of the public sets, not with zero.
 
 R1  *Overlap*: the areas of all rooms add up to at most 2% more than the area that they cover together.
 R2  *Holes*: at most 2% of the footprint is enclosed, belongs to no room, and is wider than a wall (0.6 m).
@@ -55,7 +55,7 @@ SHARED_WALL_M: Final = 0.5
 """R3: the least length of wall that two adjoining rooms share, metres."""
 
 
-class Limits(NamedTuple):
+class RoomLimits(NamedTuple):
     """Least area (m2), least clear width (m) and largest aspect (None: any) of a type of room."""
 
     area_m2: float
@@ -63,20 +63,20 @@ class Limits(NamedTuple):
     aspect: float | None
 
 
-LIMITS: Final[Mapping[str, Limits]] = {
-    "living room": Limits(8.0, 2.4, 4.0),
-    "kitchen": Limits(3.0, 1.5, 4.0),
-    "bedroom": Limits(5.0, 2.0, 3.0),
-    "bathroom": Limits(1.5, 1.0, 3.5),
-    "balcony": Limits(1.0, 0.8, 10.0),
-    "entrance": Limits(1.0, 0.9, 5.0),
-    "dining room": Limits(4.0, 2.0, 3.5),
-    "study": Limits(4.0, 1.8, 3.0),
-    "storage": Limits(0.5, 0.6, 6.0),
-    "corridor": Limits(1.0, 0.8, None),
-    "garage": Limits(10.0, 2.4, 4.0),
-    "closet": Limits(0.5, 0.6, 6.0),
-    "other": Limits(0.5, 0.6, None),
+LIMITS: Final[Mapping[str, RoomLimits]] = {
+    "living room": RoomLimits(8.0, 2.4, 4.0),
+    "kitchen": RoomLimits(3.0, 1.5, 4.0),
+    "bedroom": RoomLimits(5.0, 2.0, 3.0),
+    "bathroom": RoomLimits(1.5, 1.0, 3.5),
+    "balcony": RoomLimits(1.0, 0.8, 10.0),
+    "entrance": RoomLimits(1.0, 0.9, 5.0),
+    "dining room": RoomLimits(4.0, 2.0, 3.5),
+    "study": RoomLimits(4.0, 1.8, 3.0),
+    "storage": RoomLimits(0.5, 0.6, 6.0),
+    "corridor": RoomLimits(1.0, 0.8, None),
+    "garage": RoomLimits(10.0, 2.4, 4.0),
+    "closet": RoomLimits(0.5, 0.6, 6.0),
+    "other": RoomLimits(0.5, 0.6, None),
 }
 """The types of rooms and their limits (fpeval/rules.py). No label of ours is a laundry or an outdoor area."""
 
@@ -221,7 +221,7 @@ _CIRCLE_M: Final = 0.005
 """The error of an inscribed circle's radius, metres; a tenth of it takes six times as long."""
 
 
-def aspect(shape: Polygon) -> float:
+def aspect_ratio(shape: Polygon) -> float:
     """Return the ratio of the longer to the shorter side of the smallest rotated rectangle round a polygon."""
     import shapely
 
@@ -232,7 +232,7 @@ def aspect(shape: Polygon) -> float:
 
 def _audit_room(room: Room, shape: Polygon) -> AuditedRoom:
     kind = TYPES.get(room.label, "other")
-    return AuditedRoom(room.id, kind, round(shape.area, 3), round(clear_width(shape), 3), round(aspect(shape), 3))
+    return AuditedRoom(room.id, kind, round(shape.area, 3), round(clear_width(shape), 3), round(aspect_ratio(shape), 3))
 
 
 def _hole_share(covered: Polygon | MultiPolygon) -> float:

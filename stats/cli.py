@@ -14,7 +14,7 @@ from houseexpo.tolerances import ROBOT_M
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
-    from stats.gather import Measured
+    from stats.measure import MeasuredDataSet
 
 _NAMED = 8
 """The number of unreadable plans that the terminal lists; ``--json`` lists all."""
@@ -58,14 +58,14 @@ def stats(
     """
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import CommandOutput
-    from stats.gather import measure_data_set
-    from stats.listed import judge, read_list
-    from stats.page import check_names, write_report
+    from stats.html_report import check_report_paths, write_report
+    from stats.measure import measure_data_set
     from stats.report import Report
-    from stats.table import tables
+    from stats.terminal_tables import report_tables
+    from stats.unusable_list import compare_with_list, read_list
 
     files = out or []
-    check_names(files)
+    check_report_paths(files)
     if radius is not None and not list_bad:
         raise ConfigError("--radius: the report is for fixed radii, another one is for --list-bad; add that")
     listed = None if unusable is None else read_list(unusable)
@@ -85,23 +85,23 @@ def stats(
             if compare is None
             else opened.enter_context(measure_data_set(compare, geometry=geometry, workers=workers))
         )
-        verdict = None if listed is None or unusable is None else judge(one.records, listed, unusable.name)
+        verdict = None if listed is None or unusable is None else compare_with_list(one.records, listed, unusable.name)
         report = Report(one.total(), None if other is None else other.total(), verdict, one.broken)
         if json:
             print_json(report.values())
-        for table in () if json else tables(report):
+        for table in () if json else report_tables(report):
             make_console().print(table)
         for path in files:
             write_report(report, one.data_set, path)
             print_name_and_text(make_console(stderr=json), "written", str(path))
 
 
-def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool) -> None:
+def _list_bad(one: MeasuredDataSet, radius_m: float, workers: int | None, *, json: bool) -> None:
     """Print the plans that need a review, as lines that start with the id or as JSON."""
     from houseexpo.commands.printing import print_json
-    from stats.bad import find_bad
+    from stats.bad_plans import find_bad_plans
 
-    found = find_bad(one.data_set, one.records, radius_m, workers)
+    found = find_bad_plans(one.data_set, one.records, radius_m, workers)
     if json:
         broken = [str(each) for each in one.broken]
         print_json({"radius_m": radius_m, "bad": [plan.values() for plan in found], "broken": broken})
@@ -110,7 +110,7 @@ def _list_bad(one: Measured, radius_m: float, workers: int | None, *, json: bool
         sys.stdout.write(f"{plan.id}\t{'; '.join(plan.reasons(radius_m))}\n")
 
 
-def _list_audited(one: Measured, *, json: bool) -> None:
+def _list_audited(one: MeasuredDataSet, *, json: bool) -> None:
     """Print the plans that break a rule of real homes, as lines that start with the id or as JSON."""
     from houseexpo.commands.printing import print_json
 
@@ -125,7 +125,7 @@ def _list_audited(one: Measured, *, json: bool) -> None:
         sys.stdout.write(f"{name}\t{'; '.join(reasons)}\n")
 
 
-def _say_broken(one: Measured) -> None:
+def _say_broken(one: MeasuredDataSet) -> None:
     """List the plans that cannot be read, on standard error."""
     if not one.broken:
         return

@@ -33,7 +33,7 @@ class Distance:
     deviations: float | None = None
 
 
-def compare(one: PlanSummary, other: PlanSummary) -> list[Distance]:
+def measure_distances(one: PlanSummary, other: PlanSummary) -> list[Distance]:
     """Return the distance in every measure that both data sets have.
 
     1. Numbers: the Wasserstein-1 distance in the unit of the measure, which is the mean change of a plan's number that
@@ -45,7 +45,7 @@ def compare(one: PlanSummary, other: PlanSummary) -> list[Distance]:
     return [*_numbers(one, other), *_words(one, other), *_reaches(one, other)]
 
 
-def wasserstein(one: Tally, other: Tally) -> float:
+def wasserstein_distance(one: Tally, other: Tally) -> float:
     """Return the Wasserstein-1 distance of two non-empty tallies, in their unit."""
     from scipy.stats import wasserstein_distance
 
@@ -60,7 +60,7 @@ def total_variation(one: Mapping[str, int], other: Mapping[str, int]) -> float:
     return sum(abs(one.get(word, 0) / total - other.get(word, 0) / total_) for word in words) / 2
 
 
-def report(distances: list[Distance]) -> dict[str, Any]:
+def distances_report(distances: list[Distance]) -> dict[str, Any]:
     """Return plain values by the measures' names."""
     return {d.name: {key: _round(value) for key, value in asdict(d).items() if key != "name"} for d in distances}
 
@@ -69,7 +69,7 @@ def _numbers(one: PlanSummary, other: PlanSummary) -> Iterator[Distance]:
     for measure in MEASURES:
         here, there = one.tallies[measure.key], other.tallies[measure.key]
         if here.count and there.count:
-            value, (mean, std), (mean_, _) = wasserstein(here, there), here.moments(), there.moments()
+            value, (mean, std), (mean_, _) = wasserstein_distance(here, there), here.moments(), there.moments()
             relative = value / std if std else None
             yield Distance(measure.key, measure.title, WASSERSTEIN, value, measure.unit, mean, mean_, relative)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _TAIL = 0.98  # the histogram's last bar includes everything beyond this share
 
 
-def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, size: tuple[float, float]) -> str:
+def draw_histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, size: tuple[float, float]) -> str:
     """Draw a distribution with its median, or two distributions as shares. ``size`` is in inches."""
     from matplotlib.ticker import MaxNLocator
 
@@ -53,7 +53,7 @@ def histogram(measure: Measure, tally: Tally, other: Tally | None = None, *, siz
     return embedded_svg(out)
 
 
-def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
+def draw_shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *, width: float) -> str:
     """Draw named counts as bars, the largest on top, or two sets of counts as shares. ``width`` is in inches."""
     words = sorted({*counts, *(other or {})}, key=lambda word: (-counts.get(word, 0), word))
     places = np.arange(len(words))
@@ -77,7 +77,7 @@ def shares(counts: Mapping[str, int], other: Mapping[str, int] | None = None, *,
     return embedded_svg(out)
 
 
-def plot_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
+def draw_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *, size: tuple[float, float]) -> str:
     """Draw the share of plans in which a robot can reach everything, over its radius."""
     with svg_axes(size) as (axes, out):
         for found, colour in zip((reach, other or {}), (ONE, OTHER), strict=True):
@@ -97,7 +97,7 @@ def plot_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *,
     return embedded_svg(out)
 
 
-def reach_svg(plan: FloorPlan, radius_m: float) -> str:
+def draw_reachable_places(plan: FloorPlan, radius_m: float) -> str:
     """Draw a plan with the places where a robot can stand, and those of them that it cannot reach.
 
     x points right and y up; the page sets the width.

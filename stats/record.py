@@ -51,7 +51,7 @@ class Record(Struct, array_like=True, frozen=True):
     audit: Audit | None = None
 
 
-def record(plan: FloorPlan) -> Record:
+def measure_plan(plan: FloorPlan) -> Record:
     """Measure a plan as it is, including the navigability if it is not recorded, without an audit."""
     return Record(
         id=plan.id,
@@ -68,18 +68,18 @@ def record(plan: FloorPlan) -> Record:
     )
 
 
-def record_with_audit(plan: FloorPlan) -> Record:
+def measure_and_audit(plan: FloorPlan) -> Record:
     """Measure and audit a plan as it is."""
-    return replace(record(plan), audit=audit(plan))
+    return replace(measure_plan(plan), audit=audit(plan))
 
 
-def record_with_rooms(plan: FloorPlan) -> Record:
+def find_rooms_and_measure(plan: FloorPlan) -> Record:
     """Measure and audit a plan after finding its rooms and doors if it has none; labels remain those of its boxes."""
     if plan.rooms:
-        return record_with_audit(plan)
+        return measure_and_audit(plan)
     from houseexpo.inference import with_rooms
 
-    return replace(record_with_audit(with_rooms(plan)), labels=dict(measures.label_counts(plan)))
+    return replace(measure_and_audit(with_rooms(plan)), labels=dict(measures.label_counts(plan)))
 
 
 def ring_fault(plan: FloorPlan) -> Fault | None:

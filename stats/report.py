@@ -8,9 +8,9 @@ from typing import Any
 
 from houseexpo.dataset.readable import BrokenPlan
 from stats import compare
-from stats.gather import Gathered
-from stats.listed import Verdict
-from stats.public import PublicSet, as_row
+from stats.measure import DataSetSummary
+from stats.public_sets import PublicSet, public_row
+from stats.unusable_list import ListComparison
 
 
 @dataclass(frozen=True)
@@ -20,15 +20,15 @@ class Report:
     ``broken`` are the plans of the first data set that cannot be read.
     """
 
-    one: Gathered
-    other: Gathered | None = None
-    verdict: Verdict | None = None
+    one: DataSetSummary
+    other: DataSetSummary | None = None
+    verdict: ListComparison | None = None
     broken: tuple[BrokenPlan, ...] = ()
 
     @property
     def distances(self) -> list[compare.Distance]:
         """Distances between the two data sets, none if there is only one."""
-        return [] if self.other is None else compare.compare(self.one.whole, self.other.whole)
+        return [] if self.other is None else compare.measure_distances(self.one.whole, self.other.whole)
 
     def values(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -37,19 +37,19 @@ class Report:
             found["broken"] = [str(broken) for broken in self.broken]
         if self.other is not None:
             found["compared_with"] = _values(self.other)
-            found["distances"] = compare.report(self.distances)
+            found["distances"] = compare.distances_report(self.distances)
         if self.verdict is not None:
             found["list"] = self.verdict.report()
         return found
 
 
-def audited_rows(report: Report) -> list[PublicSet]:
+def audited_data_sets(report: Report) -> list[PublicSet]:
     """Return the audited data sets of a report as rows beside the public ones."""
     sets = (report.one, report.other)
-    return [as_row(each.name, each.whole.audit) for each in sets if each is not None and each.whole.audit.plans]
+    return [public_row(each.name, each.whole.audit) for each in sets if each is not None and each.whole.audit.plans]
 
 
-def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:
+def count_leaks(gathered: DataSetSummary) -> dict[str, dict[str, int]]:
     """Return for each split how many of its plans also occur in each other split, possibly rotated or mirrored."""
     found: dict[str, dict[str, int]] = {}
     for name, other in permutations(sorted(gathered.splits), 2):
@@ -57,8 +57,8 @@ def leaks(gathered: Gathered) -> dict[str, dict[str, int]]:
     return found
 
 
-def _values(gathered: Gathered) -> dict[str, Any]:
-    repeated = leaks(gathered)
+def _values(gathered: DataSetSummary) -> dict[str, Any]:
+    repeated = count_leaks(gathered)
     return {
         "data_set": gathered.name,
         "rooms_and_doors_found": gathered.geometry,

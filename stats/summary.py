@@ -7,7 +7,7 @@ from typing import Any
 
 from houseexpo.floorplan import FloorPlan
 from stats.audit import AuditSummary
-from stats.record import MEASURES, Record, record
+from stats.record import MEASURES, Record, measure_plan
 from stats.tally import Tally
 
 
@@ -110,7 +110,7 @@ class PlanSummary:
 
     def add(self, plan: FloorPlan) -> None:
         """Measure one plan and add it."""
-        self.take(record(plan))
+        self.take(measure_plan(plan))
 
     def take(self, found: Record) -> None:
         """Add the record of one plan."""

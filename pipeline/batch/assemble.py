@@ -34,10 +34,10 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summary_plugins import Summary, new_summaries
 from pipeline.batch import disk
-from pipeline.batch.entry import Entry, Kept, Refused
-from pipeline.batch.folder import MANIFEST, PARTS, Finished, Folder, Written
-from pipeline.batch.plans import Plans
-from pipeline.batch.recipe import digest_of, versions
+from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, FinishedBuild, WrittenFile
+from pipeline.batch.entry import Entry, StoredPlan, StoredRejection
+from pipeline.batch.plan_store import PlanStore
+from pipeline.batch.recipe import library_versions, modules_digest
 from pipeline.config import DedupeConfig
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
@@ -49,7 +49,7 @@ _BESIDE = ("duplicates.jsonl", "index.parquet", "rejected.jsonl", "stats.json")
 
 
 @dataclass(frozen=True)
-class DataSet:
+class BuildResult:
     """What a finished build came to: its statistics, the ids of its plans, and what a person should know of it.
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
@@ -62,7 +62,7 @@ class DataSet:
     root: Path
     stats: Mapping[str, Any]
     ids: tuple[str, ...]
-    refused: tuple[Refused, ...]
+    refused: tuple[StoredRejection, ...]
     not_done: int = 0
     unchanged: bool = False
     entries: tuple[Entry, ...] = ()
@@ -80,11 +80,11 @@ class DataSet:
 
 
 @dataclass(frozen=True)
-class Parts:
+class AssemblyParts:
     """What a data set is put together from: sorted entries, plans, and the rights on which the sources agree."""
 
-    folder: Folder
-    plans: Plans
+    folder: DataSetFolder
+    plans: PlanStore
     entries: Sequence[Entry]
     sources: Sequence[str]
     config: BuildConfig
@@ -95,14 +95,16 @@ class Parts:
         """Return a hash of all that the data set depends on."""
         outcomes = [(entry.plans, entry.refused, entry.versions, entry.transient) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
-        lists = [(str(file.relative_to(self.folder.root)), file.read_bytes()) for file in list_files(self.folder.root)]
-        sources = (public_names(self.sources), self.rights)
+        lists = [
+            (str(file.relative_to(self.folder.root)), file.read_bytes()) for file in find_split_lists(self.folder.root)
+        ]
+        sources = (names_without_folders(self.sources), self.rights)
         how = (self.config.parameters(), self.config.build.keep_stages)
-        parts = (outcomes, sources, how, words, sorted(lists), digest_of(__name__))
+        parts = (outcomes, sources, how, words, sorted(lists), modules_digest(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
 
-def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet:
+def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) -> BuildResult:
     """Write everything but the pictures, the manifest last, or nothing if it stands already as it would be written.
 
     Raises
@@ -120,10 +122,10 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     dropped = _find_copies(parts, kept)
     for duplicate in dropped:
         del kept[duplicate.id]
-    files = files_of(kept, pictured=parts.config.build.keep_stages)
+    files = plan_file_hashes(kept, pictured=parts.config.build.keep_stages)
     folder.announce(files)
-    published = publish(folder, parts.plans, kept, files, before)
-    remove_others(folder, published.written)
+    published = write_plans(folder, parts.plans, kept, files, before)
+    remove_old_files(folder, published.written)
     stats = {"outcomes": {**_outcomes(parts, len(kept), dropped, refused), **published.counts}, **published.summaries}
     beside = {
         "index.parquet": index_table(published.rows),
@@ -137,33 +139,35 @@ def assemble(parts: Parts, progress: Callable[[str, int, int], None]) -> DataSet
     write_atomically(folder.root / MANIFEST, encode_json(_manifest(parts, files, stats)), durable=True)
     sync_folder(folder.root)
     others = {name: folder.describe(name, sha256_of(folder.root / name)) for name in (*_BESIDE, MANIFEST)}
-    folder.finish(Finished(parts.state(), {**published.written, **others}))
+    folder.finish(FinishedBuild(parts.state(), {**published.written, **others}))
     progress("assembling", 1, 1)
     not_done = stats["outcomes"]["not_done"]
-    return DataSet(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
+    return BuildResult(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
 
 
-def _is_unchanged(folder: Folder, finished: Finished) -> bool:
+def _is_unchanged(folder: DataSetFolder, finished: FinishedBuild) -> bool:
     """Tell whether every file looks as it was written, and no other plan lies beside them."""
     own = {name for name in finished.files if name.partition("/")[0] in PARTS}
     return folder.names() == own and all(folder.stands(name, written) for name, written in finished.files.items())
 
 
-def _as_it_was(parts: Parts, finished: Finished) -> DataSet:
+def _as_it_was(parts: AssemblyParts, finished: FinishedBuild) -> BuildResult:
     stats = msgspec.json.decode((parts.folder.root / "stats.json").read_bytes())
     _, refused = _settle_ids(parts.entries)
     ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
     not_done = stats["outcomes"]["not_done"]
-    return DataSet(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
+    return BuildResult(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
 
 
-def _find_copies(parts: Parts, kept: Mapping[str, Kept]) -> list[Duplicate]:
-    pairs = copies(parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe)
+def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> list[Duplicate]:
+    pairs = find_duplicate_pairs(
+        parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe
+    )
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     return choose_duplicates(list(kept), pairs, keep)
 
 
-def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[Refused]]:
+def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, StoredPlan]], list[StoredRejection]]:
     """Return the plans with their final ids, sorted, and what was refused; no two inputs share an id."""
     plans = [(number, kept) for number, entry in enumerate(entries) for kept in entry.plans]
     own = {(number, kept.id) for number, kept in plans}
@@ -174,7 +178,7 @@ def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[
         if (number, refused.id) not in own
     }
     ids = [kept.id for _, kept in plans] + [name for _, name in others]
-    names = settle(ids, [kept.content for _, kept in plans] + list(others.values()))
+    names = make_unique_ids(ids, [kept.content for _, kept in plans] + list(others.values()))
     of_plans, of_others = names[: len(plans)], names[len(plans) :]
     named = {(number, kept.id): name for (number, kept), name in zip(plans, of_plans, strict=True)}
     named |= dict(zip(others, of_others, strict=True))
@@ -187,7 +191,7 @@ def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, Kept]], list[
     return sorted(zip(of_plans, (kept for _, kept in plans), strict=True), key=lambda pair: pair[0]), refused
 
 
-def _store_renamed(parts: Parts, plans: Iterable[tuple[str, Kept]]) -> dict[str, Kept]:
+def _store_renamed(parts: AssemblyParts, plans: Iterable[tuple[str, StoredPlan]]) -> dict[str, StoredPlan]:
     """Return the plans by final id; one whose id had to change is kept again."""
     found = {}
     for name, kept in plans:
@@ -204,15 +208,17 @@ def _content(entry: Entry) -> str:
     return hashlib.sha256(msgspec.json.encode(held)).hexdigest()
 
 
-def _load(parts: Parts, kept: Kept) -> FloorPlan:
+def _load(parts: AssemblyParts, kept: StoredPlan) -> FloorPlan:
     return decode(parts.plans.get(kept))
 
 
-def _override(name: str, kept: Kept, overrides: Mapping[str, Override]) -> Override:
+def _override(name: str, kept: StoredPlan, overrides: Mapping[str, Override]) -> Override:
     return overrides.get(name) or overrides.get(kept.id) or Override()
 
 
-def _outcomes(parts: Parts, plans: int, dropped: list[Duplicate], refused: list[Refused]) -> dict[str, Any]:
+def _outcomes(
+    parts: AssemblyParts, plans: int, dropped: list[Duplicate], refused: list[StoredRejection]
+) -> dict[str, Any]:
     not_done = sum(entry.transient for entry in parts.entries)
     reasons = Counter(r.reason for r in refused)
     return {
@@ -229,30 +235,32 @@ def _lines(values: Iterable[dict[str, Any]]) -> bytes:
     return b"".join(msgspec.json.encode(value) + b"\n" for value in values)
 
 
-def _manifest(parts: Parts, own: Mapping[str, str], stats: Mapping[str, Any]) -> dict[str, Any]:
+def _manifest(parts: AssemblyParts, own: Mapping[str, str], stats: Mapping[str, Any]) -> dict[str, Any]:
     root = parts.folder.root
-    lists = sorted(path.relative_to(root).as_posix() for path in list_files(root))
+    lists = sorted(path.relative_to(root).as_posix() for path in find_split_lists(root))
     files = {name: sha256_of(root / name) for name in (*_BESIDE, *lists)}
-    others = {entry.input: entry.versions for entry in parts.entries if entry.plans and entry.versions != versions()}
+    others = {
+        entry.input: entry.versions for entry in parts.entries if entry.plans and entry.versions != library_versions()
+    }
     made_otherwise = {
         plan.id: entry.versions for entry in parts.entries if entry.input in others for plan in entry.plans
     }
     return {
         "format": FORMAT,
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
-        "sources": public_names(parts.sources),
+        "sources": names_without_folders(parts.sources),
         **msgspec.to_builtins(parts.rights),
         "parameters": parts.config.parameters(),
         "parameters_sha256": parts.config.digest(),
         "overrides": {name: asdict(override) for name, override in parts.overrides.items()},
-        "versions": versions(),
+        "versions": library_versions(),
         **({"versions_of": dict(sorted(made_otherwise.items()))} if made_otherwise else {}),
         "counts": stats["outcomes"],
         "files": dict(sorted((files | dict(own)).items())),
     }
 
 
-def public_names(sources: Iterable[str]) -> list[str]:
+def names_without_folders(sources: Iterable[str]) -> list[str]:
     """Return the names of the sources without the folders of this machine, which a published data set must not show."""
     return sorted(disk.printable(Path(source).name) if is_path(source) else source for source in sources)
 
@@ -263,7 +271,7 @@ def public_names(sources: Iterable[str]) -> list[str]:
 DIGITS = 8
 
 
-def settle(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
+def make_unique_ids(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
     """Return ids of which no two are equal, also where a file system does not tell upper from lower case.
 
     1. An id that stands alone stays as it is.
@@ -297,13 +305,15 @@ def settle(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
 _NAMES = tuple(SYMMETRIES)
 
 
-def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig) -> tuple[SimilarPair, ...]:
+def find_duplicate_pairs(
+    file: Path, plans: PlanStore, kept: Sequence[StoredPlan], config: DedupeConfig
+) -> tuple[SimilarPair, ...]:
     """Return all pairs within the threshold, by the plans' places in ``kept``, which is sorted by id.
 
     ``file`` remembers what was compared; a damaged one is as good as none.
     """
     recipe = hashlib.sha256(
-        msgspec.json.encode((asdict(config), digest_of("houseexpo.analysis.similarity")))
+        msgspec.json.encode((asdict(config), modules_digest("houseexpo.analysis.similarity")))
     ).hexdigest()
     known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
     found = find_similar_pairs(
@@ -314,7 +324,7 @@ def copies(file: Path, plans: Plans, kept: Sequence[Kept], config: DedupeConfig)
     return found.pairs
 
 
-def _bytes(recipe: str, kept: Sequence[Kept], found: PairSearchResult) -> bytes:
+def _bytes(recipe: str, kept: Sequence[StoredPlan], found: PairSearchResult) -> bytes:
     stream = io.BytesIO()
     np.savez(
         stream,
@@ -355,25 +365,29 @@ _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Published:
+class WrittenPlans:
     """The written files by name, the index's rows, the plans' summaries, and counts."""
 
-    written: dict[str, Written]
+    written: dict[str, WrittenFile]
     rows: list[dict[str, Any]]
     summaries: dict[str, Any]
     counts: dict[str, Any]
 
 
-def files_of(kept: Mapping[str, Kept], *, pictured: bool) -> dict[str, str]:
+def plan_file_hashes(kept: Mapping[str, StoredPlan], *, pictured: bool) -> dict[str, str]:
     """Return the files of these plans by name, each with its SHA-256; with those of their pictures if ``pictured``."""
     files = {_plan(name): plan.plan for name, plan in kept.items()}
     pictures = {_picture(name): plan.stages.sha256 for name, plan in kept.items() if plan.stages is not None}
     return {**files, **(pictures if pictured else {})}
 
 
-def publish(
-    folder: Folder, plans: Plans, kept: Mapping[str, Kept], files: Mapping[str, str], before: Finished | None
-) -> Published:
+def write_plans(
+    folder: DataSetFolder,
+    plans: PlanStore,
+    kept: Mapping[str, StoredPlan],
+    files: Mapping[str, str],
+    before: FinishedBuild | None,
+) -> WrittenPlans:
     """Write those of ``files`` that do not stand as an earlier run wrote them, in one pass.
 
     Raises
@@ -381,10 +395,10 @@ def publish(
     DamagedPlanError
         Where a plan, or its picture, is not in the store as it was kept.
     """
-    summaries, parts_of = new_summaries(), valid_parts(folder.root, kept)
+    summaries, parts_of = new_summaries(), split_by_plan_id(folder.root, kept)
     rules: Counter[str] = Counter()
     rows, doubtful, unmeasured = [], 0, 0
-    written: dict[str, Written] = {}
+    written: dict[str, WrittenFile] = {}
     if any(_picture(name) in files for name in kept):
         folder.stages.mkdir(exist_ok=True)
     for name, plan_kept in kept.items():
@@ -401,7 +415,7 @@ def publish(
     counts: dict[str, Any] = {"doubtful": doubtful, "rules": dict(sorted(rules.items()))}
     if unmeasured:
         counts["unmeasured"] = unmeasured
-    return Published(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
+    return WrittenPlans(written, rows, {name: summary.report() for name, summary in summaries.items()}, counts)
 
 
 def _add_to(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
@@ -415,7 +429,7 @@ def _add_to(summaries: Iterable[Summary], plan: FloorPlan) -> bool:
     return True
 
 
-def remove_others(folder: Folder, written: Iterable[str]) -> None:
+def remove_old_files(folder: DataSetFolder, written: Iterable[str]) -> None:
     """Remove the plans and pictures of an earlier run that are not among what was written."""
     for name in folder.names().difference(written):
         (folder.root / name).unlink()
@@ -423,7 +437,9 @@ def remove_others(folder: Folder, written: Iterable[str]) -> None:
         folder.stages.rmdir()
 
 
-def _write_file(folder: Folder, file: str, sha256: str, read: Callable[[], bytes], before: Finished | None) -> Written:
+def _write_file(
+    folder: DataSetFolder, file: str, sha256: str, read: Callable[[], bytes], before: FinishedBuild | None
+) -> WrittenFile:
     """Write a file, unless it stands there as an earlier run wrote it."""
     was = before.files.get(file) if before is not None else None
     if was is not None and was.sha256 == sha256 and folder.stands(file, was):
@@ -449,20 +465,20 @@ def _picture(name: str) -> str:
 # Lists of ids that an earlier ``houseexpo split`` left in a data set folder: kept while they speak of its plans.
 
 
-def list_files(root: Path) -> list[Path]:
+def find_split_lists(root: Path) -> list[Path]:
     """Return those of the lists of ``houseexpo split`` that lie beside the plans."""
     return [*(root / "splits").glob("*.txt"), *(root / "splits").glob("splits.json")]
 
 
-def valid_parts(root: Path, ids: Iterable[str]) -> dict[str, str]:
+def split_by_plan_id(root: Path, ids: Iterable[str]) -> dict[str, str]:
     """Return the list that each plan stands in, by id.
 
     Lists that do not name exactly these ids, each once, are of other plans: they are removed, and the answer is empty.
     """
-    named = [(name, file.stem) for file in list_files(root) if file.suffix == ".txt" for name in _ids_in(file)]
+    named = [(name, file.stem) for file in find_split_lists(root) if file.suffix == ".txt" for name in _ids_in(file)]
     if sorted(name for name, _ in named) == sorted(ids):
         return dict(named)
-    for file in list_files(root):
+    for file in find_split_lists(root):
         file.unlink()
     home = root / "splits"
     if home.is_dir() and not any(home.iterdir()):
@@ -493,7 +509,7 @@ class Rights(msgspec.Struct, frozen=True, omit_defaults=True):
     credit: str = ""
 
 
-def rights_by_source(folder: Folder, own: Mapping[str, Rights], beside: Iterable[str]) -> dict[str, Rights]:
+def rights_by_source(folder: DataSetFolder, own: Mapping[str, Rights], beside: Iterable[str]) -> dict[str, Rights]:
     """Return and store the licences of a build's own sources and of those whose plans it keeps (R1, R3)."""
     file = folder.build / _FILE
     try:
@@ -508,7 +524,7 @@ def rights_by_source(folder: Folder, own: Mapping[str, Rights], beside: Iterable
     return found
 
 
-def licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
+def stated_licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
     """Return the licences that sources state, each once, "" among them where one that could state one does not."""
     found: dict[str, str] = {}
     for source, each in sorted(rights.items()):
@@ -517,9 +533,9 @@ def licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
     return tuple(found.values())
 
 
-def shared_rights(rights: Mapping[str, Rights]) -> Rights:
+def common_rights(rights: Mapping[str, Rights]) -> Rights:
     """Return the licence and credit shared by all of these sources (R2)."""
-    found = licences(rights)
+    found = stated_licences(rights)
     credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)
     return Rights(found[0] if len(found) == 1 else "", "; ".join(credit))
 

@@ -1,7 +1,7 @@
 """Build a data set folder: list the inputs, plan those that no earlier run has done, and assemble the plans.
 
 A run that finds everything as it was reads no input and writes nothing; what changed is seen by path, size and time,
-and then by content. What it keeps and how: ``journal``, ``plans``, ``folder``.
+and then by content. What it keeps and how: ``journal``, ``plan_store``, ``data_set_folder``.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ import msgspec
 from houseexpo.errors import ConfigError
 from pipeline.batch import disk
 from pipeline.batch.assemble import (
-    DataSet,
-    Parts,
+    AssemblyParts,
+    BuildResult,
     Rights,
     assemble,
-    licences,
-    public_names,
+    common_rights,
+    names_without_folders,
     rights_by_source,
-    shared_rights,
+    stated_licences,
 )
+from pipeline.batch.data_set_folder import DataSetFolder, ExistingPlansPolicy
 from pipeline.batch.disk import lock_folder
 from pipeline.batch.entry import Entry, sort_entries
-from pipeline.batch.folder import Folder, Others
 from pipeline.batch.job import Plan
 from pipeline.batch.journal import Journal
 from pipeline.batch.listing import Listing
+from pipeline.batch.plan_store import DamagedPlanError, PlanStore
 from pipeline.batch.planning import Planning, Progress, ignore_outcome
-from pipeline.batch.plans import DamagedPlanError, Plans
-from pipeline.batch.store import BUILD, FolderStore, Store
+from pipeline.batch.result_store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
 from pipeline.executors import local
 from pipeline.executors.local import Executor
-from pipeline.overrides import Override, check_ids
+from pipeline.overrides import Override, check_override_ids
 
-__all__ = ["Progress", "build", "check_alone"]
+__all__ = ["Progress", "build", "refuse_unlisted_sources"]
 
 _JOURNAL = "journal.jsonl"
 
@@ -54,12 +54,12 @@ def build(
     workers: int,
     progress: Progress,
     plan: Plan | None = None,
-    others: Others = Others.REFUSE,
+    others: ExistingPlansPolicy = ExistingPlansPolicy.REFUSE,
     rehash: bool = False,
     ended: Callable[[Entry], None] = ignore_outcome,
     execute: Executor | None = None,
     known: Iterable[Entry] = (),
-) -> DataSet:
+) -> BuildResult:
     """Build a data set folder; what an earlier run has done is not done again.
 
     Parameters
@@ -88,12 +88,14 @@ def build(
     ConfigError
         Where a source is none, the folder lies in a source or holds something else, or another build is at work in it.
     """
-    listing, folder = Listing(config), Folder(out)
+    listing, folder = Listing(config), DataSetFolder(out)
     listing.check()
     listing.check_apart(out)
     folder.check(config.digest(), others)
-    if overrides and config.build.limit is None and others is not Others.ADD:  # else not all of the ids are known
-        check_ids(overrides, (item for _, item in listing))
+    if (
+        overrides and config.build.limit is None and others is not ExistingPlansPolicy.ADD
+    ):  # else not all of the ids are known
+        check_override_ids(overrides, (item for _, item in listing))
     folder.build.mkdir(parents=True, exist_ok=True)
     with lock_folder(folder.build / "lock"):
         folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
@@ -103,16 +105,18 @@ def build(
             for entry in known:
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
-            planning = Planning(listing, journal, Plans(FolderStore(out.absolute())), overrides, rehash, ended=ended)
+            planning = Planning(
+                listing, journal, PlanStore(FolderStore(out.absolute())), overrides, rehash, ended=ended
+            )
             own = Rights(config.build.licence, config.build.credit)
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
-            batch = _Batch(planning, journal, beside, shared_rights(rights))
+            batch = _Batch(planning, journal, beside, common_rights(rights))
             data_set = batch.run(plan, folder, execute or partial(local.run, workers=workers), progress)
             return replace(
                 data_set,
                 ignored=listing.count_ignored(),
                 passed_over=listing.passed_over,
-                licences=licences(rights),
+                licences=stated_licences(rights),
                 sources=listing.sources,
             )
 
@@ -129,7 +133,7 @@ class _Batch:
     beside: list[str]
     rights: Rights
 
-    def run(self, plan: Plan | None, folder: Folder, execute: Executor, progress: Progress) -> DataSet:
+    def run(self, plan: Plan | None, folder: DataSetFolder, execute: Executor, progress: Progress) -> BuildResult:
         """Plan what is not done, and put the data set together; a plan that was damaged since is made again."""
         planning = self.planning
         planning.plans.sweep()
@@ -140,7 +144,7 @@ class _Batch:
             entries = sort_entries([*self.journal.current(), *planning.unfinished.values()])
             sources = [*planning.listing.sources, *self.beside]
             asked = planning.listing.config, planning.overrides
-            parts = Parts(folder, planning.plans, entries, sources, *asked, self.rights)
+            parts = AssemblyParts(folder, planning.plans, entries, sources, *asked, self.rights)
             try:
                 return assemble(parts, progress)
             except DamagedPlanError as damaged:
@@ -154,7 +158,7 @@ class _Batch:
                 if entry is not None and (name not in self.planning.listed or name in self.planning.unfinished):
                     self.journal.put(msgspec.structs.replace(entry, gone=True))
 
-    def _mend(self, damaged: DamagedPlanError, folder: Folder) -> None:
+    def _mend(self, damaged: DamagedPlanError, folder: DataSetFolder) -> None:
         """Take what the store has lost from the data set, or give it up where no source lists it any more.
 
         The picture of a plan's stages is given up before the plan.
@@ -175,7 +179,7 @@ class _Batch:
                     self.journal.put(msgspec.structs.replace(entry, plans=left, gone=kept == bare))
 
 
-def check_alone(listing: Listing, store: Store) -> None:
+def refuse_unlisted_sources(listing: Listing, store: Store) -> None:
     """Raise ConfigError if a store holds plans of sources that the shards do not list.
 
     That would be found when the shards are put together, after all the work.
@@ -193,14 +197,16 @@ def check_alone(listing: Listing, store: Store) -> None:
         raise _holds(store.name, beside, "shards have a place of their own; choose another --out")
 
 
-def _unlisted_sources(journal: Journal, listing: Listing, folder: Folder, others: Others) -> list[str]:
+def _unlisted_sources(
+    journal: Journal, listing: Listing, folder: DataSetFolder, others: ExistingPlansPolicy
+) -> list[str]:
     """Return the sources whose plans stay although this build does not list them."""
-    if not journal.sources() and others is not Others.REPLACE:
+    if not journal.sources() and others is not ExistingPlansPolicy.REPLACE:
         _check_unknown(listing, folder)
-    if others is Others.REPLACE:
+    if others is ExistingPlansPolicy.REPLACE:
         return []
     beside = _of_others(journal, listing)
-    if beside and others is Others.REFUSE:
+    if beside and others is ExistingPlansPolicy.REFUSE:
         advice = "--add keeps them beside the new ones, --replace removes them, or choose another --out"
         raise _holds(str(folder.root), beside, advice)
     return beside
@@ -218,10 +224,10 @@ def _holds(place: str, sources: Iterable[str], advice: str) -> ConfigError:
     return ConfigError(f"{place}: holds plans of other sources ({named}); {advice}")
 
 
-def _check_unknown(listing: Listing, folder: Folder) -> None:
+def _check_unknown(listing: Listing, folder: DataSetFolder) -> None:
     """Raise ConfigError if no journal says where plans come from, and the manifest names sources of others."""
     manifest = folder.manifest()
-    unknown = set(manifest.sources if manifest else ()).difference(public_names(listing.sources))
+    unknown = set(manifest.sources if manifest else ()).difference(names_without_folders(listing.sources))
     if unknown:
         raise ConfigError(
             f"{folder.root}: holds plans of other sources ({', '.join(sorted(unknown))}), and no journal that says "

@@ -13,19 +13,19 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
 
 
-def sweep(folder: Path) -> None:
+def remove_interrupted_writes(folder: Path) -> None:
     """Remove the remains of interrupted writes."""
     for file in folder.glob(f"{PARTIAL}*"):
         file.unlink(missing_ok=True)
 
 
-def to_text(path: str) -> str:
-    """Return a path as text that JSON can hold, for any bytes; ``from_text`` is the inverse."""
+def path_to_text(path: str) -> str:
+    """Return a path as text that JSON can hold, for any bytes; ``path_from_text`` is the inverse."""
     return os.fsencode(path).decode("latin-1")
 
 
-def from_text(text: str) -> str:
-    """Return the path of ``to_text``."""
+def path_from_text(text: str) -> str:
+    """Return the path of ``path_to_text``."""
     return os.fsdecode(text.encode("latin-1"))
 
 
@@ -93,7 +93,7 @@ _ERRORS = frozenset(
 _NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
 
 
-def transient_fault(error: BaseException) -> OSError | None:
+def find_transient_fault(error: BaseException) -> OSError | None:
     """Return the transient fault that an error comes from, or None if it comes from none."""
     for cause in _causes(error):
         if isinstance(cause, OSError) and (cause.errno in _ERRORS or _NO_SCRATCH in str(cause)):

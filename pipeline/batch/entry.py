@@ -14,14 +14,14 @@ from pipeline.rejection import Rejection
 from pipeline.values import Input
 
 
-class Picture(msgspec.Struct, frozen=True, array_like=True):
+class StoredPicture(msgspec.Struct, frozen=True, array_like=True):
     """A picture (PNG) in the store: the SHA-256 of its bytes, and how many."""
 
     sha256: str
     size: int
 
 
-class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
+class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
     """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
 
     ``stages`` is the picture of the stages that it went through, where the build keeps one. ``by_hand``: a person keeps
@@ -32,11 +32,11 @@ class Kept(msgspec.Struct, frozen=True, omit_defaults=True):
     content: str
     plan: str
     size: int
-    stages: Picture | None = None
+    stages: StoredPicture | None = None
     by_hand: bool = False
 
 
-class Refused(msgspec.Struct, frozen=True, order=True):
+class StoredRejection(msgspec.Struct, frozen=True, order=True):
     """An input, or a level of one, that gave no plan; ``picture`` is a PNG of it, or nothing."""
 
     id: str
@@ -47,7 +47,7 @@ class Refused(msgspec.Struct, frozen=True, order=True):
     picture: bytes = b""
 
     @classmethod
-    def of(cls, name: str, rejection: Rejection) -> Refused:
+    def of(cls, name: str, rejection: Rejection) -> StoredRejection:
         """Record a rejection under the id that it concerns."""
         detail, advice = printable(rejection.detail), printable(rejection.advice)
         return cls(printable(name), rejection.stage, str(rejection.reason), detail, advice, rejection.picture)
@@ -57,8 +57,8 @@ class Refused(msgspec.Struct, frozen=True, order=True):
         return {"id": self.id, "stage": self.stage, "reason": self.reason, "detail": self.detail, "advice": self.advice}
 
 
-class Content(msgspec.Struct, frozen=True, array_like=True):
-    """A file that was read: its name within the source's folder (``disk.to_text``), how it looked, what it held.
+class FileRecord(msgspec.Struct, frozen=True, array_like=True):
+    """A file that was read: its name within the source's folder (``path_to_text``), how it looked, what it held.
 
     One that was not there has the size -1; one that may have changed while it was read has the time 0.
     """
@@ -69,7 +69,7 @@ class Content(msgspec.Struct, frozen=True, array_like=True):
     sha256: str
 
 
-Outcome: TypeAlias = Kept | Refused
+Outcome: TypeAlias = StoredPlan | StoredRejection
 
 
 class Entry(msgspec.Struct, frozen=True):
@@ -83,10 +83,10 @@ class Entry(msgspec.Struct, frozen=True):
     input: str
     source: str
     recipe: str
-    files: list[Content]
+    files: list[FileRecord]
     seconds: float
-    plans: list[Kept] = []
-    refused: list[Refused] = []
+    plans: list[StoredPlan] = []
+    refused: list[StoredRejection] = []
     versions: dict[str, str] = {}
     transient: bool = msgspec.field(default=False, name="passing")  # as journals have it
     gone: bool = False
@@ -100,13 +100,13 @@ class Entry(msgspec.Struct, frozen=True):
         yield from self.refused
 
 
-def identity(item: Input) -> str:
+def journal_key(item: Input) -> str:
     """Return what stands for an input in the journal: which reader opens what."""
     text = f"{item.id}\0{item.reader}\0{item.path}\0{item.key}"
     return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()[:32]
 
 
-def label_of(item: Input, source: str) -> str:
+def display_name(item: Input, source: str) -> str:
     """Return what people know an input by: its file within the source, and which house of it where it holds many."""
     path, root = Path(item.path).absolute(), Path(source)
     name = str(path.relative_to(root.parent)) if path.is_relative_to(root.parent) else path.name
@@ -118,5 +118,6 @@ def label_of(item: Input, source: str) -> str:
 def sort_entries(entries: Iterable[Entry]) -> list[Entry]:
     """Return entries in an order that depends on what came of them only, not on when or from where."""
     return sorted(
-        entries, key=lambda entry: [(o.id, o.content if isinstance(o, Kept) else o.reason) for o in entry.outcomes]
+        entries,
+        key=lambda entry: [(o.id, o.content if isinstance(o, StoredPlan) else o.reason) for o in entry.outcomes],
     )

@@ -16,14 +16,14 @@ import numpy as np
 from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.batch.disk import transient_fault
-from pipeline.batch.entry import Entry, Kept, Outcome, Refused, label_of
-from pipeline.batch.files import contents_if_unchanged, contents_of, folders_of
-from pipeline.batch.plans import Plans
+from pipeline.batch.disk import find_transient_fault
+from pipeline.batch.entry import Entry, Outcome, StoredPlan, StoredRejection, display_name
+from pipeline.batch.file_records import describe_if_unchanged, describe_opened_files, readable_folders
+from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import Override, corrected_level, without_level, word_on
-from pipeline.png import top_view
+from pipeline.overrides import Override, correct_level, ids_without_level, override_for_level
+from pipeline.png import draw_top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
@@ -36,20 +36,20 @@ if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of 
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class PlanWithPicture:
     """A plan with a picture (PNG) of the stages that it went through."""
 
     plan: FloorPlan
     stages: bytes
 
 
-Planned: TypeAlias = FloorPlan | Drawn | RejectedLevel
+Planned: TypeAlias = FloorPlan | PlanWithPicture | RejectedLevel
 Plan = Callable[[Level, PipelineConfig, np.random.Generator], Sequence[Planned]]
 
 _FURNITURE = 1  # its chance is another than that of the stages
 
 
-def by_algorithm(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Sequence[FloorPlan | RejectedLevel]:
+def make_plans(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Sequence[FloorPlan | RejectedLevel]:
     """Plan a level as the paper does; geometry's libraries are loaded where this runs, not where it is handed out."""
     from pipeline.algorithm import plan_level
 
@@ -57,7 +57,7 @@ def by_algorithm(level: Level, config: PipelineConfig, rng: np.random.Generator)
 
 
 @dataclass(frozen=True)
-class Settings:
+class JobSettings:
     """What all jobs of a build share.
 
     ``stamp`` goes into every plan's provenance, ``plans`` is where they are kept, ``mirrors`` stand for sources in
@@ -69,7 +69,7 @@ class Settings:
     stamp: Mapping[str, str]
     versions: Mapping[str, str]
     plan: Plan
-    plans: Plans
+    plans: PlanStore
     min_quality: float = 0.0
     furnished: float = 0.0
     mirrors: Sequence[Mirror] = ()
@@ -91,51 +91,55 @@ class Job:
 
     def refusal(self, rejection: Rejection, *, transient: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
-        refused = Refused.of(self.item.id, rejection)
-        file = label_of(self.item, self.source)
+        refused = StoredRejection.of(self.item.id, rejection)
+        file = display_name(self.item, self.source)
         return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], transient=transient, file=file)
 
 
-def work(settings: Settings, job: Job) -> Entry:
+def run_job(settings: JobSettings, job: Job) -> Entry:
     """Return the outcome of an input, or the earlier outcome if its files only look changed."""
     start, began_ns = time.perf_counter(), time.time_ns()
     try:
         for mirror in settings.mirrors:
             mirror.mount()
     except OSError as error:
-        return job.refusal(not_yet(error.strerror or str(error)), transient=True)
-    if job.known is not None and (files := contents_if_unchanged(job.item, job.known.files, began_ns)) is not None:
+        return job.refusal(not_done_rejection(error.strerror or str(error)), transient=True)
+    if job.known is not None and (files := describe_if_unchanged(job.item, job.known.files, began_ns)) is not None:
         return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with record_opened_files(*folders_of(job.item)) as names, collect_times() as seconds, ignore_division_warnings():
+    with (
+        record_opened_files(*readable_folders(job.item)) as names,
+        collect_times() as seconds,
+        ignore_division_warnings(),
+    ):
         try:
             outcomes = list(_outcomes(job, settings))
         except OSError as error:  # a transient fault: it says nothing about the house
-            return job.refusal(not_yet(error.strerror or str(error)), transient=True)
+            return job.refusal(not_done_rejection(error.strerror or str(error)), transient=True)
     return Entry(
         input=job.name,
         source=job.source,
         recipe=job.recipe,
-        files=contents_of(names, job.item, began_ns),
+        files=describe_opened_files(names, job.item, began_ns),
         seconds=round(time.perf_counter() - start, 4),
-        plans=[outcome for outcome in outcomes if isinstance(outcome, Kept)],
-        refused=[outcome for outcome in outcomes if isinstance(outcome, Refused)],
+        plans=[outcome for outcome in outcomes if isinstance(outcome, StoredPlan)],
+        refused=[outcome for outcome in outcomes if isinstance(outcome, StoredRejection)],
         versions=dict(settings.versions),
-        file=label_of(job.item, job.source),
+        file=display_name(job.item, job.source),
         stages={stage: round(value, 4) for stage, value in seconds.items()},
     )
 
 
-def not_yet(what: str) -> Rejection:
+def not_done_rejection(what: str) -> Rejection:
     """Return the entry of an input that a transient fault interrupted."""
     return Rejection("executor", Reason.NOT_YET, what, "build again when it has passed")
 
 
-def rng_of(level: Level, seed: int) -> np.random.Generator:
+def level_rng(level: Level, seed: int) -> np.random.Generator:
     """Return a level's own source of chance: it depends on the seed and the id, not on what ran before."""
     return np.random.default_rng([seed, *hashlib.sha256(level.id.encode()).digest()])
 
 
-def _outcomes(job: Job, settings: Settings) -> Iterator[Outcome]:
+def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
     """Yield an outcome for each level; what goes wrong outside of a level's stages is the whole input's.
 
     Raises OSError for a transient fault.
@@ -146,41 +150,45 @@ def _outcomes(job: Job, settings: Settings) -> Iterator[Outcome]:
             levels.append(level.id)
             if isinstance(level, RejectedLevel):
                 _raise_transient(level.rejection)
-                yield Refused.of(level.id, level.rejection)
+                yield StoredRejection.of(level.id, level.rejection)
             else:
                 yield from _of_level(level, job, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
-        yield Refused.of(item.id, _as_rejection(error, item))
+        yield StoredRejection.of(item.id, _as_rejection(error, item))
     else:
         if not levels:
             nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
-            yield Refused.of(item.id, nothing)
-        for name in without_level(job.overrides, levels) if levels else ():
+            yield StoredRejection.of(item.id, nothing)
+        for name in ids_without_level(job.overrides, levels) if levels else ():
             detail = f"expected the id of a level, found none of this id among {', '.join(levels)}"
-            yield Refused.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
+            yield StoredRejection.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
 
 
-def _of_level(level: Level, job: Job, settings: Settings) -> list[Outcome]:
+def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
     """Return what came of a level: an outcome for each of its buildings."""
-    override = word_on(level.id, job.overrides)
+    override = override_for_level(level.id, job.overrides)
     if override.drop:
-        return [Refused.of(level.id, _drop_by_hand(override))]
-    rng = rng_of(level, settings.seed)
+        return [StoredRejection.of(level.id, _drop_by_hand(override))]
+    rng = level_rng(level, settings.seed)
     try:
-        found = settings.plan(corrected_level(level, override), override.apply_to(settings.config), rng)
+        found = settings.plan(correct_level(level, override), override.apply_to(settings.config), rng)
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
-        return [Refused.of(level.id, add_losses(rejection, level.provenance).with_picture(top_view(level.walls)))]
+        return [
+            StoredRejection.of(
+                level.id, add_losses(rejection, level.provenance).with_picture(draw_top_view(level.walls))
+            )
+        ]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
-        return [Refused.of(level.id, _as_rejection(error, job.item))]
+        return [StoredRejection.of(level.id, _as_rejection(error, job.item))]
 
 
-def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outcome:
+def _outcome(found: Planned, level: Level, job: Job, settings: JobSettings) -> Outcome:
     """Return what came of a building."""
-    found, picture = (found.plan, found.stages) if isinstance(found, Drawn) else (found, b"")
+    found, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
     if isinstance(found, RejectedLevel):
-        return Refused.of(found.id, found.rejection.with_picture(top_view(level.walls)))
+        return StoredRejection.of(found.id, found.rejection.with_picture(draw_top_view(level.walls)))
     override = job.overrides.get(found.id, Override())
     try:
         if override.drop:
@@ -188,21 +196,21 @@ def _outcome(found: Planned, level: Level, job: Job, settings: Settings) -> Outc
         if not override.keep:
             check_quality(found, settings.min_quality)
     except Rejection as rejection:
-        return Refused.of(found.id, rejection.with_picture(top_view(level.walls)))
+        return StoredRejection.of(found.id, rejection.with_picture(draw_top_view(level.walls)))
     plan = _furnish(found, settings)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
     return msgspec.structs.replace(kept, by_hand=override.keep)
 
 
-def _furnish(plan: FloorPlan, settings: Settings) -> FloorPlan:
+def _furnish(plan: FloorPlan, settings: JobSettings) -> FloorPlan:
     """Furnish a plan of a made house, where its turn comes."""
     if not settings.furnished or (plan.provenance or {}).get("source") != MADE:
         return plan
-    from pipeline.furnish import furnish_plan, is_chosen
+    from pipeline.furnish import draw_whether_furnished, furnish_plan
 
     rng = np.random.default_rng([settings.seed, _FURNITURE, *hashlib.sha256(plan.id.encode()).digest()])
-    return furnish_plan(plan, rng) if is_chosen(settings.furnished, rng) else plan
+    return furnish_plan(plan, rng) if draw_whether_furnished(settings.furnished, rng) else plan
 
 
 def _drop_by_hand(override: Override) -> Rejection:
@@ -226,5 +234,5 @@ def _as_rejection(error: Exception, item: Input) -> Rejection:
 
 
 def _raise_transient(error: BaseException) -> None:
-    if (fault := transient_fault(error)) is not None:
+    if (fault := find_transient_fault(error)) is not None:
         raise fault

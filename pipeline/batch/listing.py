@@ -12,11 +12,11 @@ from pathlib import Path
 from houseexpo.errors import ConfigError
 from houseexpo.files import real_path
 from houseexpo.outputs import check_not_in_inputs, lies_in
+from pipeline.batch.data_set_folder import PARTS
 from pipeline.batch.disk import printable
-from pipeline.batch.entry import identity
-from pipeline.batch.folder import PARTS
-from pipeline.batch.mirror import Mirror, mirror_of
-from pipeline.batch.store import is_url
+from pipeline.batch.entry import journal_key
+from pipeline.batch.mirror import Mirror, mirror_source
+from pipeline.batch.result_store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
 from pipeline.sources.files import walk_source_files
@@ -40,7 +40,7 @@ class Listing:
     @property
     def sources(self) -> tuple[str, ...]:
         """The sources by their full names."""
-        return tuple(dict.fromkeys(map(full_name, self.config.build.sources)))
+        return tuple(dict.fromkeys(map(full_source_name, self.config.build.sources)))
 
     @property
     def mirrors(self) -> tuple[Mirror, ...]:
@@ -58,7 +58,7 @@ class Listing:
 
     def identity(self, item: Input) -> str:
         """Return what stands for an input in a journal, on every machine."""
-        return identity(self.public(item))
+        return journal_key(self.public(item))
 
     def check(self) -> None:
         """Raise ConfigError if a source does not exist, or none of them holds a house."""
@@ -102,7 +102,7 @@ class Listing:
         return counts
 
     def _list_inputs(self) -> Iterator[tuple[str, Input]]:
-        sources = {full_name(source): source for source in self.config.build.sources}
+        sources = {full_source_name(source): source for source in self.config.build.sources}
         seen: set[Input] = set()
         for name, source in sources.items():
             for item in self._inputs(source):
@@ -125,9 +125,9 @@ class Listing:
     def _place(self, source: str) -> str:
         """Return where a source lies on this machine, whatever folder a worker is in."""
         if not is_url(source):
-            return absolute(source)
+            return absolute_source(source)
         if source not in self._mirrors:
-            self._mirrors[source] = mirror_of(source)
+            self._mirrors[source] = mirror_source(source)
         return str(self._mirrors[source][1])
 
     def _options(self) -> dict[str, str]:
@@ -157,12 +157,12 @@ def list_inputs(config: BuildConfig) -> Iterator[Input]:
     return (item for _, item in listing)
 
 
-def absolute(source: str) -> str:
+def absolute_source(source: str) -> str:
     """Return a source as it is named from any folder; one that is not there stays as it was given."""
     return str(Path(source).absolute()) if is_path(source) and Path(source).exists() else source
 
 
-def full_name(source: str) -> str:
+def full_source_name(source: str) -> str:
     """Return a source's own name on this machine; of made houses it states the style."""
     if is_url(source):
         return source.rstrip("/")

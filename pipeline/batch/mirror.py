@@ -24,7 +24,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
-from pipeline.batch.store import faults, file_system_of
+from pipeline.batch.result_store import open_file_system, translate_store_errors
 
 _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
 """A file's mode says how much of it is here."""
@@ -45,9 +45,9 @@ class Mirror:
 
     def lay(self) -> None:
         """Give every object a file (R1); raise ConfigError if there is nothing."""
-        system, path = file_system_of(self.url)
+        system, path = open_file_system(self.url)
         found: Mapping[str, Any] = {}
-        with suppress(FileNotFoundError), faults(self.url):  # no such bucket
+        with suppress(FileNotFoundError), translate_store_errors(self.url):  # no such bucket
             found = system.find(path, detail=True)
         names = {name[len(path) + 1 :]: info for name, info in found.items() if name.startswith(f"{path}/")}
         known = {name: info for name, info in names.items() if _is_inside(name)}  # R4
@@ -77,8 +77,8 @@ class Mirror:
 
     def fetch(self, file: Path) -> None:
         """Fetch the whole of a file."""
-        system, path = file_system_of(self.url)
-        with self._replacing(file, _WHOLE) as partial, faults(self.url):
+        system, path = open_file_system(self.url)
+        with self._replacing(file, _WHOLE) as partial, translate_store_errors(self.url):
             system.get_file(f"{path}/{file.relative_to(self.root).as_posix()}", str(partial))
 
     def fetch_heads(self, folder: Path) -> None:
@@ -88,10 +88,10 @@ class Mirror:
             self._fetch_heads(bare[at : at + _AT_ONCE])
 
     def _fetch_heads(self, files: Sequence[Path]) -> None:
-        system, path = file_system_of(self.url)
+        system, path = open_file_system(self.url)
         places = [f"{path}/{file.relative_to(self.root).as_posix()}" for file in files]
         sizes = [file.stat().st_size for file in files]
-        with faults(self.url):
+        with translate_store_errors(self.url):
             heads = system.cat_ranges(places, [0] * len(files), [min(size, _HEAD_BYTES) for size in sizes])
         for file, head in zip(files, heads, strict=True):
             if isinstance(head, bytes):
@@ -115,13 +115,13 @@ class Mirror:
             partial.unlink(missing_ok=True)
 
 
-def mirror_of(url: str) -> tuple[Mirror, Path]:
+def mirror_source(url: str) -> tuple[Mirror, Path]:
     """Return the mirror of a source, laid out for listing, and where the source lies in it.
 
     That of a single file holds what lies beside it, too.
     """
-    system, path = file_system_of(url)
-    with faults(url):
+    system, path = open_file_system(url)
+    with translate_store_errors(url):
         single = bool(path) and system.exists(path) and system.info(path)["type"] == "file"
     whole = url.rstrip("/")
     place = whole.rpartition("/")[0] if single else whole

@@ -15,15 +15,15 @@ from typing import Protocol
 import msgspec
 
 from pipeline.batch.entry import Entry
-from pipeline.batch.files import files_of, look_same
-from pipeline.batch.job import Job, Plan, Settings, by_algorithm, not_yet, work
+from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
+from pipeline.batch.job import Job, JobSettings, Plan, make_plans, not_done_rejection, run_job
 from pipeline.batch.listing import Listing
-from pipeline.batch.plans import Plans
-from pipeline.batch.recipe import recipe, versions
+from pipeline.batch.plan_store import PlanStore
+from pipeline.batch.recipe import library_versions, recipe_digest
 from pipeline.batch.shards import Shard
-from pipeline.batch.stage_pictures import by_algorithm_with_pictures
+from pipeline.batch.stage_pictures import make_plans_with_pictures
 from pipeline.executors.local import Executor, Failure, Limits
-from pipeline.overrides import Override, by_input, corrected_input
+from pipeline.overrides import Override, correct_input, overrides_by_input
 from pipeline.rejection import Reason, Rejection
 
 Progress = Callable[[str, int, int], None]
@@ -44,7 +44,7 @@ _REASONS: Mapping[str, tuple[Reason, str]] = {
 }
 
 
-class Known(Protocol):
+class OutcomeStore(Protocol):
     """What is known of inputs: a journal."""
 
     def get(self, name: str) -> Entry | None:
@@ -65,8 +65,8 @@ class Planning:
     """
 
     listing: Listing
-    known: Known
-    plans: Plans
+    known: OutcomeStore
+    plans: PlanStore
     overrides: Mapping[str, Override]
     rehash: bool = False
     shard: Shard = WHOLE
@@ -91,7 +91,7 @@ class Planning:
                 yield job
 
         if first is not None:  # else all is done, and no worker need start
-            function = partial(work, self._settings(plan))
+            function = partial(run_job, self._settings(plan))
             for job, result in execute(function, hand_over(), limits=limits, preload=["pipeline.algorithm", __name__]):
                 self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)
                 open_jobs -= 1
@@ -101,7 +101,7 @@ class Planning:
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs to do; inputs that are done and unchanged are only noted as listed."""
         pictured = self.listing.config.build.keep_stages
-        overrides = by_input(self.overrides)
+        overrides = overrides_by_input(self.overrides)
         for source, listed in self.listing:
             if not self.shard.holds(listed.id):
                 continue
@@ -110,8 +110,8 @@ class Planning:
                 continue
             self.listed.add(name)
             own = overrides.get(listed.id, {})
-            item = corrected_input(listed, own)
-            how = recipe(self.listing.public(item), self.listing.config, own)
+            item = correct_input(listed, own)
+            how = recipe_digest(self.listing.public(item), self.listing.config, own)
             entry = self.known.get(name)
             if (
                 entry is None
@@ -119,20 +119,20 @@ class Planning:
                 or not all(self.plans.stands(kept, pictured=pictured) for kept in entry.plans)
             ):
                 yield Job(name, item, source, how, own)
-            elif self.rehash or not look_same(item, entry.files):
+            elif self.rehash or not are_size_and_time_same(item, entry.files):
                 yield Job(name, item, source, how, own, entry)
             elif entry.gone or entry.source != source:
                 self.known.put(msgspec.structs.replace(entry, source=source, gone=False))
 
-    def _settings(self, plan: Plan | None) -> Settings:
+    def _settings(self, plan: Plan | None) -> JobSettings:
         config = self.listing.config
-        usual = by_algorithm_with_pictures if config.build.keep_stages else by_algorithm
+        usual = make_plans_with_pictures if config.build.keep_stages else make_plans
         stamp = {"generator": "houseexpo", "version": version("houseexpo"), "parameters_sha256": config.digest()}
-        return Settings(
+        return JobSettings(
             config.planning,
             config.build.seed,
             stamp,
-            versions(),
+            library_versions(),
             plan or usual,
             self.plans,
             config.build.min_quality,
@@ -151,9 +151,11 @@ class Planning:
 def _entry_of_failure(job: Job, failure: Failure) -> Entry:
     """Return the outcome of an input whose worker died."""
     if failure.kind == "killed":
-        return job.refusal(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
+        return job.refusal(
+            not_done_rejection(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True
+        )
     if failure.kind == "untried":
-        return job.refusal(not_yet(failure.detail), transient=True)
+        return job.refusal(not_done_rejection(failure.detail), transient=True)
     reason, advice = _REASONS[failure.kind]
     entry = job.refusal(Rejection("executor", reason, failure.detail, advice))
-    return msgspec.structs.replace(entry, files=files_of(job.item), versions=dict(versions()))
+    return msgspec.structs.replace(entry, files=describe_all_files(job.item), versions=dict(library_versions()))

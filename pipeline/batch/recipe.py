@@ -15,7 +15,7 @@ import msgspec
 
 import houseexpo
 import pipeline
-from pipeline.batch.disk import to_text
+from pipeline.batch.disk import path_to_text
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 from pipeline.values import Input
@@ -38,13 +38,22 @@ _BLOCKS = ("body", "orelse", "handlers", "finalbody", "cases")
 _OURS = {package.__name__: Path(package.__path__[0]) for package in (houseexpo, pipeline)}
 
 
-def recipe(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
+def recipe_digest(item: Input, config: BuildConfig, overrides: Mapping[str, Override]) -> str:
     """Return a hash of everything that an input's outcomes depend on, except the files that its reader reads.
 
     ``overrides`` are those of the input. Where it lies is no part of it: the same files elsewhere give the same plans.
     """
     own = {name: asdict(override) for name, override in overrides.items()}
-    parts = (item.id, item.reader, to_text(item.key), item.options, _parameters(config), own, code_digest(), versions())
+    parts = (
+        item.id,
+        item.reader,
+        path_to_text(item.key),
+        item.options,
+        _parameters(config),
+        own,
+        code_digest(),
+        library_versions(),
+    )
     return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
 
@@ -54,7 +63,7 @@ def _parameters(config: BuildConfig) -> str:
 
 
 @cache
-def versions() -> dict[str, str]:
+def library_versions() -> dict[str, str]:
     """Return the versions of Python and of the installed libraries that compute geometry."""
     found = {"python": ".".join(platform.python_version_tuple()[:2])}
     for name in LIBRARIES:
@@ -69,11 +78,11 @@ def versions() -> dict[str, str]:
 def code_digest() -> str:
     """Return a hash of the modules that a worker runs: the job, every reader, and what they import of ours."""
     readers = (file.relative_to(_OURS["pipeline"].parent) for file in (_OURS["pipeline"] / "sources").rglob("*.py"))
-    return digest_of(*_ROOTS, *(".".join(file.with_suffix("").parts) for file in readers))
+    return modules_digest(*_ROOTS, *(".".join(file.with_suffix("").parts) for file in readers))
 
 
 @cache
-def digest_of(*names: str) -> str:
+def modules_digest(*names: str) -> str:
     """Return a hash of modules and of what they import of ours, except imports for types only."""
     digest = hashlib.sha256()
     for name, file in sorted(_modules(names).items()):

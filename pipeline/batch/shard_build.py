@@ -8,22 +8,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from houseexpo.errors import ConfigError, HouseExpoError
-from pipeline.batch.assemble import DataSet
-from pipeline.batch.build import build, check_alone
+from pipeline.batch.assemble import BuildResult
+from pipeline.batch.build import build, refuse_unlisted_sources
 from pipeline.batch.entry import Entry
 from pipeline.batch.job import Plan
-from pipeline.batch.listing import Listing, absolute
+from pipeline.batch.listing import Listing, absolute_source
+from pipeline.batch.plan_store import DamagedPlanError, PlanStore, stored_names
 from pipeline.batch.planning import Planning, Progress, ignore_outcome
-from pipeline.batch.plans import DamagedPlanError, Plans, places_of
-from pipeline.batch.shards import Begun, Shard, ShardJournal, number_of, read_begun
-from pipeline.batch.store import FolderStore, Store, is_url, open_store
+from pipeline.batch.result_store import FolderStore, Store, is_url, open_store
+from pipeline.batch.shards import CommonSettings, Shard, ShardJournal, read_common_settings, shard_number
 from pipeline.config_file import BuildConfig
 from pipeline.executors.local import Executor, Failure, Item, Limits, Result
-from pipeline.overrides import Override, check_ids
+from pipeline.overrides import Override, check_override_ids
 
 
 @dataclass(frozen=True)
-class ShardDone:
+class ShardResult:
     """The outcome of a shard: the number of its inputs, and the ids that are not done, with the reason."""
 
     shard: Shard
@@ -31,7 +31,7 @@ class ShardDone:
     not_done: Mapping[str, str]
 
 
-def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Override]) -> Begun:
+def begin_shards(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Override]) -> CommonSettings:
     """Begin or continue a build in shards; every shard calls this.
 
     Raises
@@ -45,18 +45,18 @@ def begin(config: BuildConfig, out: str, shards: int, overrides: Mapping[str, Ov
     if not is_url(out):
         listing.check_apart(Path(out))
     if overrides and config.build.limit is None:
-        check_ids(overrides, (item for _, item in listing))
-    sources = tuple(map(absolute, config.build.sources))
-    begun = Begun(shards, replace(config, build=replace(config.build, sources=sources)), dict(overrides))
+        check_override_ids(overrides, (item for _, item in listing))
+    sources = tuple(map(absolute_source, config.build.sources))
+    begun = CommonSettings(shards, replace(config, build=replace(config.build, sources=sources)), dict(overrides))
     store = open_store(out)
-    if read_begun(store) is None:
-        check_alone(listing, store)
+    if read_common_settings(store) is None:
+        refuse_unlisted_sources(listing, store)
     begun.write(store)
     return begun
 
 
 def build_shard(
-    begun: Begun,
+    begun: CommonSettings,
     out: str,
     shard: Shard,
     *,
@@ -65,7 +65,7 @@ def build_shard(
     plan: Plan | None = None,
     rehash: bool = False,
     ended: Callable[[Entry], None] = ignore_outcome,
-) -> ShardDone:
+) -> ShardResult:
     """Do the unfinished inputs of one shard; only its plans and its journal in ``out`` are written.
 
     ``ended`` hears what came of each input that was at work.
@@ -73,30 +73,30 @@ def build_shard(
     store = open_store(out)
     with store.hold_with_shards():
         journal = ShardJournal(store, shard)
-        planning = Planning(Listing(begun.config), journal, Plans(store), begun.overrides, rehash, shard, ended)
+        planning = Planning(Listing(begun.config), journal, PlanStore(store), begun.overrides, rehash, shard, ended)
         try:
             planning.run(plan, execute, progress)
         finally:
             journal.sync()
     left = {refused.id: refused.detail for entry in planning.unfinished.values() for refused in entry.refused}
-    return ShardDone(shard, len(planning.listed), left)
+    return ShardResult(shard, len(planning.listed), left)
 
 
-def require_begun(out: str) -> Begun:
+def require_common_settings(out: str) -> CommonSettings:
     """Return what the shards at ``out`` have in common; raise ConfigError if none has begun."""
-    begun = read_begun(open_store(out))
+    begun = read_common_settings(open_store(out))
     if begun is None:
         raise ConfigError(f"{out}: expected a build in shards, found none; begin one: houseexpo build ... --shard 0/16")
     return begun
 
 
-def unfinished_inputs(begun: Begun, out: str) -> dict[int, list[str]]:
+def unfinished_inputs(begun: CommonSettings, out: str) -> dict[int, list[str]]:
     """Return the ids of the inputs that are not done, by the number of their shard."""
     store = open_store(out)
-    planning = Planning(Listing(begun.config), ShardJournal(store, None), Plans(store), begun.overrides)
+    planning = Planning(Listing(begun.config), ShardJournal(store, None), PlanStore(store), begun.overrides)
     left: dict[int, list[str]] = {}
     for job in planning.jobs():
-        left.setdefault(number_of(job.item.id, begun.shards), []).append(job.item.id)
+        left.setdefault(shard_number(job.item.id, begun.shards), []).append(job.item.id)
     return dict(sorted(left.items()))
 
 
@@ -109,7 +109,9 @@ class DamagedShardsError(HouseExpoError):
 
 
 @contextmanager
-def assemble_shards(begun: Begun, out: str, progress: Progress, *, partial: bool = False) -> Iterator[DataSet]:
+def assemble_shards(
+    begun: CommonSettings, out: str, progress: Progress, *, partial: bool = False
+) -> Iterator[BuildResult]:
     """Yield the data set that the shards' plans make; what is not done by now is counted apart, and not planned.
 
     It lies in a folder of this machine; ``out`` holds it when this is left.
@@ -122,7 +124,7 @@ def assemble_shards(begun: Begun, out: str, progress: Progress, *, partial: bool
     """
     store = open_store(out)
     entries = list(ShardJournal(store, None).entries())
-    with store.workplace([place for entry in entries for kept in entry.plans for place in places_of(kept)]) as root:
+    with store.workplace([place for entry in entries for kept in entry.plans for place in stored_names(kept)]) as root:
         if _forget_damaged(entries, FolderStore(root), store) and not partial:
             raise DamagedShardsError(unfinished_inputs(begun, out))
         yield build(
@@ -138,7 +140,7 @@ def assemble_shards(begun: Begun, out: str, progress: Progress, *, partial: bool
 
 def _forget_damaged(entries: Iterable[Entry], copy: Store, store: Store) -> bool:
     """Remove from a store the plans that are damaged in a copy of it; tell whether there were any."""
-    plans, any_damaged = Plans(copy), False
+    plans, any_damaged = PlanStore(copy), False
     for entry in entries:
         for kept in entry.plans:
             try:
@@ -146,7 +148,7 @@ def _forget_damaged(entries: Iterable[Entry], copy: Store, store: Store) -> bool
                 plans.picture(kept)
             except DamagedPlanError:
                 any_damaged = True
-                for place in places_of(kept):
+                for place in stored_names(kept):
                     store.remove(place)
     return any_damaged
 

@@ -23,7 +23,7 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from pipeline.batch.entry import Entry
-from pipeline.batch.store import Store
+from pipeline.batch.result_store import Store
 from pipeline.config_file import BuildConfig
 from pipeline.overrides import Override
 
@@ -50,18 +50,18 @@ class Shard:
 
     def holds(self, name: str) -> bool:
         """Tell whether the input of this id belongs to the shard (R1)."""
-        return number_of(name, self.count) == self.number
+        return shard_number(name, self.count) == self.number
 
     def __str__(self) -> str:
         return f"{self.number}/{self.count}"
 
 
-def number_of(name: str, count: int) -> int:
+def shard_number(name: str, count: int) -> int:
     """Return the number of the shard that an input's id falls into (R1)."""
     return int.from_bytes(hashlib.sha256(name.encode("utf-8", "surrogateescape")).digest()[:8]) % count
 
 
-class Begun(msgspec.Struct, frozen=True):
+class CommonSettings(msgspec.Struct, frozen=True):
     """What all shards of a data set have in common. The sources in ``config`` have their full names."""
 
     shards: int
@@ -76,7 +76,7 @@ class Begun(msgspec.Struct, frozen=True):
         ConfigError
             Where the shards that are there are of another build, or the place holds something else.
         """
-        before = read_begun(store)
+        before = read_common_settings(store)
         if before is None:
             store.check(self.config.digest())
             self._put(store)
@@ -98,25 +98,25 @@ class Begun(msgspec.Struct, frozen=True):
     def _put(self, store: Store) -> None:
         store.put(_BEGUN, msgspec.json.encode(self, order="deterministic"))
 
-    def _same_houses(self, other: Begun) -> bool:
+    def _same_houses(self, other: CommonSettings) -> bool:
         """Tell whether the other has the same inputs and parameters; overrides do not count."""
         own, before = self.config.build, other.config.build
         asked = ((each.sources, each.limit, each.model_path) for each in (own, before))
         return len(set(asked)) == 1 and self.config.parameters() == other.config.parameters()
 
 
-def end_shards(store: Store) -> None:
+def remove_common_settings(store: Store) -> None:
     """Remove the record of what the shards have in common (R3)."""
     store.remove(_BEGUN)
 
 
-def read_begun(store: Store) -> Begun | None:
+def read_common_settings(store: Store) -> CommonSettings | None:
     """Return what the shards in a store have in common, or None if none has begun.
 
     A store that does not answer has not said that none has: its fault is raised.
     """
     try:
-        return msgspec.json.decode(store.get(_BEGUN), type=Begun)
+        return msgspec.json.decode(store.get(_BEGUN), type=CommonSettings)
     except (FileNotFoundError, NotADirectoryError, msgspec.DecodeError):
         return None
 

@@ -39,7 +39,7 @@ exec {command}
 
 
 @dataclass(frozen=True)
-class Request:
+class TaskResources:
     """The resources of a task, in Slurm's terms; None leaves the choice to the cluster."""
 
     partition: str | None = None
@@ -62,7 +62,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Queue:
+class QueuedShards:
     """What a cluster has in its queue of a build: its shards, and the jobs they belong to."""
 
     shards: frozenset[int] = frozenset()
@@ -70,21 +70,21 @@ class Queue:
 
 
 @dataclass(frozen=True)
-class Scripts:
+class SlurmScripts:
     """The scripts of a build: ``out`` is its data set, ``command`` runs a shard, without ``--shard``."""
 
     folder: Path
     out: str
     command: Sequence[str]
     shards: int
-    request: Request = field(default_factory=Request)
+    request: TaskResources = field(default_factory=TaskResources)
 
     @property
     def name(self) -> str:
         """The name of its jobs in the queue."""
         return f"houseexpo-{hashlib.sha256(self.out.encode()).hexdigest()[:8]}"
 
-    def write(self, shards: Iterable[int], limit: int, queue: Queue) -> int:
+    def write(self, shards: Iterable[int], limit: int, queue: QueuedShards) -> int:
         """Write ``submit.sh`` and the scripts of these shards, except those in the queue; return their number."""
         make_folder(self.folder)
         self._check()
@@ -92,7 +92,7 @@ class Scripts:
         logs = {name: self.folder / f"{name}.txt" for name in ("task-%A_%a", "assemble-%j")}
         task = self.request.head(logs["task-%A_%a"], self.name)
         last = self.request.head(logs["assemble-%j"], f"{self.name}-assemble")
-        assemble = shlex.join([*program(), "assemble", self.out])
+        assemble = shlex.join([*program_command(), "assemble", self.out])
         scripts = {
             "task.sbatch": _TASK.format(head=task, command=shlex.join(self.command), shards=self.shards),
             "assemble.sbatch": _ASSEMBLE.format(head=last, command=assemble),
@@ -109,29 +109,29 @@ class Scripts:
             if file.exists() and b"houseexpo" not in file.read_bytes():
                 raise ConfigError(f"{file}: a file is there already that houseexpo did not write; name another folder")
 
-    def _submission(self, shards: Sequence[int], limit: int, queue: Queue) -> Iterator[str]:
+    def _submission(self, shards: Sequence[int], limit: int, queue: QueuedShards) -> Iterator[str]:
         folder = shlex.quote(str(self.folder))
         yield "#!/bin/sh"
         yield "set -e"
         yield f"scancel --me --state=PENDING --name={self.name}-assemble"
         yield f"jobs={':'.join(queue.jobs)}"
         for start, tasks in groupby(shards, lambda shard: shard // limit * limit):  # R2
-            spec = ranges([shard - start for shard in tasks])
+            spec = format_ranges([shard - start for shard in tasks])
             options = f"--array={spec} --job-name={self.name}-{start} --export=ALL,OFFSET={start}"
             yield f"jobs=$jobs:$(sbatch --parsable {options} {folder}/task.sbatch)"
         yield 'test -z "$jobs" || after=--dependency=afterany:${jobs#:}'  # R3
         yield f"sbatch $after {folder}/assemble.sbatch"
 
-    def queue(self) -> Queue:
+    def queue(self) -> QueuedShards:
         """Return what the cluster has in its queue of the build, or nothing if there is no cluster."""
         if shutil.which("squeue") is None:
-            return Queue()
+            return QueuedShards()
         lines = [
             line.split(maxsplit=2) for line in _output_of("squeue", "--me", "-h", "-r", "-o", "%K %F %j").splitlines()
         ]
         own = [(name.rpartition("-"), task, job) for task, job, name in lines if name.startswith(f"{self.name}-")]
         tasks = [(int(start) + int(task), job) for (_, _, start), task, job in own if start.isdecimal()]
-        return Queue(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
+        return QueuedShards(frozenset(shard for shard, _ in tasks), tuple(sorted({job for _, job in tasks})))
 
     def submit(self) -> str:
         """Submit the scripts; return Slurm's output. Raise HouseExpoError on a machine without Slurm."""
@@ -144,7 +144,7 @@ class Scripts:
         return _output_of("sh", str(script))
 
 
-def array_limit() -> int:
+def largest_array() -> int:
     """Return how many tasks an array of the cluster may have."""
     if shutil.which("scontrol") is None:
         return ARRAY_LIMIT
@@ -154,13 +154,13 @@ def array_limit() -> int:
     return int(found[0]) - 1 if found else ARRAY_LIMIT
 
 
-def ranges(numbers: Sequence[int]) -> str:
+def format_ranges(numbers: Sequence[int]) -> str:
     """Write ascending numbers as Slurm does: ``0-2,5``."""
     runs = [[pair[1] for pair in run] for _, run in groupby(enumerate(numbers), lambda pair: pair[1] - pair[0])]
     return ",".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
 
 
-def program() -> list[str]:
+def program_command() -> list[str]:
     """Return how this program is called on a node that shares its folders."""
     return [sys.executable, "-P", "-m", "houseexpo"]
 

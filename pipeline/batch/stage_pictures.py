@@ -1,6 +1,6 @@
 """Plan a level and draw its stages as one PNG beside each plan, for builds that keep pictures (``--keep-stages``).
 
-The plans are those of ``by_algorithm``. How pictures are drawn shows in no plan, so ``job`` does not know this module:
+The plans are those of ``make_plans``. How pictures are drawn shows in no plan, so ``job`` does not know this module:
 no plan is made again because pictures are drawn otherwise.
 """
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from houseexpo.floorplan import FloorPlan
-from pipeline.batch.job import Drawn
+from pipeline.batch.job import PlanWithPicture
 from pipeline.config import PipelineConfig
 from pipeline.timing import time_stages
 from pipeline.values import Level, RejectedLevel
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from pipeline.algorithm import StageResult
 
 
-def by_algorithm_with_pictures(
+def make_plans_with_pictures(
     level: Level, config: PipelineConfig, rng: np.random.Generator
-) -> Sequence[Drawn | RejectedLevel]:
-    """Plan a level as ``by_algorithm`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""
+) -> Sequence[PlanWithPicture | RejectedLevel]:
+    """Plan a level as ``make_plans`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it."""
     from pipeline.algorithm import run_stages
 
     seen = list(time_stages(run_stages(level, config, rng), attrgetter("stage")))
     return list(time_stages(_outcomes(seen, level), lambda _: "pictures"))
 
 
-def _outcomes(seen: Sequence[StageResult], level: Level) -> Iterator[Drawn | RejectedLevel]:
-    from pipeline.pictures import of_building, sheet_of, stage_pictures
+def _outcomes(seen: Sequence[StageResult], level: Level) -> Iterator[PlanWithPicture | RejectedLevel]:
+    from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
 
     for result in seen:
         if isinstance(result.value, RejectedLevel):
             yield result.value
         elif isinstance(result.value, FloorPlan):
-            own = of_building(seen, level.id, result.id)
-            yield Drawn(result.value, sheet_of(stage_pictures(own, level.frame)))
+            own = results_of_building(seen, level.id, result.id)
+            yield PlanWithPicture(result.value, compose_sheet(stage_pictures(own, level.frame)))

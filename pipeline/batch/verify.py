@@ -10,14 +10,14 @@ import msgspec
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import is_device, read_json, sha256_of
+from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, DataSetManifest
 from pipeline.batch.disk import printable
-from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest
 from pipeline.batch.journal import Journal
-from pipeline.batch.plans import DamagedPlanError, Plans
-from pipeline.batch.store import FolderStore
+from pipeline.batch.plan_store import DamagedPlanError, PlanStore
+from pipeline.batch.result_store import FolderStore
 
 
-def verify(root: Path) -> Iterator[str]:
+def find_damaged_files(root: Path) -> Iterator[str]:
     """Yield what is wrong with a data set, a line for each file; nothing is changed but damaged plans in the store.
 
     Raises
@@ -26,7 +26,7 @@ def verify(root: Path) -> Iterator[str]:
         Where there is no data set, or its build has not ended.
     """
     try:
-        files = read_json(root / MANIFEST, Manifest).files
+        files = read_json(root / MANIFEST, DataSetManifest).files
     except OSError:
         raise ConfigError(f"{root}: expected a data set, found no {MANIFEST}; build it first") from None
     except msgspec.DecodeError:
@@ -46,14 +46,14 @@ def verify(root: Path) -> Iterator[str]:
         for file in sorted((root / part).glob("*")):
             if f"{part}/{file.name}" not in files:
                 yield f"{part}/{printable(file.name)}: no build wrote it"
-    yield from _store(Folder(root))
+    yield from _store(DataSetFolder(root))
 
 
-def _store(folder: Folder) -> Iterator[str]:
+def _store(folder: DataSetFolder) -> Iterator[str]:
     """Yield the damaged plans of the store; a data set without its store is sound."""
     if not (folder.build / "journal.jsonl").is_file():
         return
-    plans = Plans(FolderStore(folder.root))
+    plans = PlanStore(FolderStore(folder.root))
     with contextlib.closing(Journal(folder.build / "journal.jsonl")) as journal:
         for entry in journal.current():
             for kept in entry.plans:

@@ -90,7 +90,7 @@ _LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multi
 
 
 @dataclass
-class Task(Generic[Item]):
+class PendingItem(Generic[Item]):
     """An item, and the number of workers that died on it."""
 
     item: Item
@@ -105,7 +105,7 @@ class Worker(Generic[Item]):
     pipe: Connection
     ready: bool = False
     since: float = 0.0
-    given: deque[Task[Item]] = field(default_factory=deque)
+    given: deque[PendingItem[Item]] = field(default_factory=deque)
 
     def kill(self) -> None:
         """End the process, whatever it is doing."""
@@ -124,11 +124,11 @@ class Worker(Generic[Item]):
         return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 
-def start(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str]) -> Worker[Item]:
+def start_worker(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str]) -> Worker[Item]:
     """Start a worker; raise OSError or EOFError if the fork server has just been killed."""
     context = _context(preload)
     near, far = context.Pipe()
-    process = context.Process(target=serve, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
+    process = context.Process(target=serve_items, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
     try:
         # Ctrl-C is the parent's business: what starts here never sees it
         with _hold_interrupts(), _without_main(function):
@@ -160,7 +160,7 @@ def _without_main(function: Callable[..., Any]) -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
-def serve(pipe: Connection, function: Callable[[Item], Any], limits: Limits) -> None:
+def serve_items(pipe: Connection, function: Callable[[Item], Any], limits: Limits) -> None:
     """Answer items until the pipe ends: the worker's side."""
     try:
         _prepare(limits)
@@ -302,7 +302,7 @@ class _Pool(Generic[Item, Result]):
     limits: Limits
     preload: Sequence[str]
     workers: list[Worker[Item]] = field(default_factory=list)
-    again: deque[Task[Item]] = field(default_factory=deque)
+    again: deque[PendingItem[Item]] = field(default_factory=deque)
     failed_starts: int = 0
 
     def hand_over(self) -> bool:
@@ -334,18 +334,18 @@ class _Pool(Generic[Item, Result]):
             worker.kill()
         self.workers.clear()
 
-    def _next(self) -> Task[Item] | None:
+    def _next(self) -> PendingItem[Item] | None:
         if self.again:
             return self.again.popleft()
-        return next((Task(item) for item in self.items), None)
+        return next((PendingItem(item) for item in self.items), None)
 
     def _too_few(self) -> bool:
         """Tell whether more items wait than workers are on their way."""
         coming = sum(not worker.ready for worker in self.workers)
-        self.again.extend(Task(item) for item in islice(self.items, max(coming + 1 - len(self.again), 0)))
+        self.again.extend(PendingItem(item) for item in islice(self.items, max(coming + 1 - len(self.again), 0)))
         return len(self.again) > coming
 
-    def _give(self, worker: Worker[Item], task: Task[Item]) -> None:
+    def _give(self, worker: Worker[Item], task: PendingItem[Item]) -> None:
         if not worker.given:
             worker.since = time.monotonic()
         worker.given.append(task)
@@ -356,7 +356,7 @@ class _Pool(Generic[Item, Result]):
 
     def _start_worker(self) -> None:
         try:
-            self.workers.append(start(self.function, self.limits, self.preload))
+            self.workers.append(start_worker(self.function, self.limits, self.preload))
         except (OSError, EOFError) as error:  # the server has just been killed, or there is no room for a process
             self._note_failed_start(f"{type(error).__name__}: {error}")
             time.sleep(_PAUSE_S)

@@ -13,7 +13,7 @@ Place = Literal["wall", "beside", "before", "around", "opposite", "middle"]
 
 
 @dataclass(frozen=True)
-class Piece:
+class FurnitureKind:
     """A piece of furniture: ``width`` runs along its back, ``depth`` from its back to its front.
 
     ``front`` must stay free before it. ``by`` is the label of the earlier piece that it belongs to and stands ``gap``
@@ -32,122 +32,143 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Want:
+class FurnitureWish:
     """Pieces that a room may hold: up to ``most``, each with a chance, where the room has ``area`` m2 or more."""
 
-    piece: Piece
+    piece: FurnitureKind
     chance: float = 1.0
     most: int = 1
     area: float = 0.0
 
 
-_BED = Piece("bed", (140, 160, 180), 205, 50, 70, likes="centre")
-_SINGLE = Piece("single bed", (90, 100), 205, 50, 60, likes="corner")
-_NIGHTSTAND = Piece("nightstand", (40, 50), 40, 50, 0, "beside", "bed")
-_WARDROBE = Piece("wardrobe", (120, 150, 180, 200), 60, 210, 70, likes="corner")
-_DRESSER = Piece("dresser", (80, 100, 120), 45, 85, 60)
-_DESK = Piece("desk", (120, 140, 160), 70, 75, 80)
-_DESK_CHAIR = Piece("chair", (45,), 45, 90, 0, "before", "desk")
-_BOOKCASE = Piece("bookcase", (60, 80, 100), 30, 190, 60)
-_SOFA = Piece("sofa", (180, 200, 220), 90, 80, 80, likes="centre")
-_COFFEE_TABLE = Piece("coffee table", (80, 100, 110), 55, 45, 0, "before", "sofa", 40)
-_TV = Piece("tv stand", (120, 150, 180), 40, 50, 60, "opposite", "sofa")
-_ARMCHAIR = Piece("armchair", (80, 85), 85, 85, 60, likes="corner")
-_TABLE = Piece("table", (120, 140, 160, 180), 80, 75, 70, "middle")
-_SMALL_TABLE = Piece("table", (70, 80), 70, 75, 60, "middle")
-_TABLE_CHAIR = Piece("chair", (45,), 45, 90, 0, "around", "table")
-_SIDEBOARD = Piece("sideboard", (120, 140, 160), 45, 85, 60)
-_COUNTER = Piece("counter", (120, 160, 180, 240, 300), 60, 90, 90, likes="corner")
-_STOVE = Piece("stove", (60,), 60, 90, 90, "beside", "counter")
-_REFRIGERATOR = Piece("refrigerator", (60, 70), 65, 180, 80, likes="corner")
-_BATHTUB = Piece("bathtub", (160, 170), 75, 60, 60, likes="corner")
-_SHOWER = Piece("shower", (80, 90), 90, 200, 60, likes="corner")
-_WASHBASIN = Piece("washbasin", (50, 60), 50, 85, 60)
-_SMALL_BASIN = Piece("washbasin", (40,), 30, 85, 50)
-_WC = Piece("toilet", (40,), 65, 75, 55)
-_WASHER = Piece("washing machine", (60,), 60, 85, 70, likes="corner")
-_SHOES = Piece("shoe cabinet", (60, 80, 100), 30, 90, 70)
-_BENCH = Piece("bench", (90, 110), 40, 45, 70)
-_COATS = Piece("coat rack", (60, 80), 35, 180, 70, likes="corner")
-_SHELF = Piece("shelf", (80, 100, 120), 40, 180, 60, likes="corner")
-_BOILER = Piece("boiler", (60,), 60, 180, 70, likes="corner")
-_TREADMILL = Piece("treadmill", (85,), 180, 140, 60)
-_WEIGHTS = Piece("weight bench", (70,), 140, 110, 60)
-_CAR = Piece("car", (175, 185), 430, 150, 60, "middle")
-_WORKBENCH = Piece("workbench", (120, 150, 180), 60, 90, 80, likes="corner")
-_PLANTER = Piece("planter", (60, 80), 35, 60, 0, likes="corner")
-_TREE = Piece("plant", (40,), 40, 120, 0, likes="corner")
+_BED = FurnitureKind("bed", (140, 160, 180), 205, 50, 70, likes="centre")
+_SINGLE = FurnitureKind("single bed", (90, 100), 205, 50, 60, likes="corner")
+_NIGHTSTAND = FurnitureKind("nightstand", (40, 50), 40, 50, 0, "beside", "bed")
+_WARDROBE = FurnitureKind("wardrobe", (120, 150, 180, 200), 60, 210, 70, likes="corner")
+_DRESSER = FurnitureKind("dresser", (80, 100, 120), 45, 85, 60)
+_DESK = FurnitureKind("desk", (120, 140, 160), 70, 75, 80)
+_DESK_CHAIR = FurnitureKind("chair", (45,), 45, 90, 0, "before", "desk")
+_BOOKCASE = FurnitureKind("bookcase", (60, 80, 100), 30, 190, 60)
+_SOFA = FurnitureKind("sofa", (180, 200, 220), 90, 80, 80, likes="centre")
+_COFFEE_TABLE = FurnitureKind("coffee table", (80, 100, 110), 55, 45, 0, "before", "sofa", 40)
+_TV = FurnitureKind("tv stand", (120, 150, 180), 40, 50, 60, "opposite", "sofa")
+_ARMCHAIR = FurnitureKind("armchair", (80, 85), 85, 85, 60, likes="corner")
+_TABLE = FurnitureKind("table", (120, 140, 160, 180), 80, 75, 70, "middle")
+_SMALL_TABLE = FurnitureKind("table", (70, 80), 70, 75, 60, "middle")
+_TABLE_CHAIR = FurnitureKind("chair", (45,), 45, 90, 0, "around", "table")
+_SIDEBOARD = FurnitureKind("sideboard", (120, 140, 160), 45, 85, 60)
+_COUNTER = FurnitureKind("counter", (120, 160, 180, 240, 300), 60, 90, 90, likes="corner")
+_STOVE = FurnitureKind("stove", (60,), 60, 90, 90, "beside", "counter")
+_REFRIGERATOR = FurnitureKind("refrigerator", (60, 70), 65, 180, 80, likes="corner")
+_BATHTUB = FurnitureKind("bathtub", (160, 170), 75, 60, 60, likes="corner")
+_SHOWER = FurnitureKind("shower", (80, 90), 90, 200, 60, likes="corner")
+_WASHBASIN = FurnitureKind("washbasin", (50, 60), 50, 85, 60)
+_SMALL_BASIN = FurnitureKind("washbasin", (40,), 30, 85, 50)
+_WC = FurnitureKind("toilet", (40,), 65, 75, 55)
+_WASHER = FurnitureKind("washing machine", (60,), 60, 85, 70, likes="corner")
+_SHOES = FurnitureKind("shoe cabinet", (60, 80, 100), 30, 90, 70)
+_BENCH = FurnitureKind("bench", (90, 110), 40, 45, 70)
+_COATS = FurnitureKind("coat rack", (60, 80), 35, 180, 70, likes="corner")
+_SHELF = FurnitureKind("shelf", (80, 100, 120), 40, 180, 60, likes="corner")
+_BOILER = FurnitureKind("boiler", (60,), 60, 180, 70, likes="corner")
+_TREADMILL = FurnitureKind("treadmill", (85,), 180, 140, 60)
+_WEIGHTS = FurnitureKind("weight bench", (70,), 140, 110, 60)
+_CAR = FurnitureKind("car", (175, 185), 430, 150, 60, "middle")
+_WORKBENCH = FurnitureKind("workbench", (120, 150, 180), 60, 90, 80, likes="corner")
+_PLANTER = FurnitureKind("planter", (60, 80), 35, 60, 0, likes="corner")
+_TREE = FurnitureKind("plant", (40,), 40, 120, 0, likes="corner")
 
 _SLEEPING = (
-    Want(_BED, area=9.0),
-    Want(_NIGHTSTAND, 0.8, 2, 9.0),
-    Want(_WARDROBE, 0.9),
-    Want(_DRESSER, 0.5, area=11.0),
-    Want(_DESK, 0.35, area=13.0),
-    Want(_DESK_CHAIR, 0.9, area=13.0),
-    Want(_TREE, 0.3, area=12.0),
+    FurnitureWish(_BED, area=9.0),
+    FurnitureWish(_NIGHTSTAND, 0.8, 2, 9.0),
+    FurnitureWish(_WARDROBE, 0.9),
+    FurnitureWish(_DRESSER, 0.5, area=11.0),
+    FurnitureWish(_DESK, 0.35, area=13.0),
+    FurnitureWish(_DESK_CHAIR, 0.9, area=13.0),
+    FurnitureWish(_TREE, 0.3, area=12.0),
 )
 _YOUNG = (
-    Want(_SINGLE),
-    Want(_WARDROBE, 0.9, area=6.0),
-    Want(_DESK, 0.8, area=7.0),
-    Want(_DESK_CHAIR, 0.9, area=7.0),
-    Want(_BOOKCASE, 0.7, 2, 8.0),
+    FurnitureWish(_SINGLE),
+    FurnitureWish(_WARDROBE, 0.9, area=6.0),
+    FurnitureWish(_DESK, 0.8, area=7.0),
+    FurnitureWish(_DESK_CHAIR, 0.9, area=7.0),
+    FurnitureWish(_BOOKCASE, 0.7, 2, 8.0),
 )
-_EATING = (Want(_TABLE, area=9.0), Want(_TABLE_CHAIR, 0.95, 6, 9.0), Want(_SIDEBOARD, 0.7, area=10.0))
+_EATING = (
+    FurnitureWish(_TABLE, area=9.0),
+    FurnitureWish(_TABLE_CHAIR, 0.95, 6, 9.0),
+    FurnitureWish(_SIDEBOARD, 0.7, area=10.0),
+)
 _ARRIVING = (
-    Want(_SHOES, 0.7),
-    Want(_COATS, 0.4, area=5.0),
-    Want(_BENCH, 0.3, area=7.0),
-    Want(_TREE, 0.3, area=8.0),
+    FurnitureWish(_SHOES, 0.7),
+    FurnitureWish(_COATS, 0.4, area=5.0),
+    FurnitureWish(_BENCH, 0.3, area=7.0),
+    FurnitureWish(_TREE, 0.3, area=8.0),
 )
-_OUTSIDE = (Want(_SMALL_TABLE, 0.8, area=4.0), Want(_TABLE_CHAIR, 0.8, 4, 4.0), Want(_PLANTER, 0.6, 2))
-_STORING = (Want(_SHELF, 0.9, 3),)
+_OUTSIDE = (
+    FurnitureWish(_SMALL_TABLE, 0.8, area=4.0),
+    FurnitureWish(_TABLE_CHAIR, 0.8, 4, 4.0),
+    FurnitureWish(_PLANTER, 0.6, 2),
+)
+_STORING = (FurnitureWish(_SHELF, 0.9, 3),)
 
-WANTS: Final[dict[str, tuple[Want, ...]]] = {
+WANTS: Final[dict[str, tuple[FurnitureWish, ...]]] = {
     "Bedroom": _SLEEPING,
     "Guest_Room": _SLEEPING,
     "Child_Room": _YOUNG,
     "Bathroom": (
-        Want(_BATHTUB, 0.6, area=5.0),
-        Want(_SHOWER, 0.6, area=3.0),
-        Want(_WC, 0.8),
-        Want(_WASHBASIN),
-        Want(_WASHER, 0.5, area=4.0),
+        FurnitureWish(_BATHTUB, 0.6, area=5.0),
+        FurnitureWish(_SHOWER, 0.6, area=3.0),
+        FurnitureWish(_WC, 0.8),
+        FurnitureWish(_WASHBASIN),
+        FurnitureWish(_WASHER, 0.5, area=4.0),
     ),
-    "Toilet": (Want(_WC), Want(_SMALL_BASIN, 0.8)),
+    "Toilet": (FurnitureWish(_WC), FurnitureWish(_SMALL_BASIN, 0.8)),
     "Kitchen": (
-        Want(_COUNTER),
-        Want(_STOVE, 0.95),
-        Want(_REFRIGERATOR, 0.95),
-        Want(_SMALL_TABLE, 0.7, area=9.0),
-        Want(_TABLE_CHAIR, 0.9, 4, 9.0),
+        FurnitureWish(_COUNTER),
+        FurnitureWish(_STOVE, 0.95),
+        FurnitureWish(_REFRIGERATOR, 0.95),
+        FurnitureWish(_SMALL_TABLE, 0.7, area=9.0),
+        FurnitureWish(_TABLE_CHAIR, 0.9, 4, 9.0),
     ),
     "Living_Room": (
-        Want(_SOFA, area=8.0),
-        Want(_COFFEE_TABLE, 0.8, area=8.0),
-        Want(_TV, 0.9, area=8.0),
-        Want(_ARMCHAIR, 0.5, 2, 14.0),
-        Want(_BOOKCASE, 0.6, 2, 10.0),
-        Want(_TABLE, 0.4, area=26.0),
-        Want(_TABLE_CHAIR, 0.95, 6, 26.0),
-        Want(_TREE, 0.4, area=10.0),
+        FurnitureWish(_SOFA, area=8.0),
+        FurnitureWish(_COFFEE_TABLE, 0.8, area=8.0),
+        FurnitureWish(_TV, 0.9, area=8.0),
+        FurnitureWish(_ARMCHAIR, 0.5, 2, 14.0),
+        FurnitureWish(_BOOKCASE, 0.6, 2, 10.0),
+        FurnitureWish(_TABLE, 0.4, area=26.0),
+        FurnitureWish(_TABLE_CHAIR, 0.95, 6, 26.0),
+        FurnitureWish(_TREE, 0.4, area=10.0),
     ),
     "Dining_Room": _EATING,
-    "Office": (Want(_DESK), Want(_DESK_CHAIR, 0.95), Want(_BOOKCASE, 0.8, 3), Want(_SIDEBOARD, 0.4, area=10.0)),
+    "Office": (
+        FurnitureWish(_DESK),
+        FurnitureWish(_DESK_CHAIR, 0.95),
+        FurnitureWish(_BOOKCASE, 0.8, 3),
+        FurnitureWish(_SIDEBOARD, 0.4, area=10.0),
+    ),
     "Hall": _ARRIVING,
     "Hallway": _ARRIVING,
     "Entryway": _ARRIVING,
     "Lobby": _ARRIVING,
-    "Wardrobe": (Want(_WARDROBE, 0.95, 2),),
+    "Wardrobe": (FurnitureWish(_WARDROBE, 0.95, 2),),
     "Storage": _STORING,
-    "Boiler_room": (Want(_BOILER), Want(_WASHER, 0.5), Want(_SHELF, 0.5)),
-    "Gym": (Want(_TREADMILL, 0.9, 2), Want(_WEIGHTS, 0.8), Want(_SHELF, 0.4)),
-    "Garage": (Want(_CAR, 0.8, area=16.0), Want(_WORKBENCH, 0.6, area=10.0), Want(_SHELF, 0.6, 2)),
+    "Boiler_room": (FurnitureWish(_BOILER), FurnitureWish(_WASHER, 0.5), FurnitureWish(_SHELF, 0.5)),
+    "Gym": (FurnitureWish(_TREADMILL, 0.9, 2), FurnitureWish(_WEIGHTS, 0.8), FurnitureWish(_SHELF, 0.4)),
+    "Garage": (
+        FurnitureWish(_CAR, 0.8, area=16.0),
+        FurnitureWish(_WORKBENCH, 0.6, area=10.0),
+        FurnitureWish(_SHELF, 0.6, 2),
+    ),
     "Balcony": _OUTSIDE,
     "Terrace": _OUTSIDE,
     "Loggia": _OUTSIDE,
-    "Room": (Want(_SOFA, 0.4, area=12.0), Want(_BOOKCASE, 0.6, 2, 6.0), Want(_DRESSER, 0.5, area=6.0)),
-    "Unlabelled": (Want(_SHELF, 0.3, area=4.0), Want(_BOOKCASE, 0.3, area=8.0)),
+    "Room": (
+        FurnitureWish(_SOFA, 0.4, area=12.0),
+        FurnitureWish(_BOOKCASE, 0.6, 2, 6.0),
+        FurnitureWish(_DRESSER, 0.5, area=6.0),
+    ),
+    "Unlabelled": (FurnitureWish(_SHELF, 0.3, area=4.0), FurnitureWish(_BOOKCASE, 0.3, area=8.0)),
 }
 """By label, the large ones first. Elevators and shafts hold nothing."""

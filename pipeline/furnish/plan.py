@@ -20,13 +20,13 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.snapping import snap_polygon, snap_ring
 from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
 from houseexpo.tolerances import ROBOT_M
-from pipeline.furnish.room import CM, Furnishing, Standing, in_cm, is_plain
+from pipeline.furnish.room import CM, PlacedPiece, RoomFurnisher, has_simple_rings, round_to_cm
 
-_Furniture = Mapping[int, list[Standing]]
+_Furniture = Mapping[int, list[PlacedPiece]]
 """By room."""
 
 
-def is_chosen(share: float, rng: np.random.Generator) -> bool:
+def draw_whether_furnished(share: float, rng: np.random.Generator) -> bool:
     """Return whether a plan is among the share, 0 to 1, that is furnished."""
     return bool(rng.random() < share)
 
@@ -45,23 +45,23 @@ def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
     return plan
 
 
-def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[Standing]:
+def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[PlacedPiece]:
     """R1."""
     doors = [door for door in plan.doors if room.id in door.rooms]
-    return Furnishing(room, doors, rng).furnish()
+    return RoomFurnisher(room, doors, rng).furnish()
 
 
 def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
     """Return the plan with the pieces cut out (R2), or None if it is no plain polygon of the same bounds then."""
     shapes = {room: [shapely.box(*each.box.tolist()) for each in pieces] for room, pieces in found.items()}
-    whole = in_cm(Polygon(plan.verts, plan.holes))
+    whole = round_to_cm(Polygon(plan.verts, plan.holes))
     outline = shapely.difference(whole, shapely.union_all([box for boxes in shapes.values() for box in boxes]))
-    if not is_plain(outline) or outline.bounds != whole.bounds:
+    if not has_simple_rings(outline) or outline.bounds != whole.bounds:
         return None
     rooms = []
     for room in plan.rooms:
-        left = shapely.difference(in_cm(room.polygon), shapely.union_all(shapes.get(room.id, [])))
-        if not is_plain(left):
+        left = shapely.difference(round_to_cm(room.polygon), shapely.union_all(shapes.get(room.id, [])))
+        if not has_simple_rings(left):
             return None
         polygon, holes = snap_polygon(_in_metres(left))
         rooms.append(replace(room, ring=polygon, holes=holes))

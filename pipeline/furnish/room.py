@@ -21,7 +21,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan import Door, Room
-from pipeline.furnish.catalogue import WANTS, Piece
+from pipeline.furnish.catalogue import WANTS, FurnitureKind
 
 CM: Final = 100.0
 GAP_CM: Final = 5
@@ -51,18 +51,20 @@ class _Left(NamedTuple):
         return _Left(*(shapely.difference(shape, taken) for shape, taken in zip(self, boxes, strict=True)))
 
 
-class Furnishing:
+class RoomFurnisher:
     """A room that is being furnished; all in centimetres."""
 
     def __init__(self, room: Room, doors: Sequence[Door], rng: np.random.Generator) -> None:
-        shape = shapely.orient_polygons(in_cm(room.polygon))
+        shape = shapely.orient_polygons(round_to_cm(room.polygon))
         self._room, self._edge, self._rng = shape, shape.boundary, rng
         self._area_m2, self._wants = room.area, WANTS.get(room.label, ())
         rings = (shape.exterior, *shape.interiors)
-        self._walls = walls_of([np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings])
+        self._walls = axis_parallel_walls(
+            [np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings]
+        )
         self._bounds: Boxes = np.round(np.array(shape.bounds)).astype(np.int64)
         self._doors = shapely.union_all(list(self._before_doors(doors)))
-        inner = [in_cm(door.polygon) for door in doors if door.kind != "entrance"]
+        inner = [round_to_cm(door.polygon) for door in doors if door.kind != "entrance"]
         floor = shapely.union_all([shape, *inner])
         self._entries = shapely.points([_entry(door, shape) for door in doors]) if doors else np.array([])
         # corners count for a little more than a disc needs; what a piece takes is its box, grown
@@ -70,11 +72,11 @@ class Furnishing:
         self._left = _Left(shape, *ways)
         self._places = len(_places(self._left.robot))
         self._joined = self._entries_are_connected(self._left)
-        self.standing: list[Standing] = []
+        self.standing: list[PlacedPiece] = []
         shapely.prepare(self._room)
         shapely.prepare(self._doors)
 
-    def furnish(self) -> list[Standing]:
+    def furnish(self) -> list[PlacedPiece]:
         """Place the furniture that the room's label asks for and that fits."""
         if not self._places:
             return []
@@ -84,11 +86,11 @@ class Furnishing:
                     self._place(want.piece)
         return self.standing
 
-    def _place(self, piece: Piece) -> None:
+    def _place(self, piece: FurnitureKind) -> None:
         """Put a piece up in the best place that it may take, a smaller one where it does not fit."""
         liked = int(self._rng.integers(len(piece.widths)))
         for width in dict.fromkeys((piece.widths[liked], piece.widths[0])):
-            places = candidates(piece, width, Surroundings(self._walls, self._bounds, self.standing), self._rng)
+            places = find_places(piece, width, Surroundings(self._walls, self._bounds, self.standing), self._rng)
             if not len(places.boxes):
                 continue
             allowed = np.flatnonzero(self._free_places(piece, places.boxes, places.facings))
@@ -97,12 +99,16 @@ class Furnishing:
                 left = self._left.without(places.boxes[k])
                 if self._keeps_ways(left):
                     self._left = left
-                    self.standing.append(Standing(piece, places.boxes[k], int(places.facings[k])))
+                    self.standing.append(PlacedPiece(piece, places.boxes[k], int(places.facings[k])))
                     return
 
-    def _free_places(self, piece: Piece, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+    def _free_places(self, piece: FurnitureKind, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Return whether each place is free and has its front free (R1 to R3, R5)."""
-        zones = enlarge_boxes(boxes, piece.front) if piece.place == "middle" else fronts(boxes, facings, piece.front)
+        zones = (
+            enlarge_boxes(boxes, piece.front)
+            if piece.place == "middle"
+            else boxes_with_fronts(boxes, facings, piece.front)
+        )
         taken = np.array([each.box for each in self.standing], dtype=np.int64).reshape(-1, 4)
         others = [each for each in self.standing if each.piece.label != piece.by]
         kept = np.array([_zone(each) for each in others], dtype=np.int64).reshape(-1, 4)
@@ -135,7 +141,7 @@ class Furnishing:
         """R4; and what is left of the room is one plain polygon."""
         if not 0 < len(_places(left.robot)) <= self._places:
             return False
-        return (not self._joined or self._entries_are_connected(left)) and is_plain(left.room)
+        return (not self._joined or self._entries_are_connected(left)) and has_simple_rings(left.room)
 
     def _entries_are_connected(self, left: _Left) -> bool:
         """Return whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
@@ -145,7 +151,7 @@ class Furnishing:
         """R3."""
         reach = _SMALL_DOOR_CM if self._area_m2 < _SMALL_M2 else _DOOR_CM
         for door in doors:
-            (ax, ay), (bx, by) = in_cm(shapely.LineString(door.segment)).coords
+            (ax, ay), (bx, by) = round_to_cm(shapely.LineString(door.segment)).coords
             along = np.array([bx - ax, by - ay])
             extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
             line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
@@ -153,12 +159,12 @@ class Furnishing:
             yield shapely.buffer(line, reach + wall / 2, cap_style="flat")
 
 
-def in_cm(shape: Polygon) -> Polygon:
+def round_to_cm(shape: Polygon) -> Polygon:
     """Return a shape of metres in whole centimetres."""
     return shapely.transform(shape, lambda points: np.round(points * CM))
 
 
-def is_plain(shape: Polygon) -> bool:
+def has_simple_rings(shape: Polygon) -> bool:
     """Return whether a shape is one polygon whose rings touch neither themselves nor each other."""
     if shape.geom_type != "Polygon" or shape.is_empty or not shape.is_valid:
         return False
@@ -166,11 +172,11 @@ def is_plain(shape: Polygon) -> bool:
     return len(np.unique(points, axis=0)) == len(points)
 
 
-def _zone(standing: Standing) -> npt.NDArray[np.int64]:
+def _zone(standing: PlacedPiece) -> npt.NDArray[np.int64]:
     box = standing.box[None]
     if standing.piece.place == "middle":
         return np.asarray(enlarge_boxes(box, standing.piece.front)[0])
-    return np.asarray(fronts(box, np.array([standing.facing]), standing.piece.front)[0])
+    return np.asarray(boxes_with_fronts(box, np.array([standing.facing]), standing.piece.front)[0])
 
 
 def _places(shape: Polygon | MultiPolygon) -> list[Polygon]:
@@ -197,14 +203,14 @@ FACINGS: Final = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 STEP_CM: Final = 10
 
 
-class Candidates(NamedTuple):
+class PiecePlaces(NamedTuple):
     """Places for one piece, the one liked best first: boxes (n, 4), facings (n,), widths (n,)."""
 
     boxes: Boxes
     facings: npt.NDArray[np.int64]
 
 
-class Edge(NamedTuple):
+class WallEdge(NamedTuple):
     """A wall along an axis: where it lies, its extent along it, and the way that what stands at it faces."""
 
     at: int
@@ -213,15 +219,15 @@ class Edge(NamedTuple):
     facing: int
 
 
-def walls_of(rings: list[npt.NDArray[np.int64]]) -> list[Edge]:
+def axis_parallel_walls(rings: list[npt.NDArray[np.int64]]) -> list[WallEdge]:
     """Return the edges along the axes of rings (n, 2) that have the room on their left, unclosed."""
     found = []
     for ring in rings:
         for (x1, y1), (x2, y2) in zip(ring.tolist(), np.roll(ring, -1, axis=0).tolist(), strict=True):
             if y1 == y2 and x1 != x2:  # left of +x is +y
-                found.append(Edge(y1, min(x1, x2), max(x1, x2), 1 if x2 > x1 else 3))
+                found.append(WallEdge(y1, min(x1, x2), max(x1, x2), 1 if x2 > x1 else 3))
             elif x1 == x2 and y1 != y2:  # left of +y is -x
-                found.append(Edge(x1, min(y1, y2), max(y1, y2), 2 if y2 > y1 else 0))
+                found.append(WallEdge(x1, min(y1, y2), max(y1, y2), 2 if y2 > y1 else 0))
     return found
 
 
@@ -240,7 +246,7 @@ def back_and_span(box: npt.NDArray[np.int64], facing: int) -> tuple[int, int, in
     return (low if facing < 2 else high), start, end
 
 
-def fronts(boxes: Boxes, facings: npt.NDArray[np.int64], reach: int) -> Boxes:
+def boxes_with_fronts(boxes: Boxes, facings: npt.NDArray[np.int64], reach: int) -> Boxes:
     """Return the boxes with what must stay free before them."""
     ahead = FACINGS[facings] * reach
     return np.asarray(boxes + np.column_stack([np.minimum(ahead, 0), np.maximum(ahead, 0)]))
@@ -271,10 +277,10 @@ _AROUND_CM = 55
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class PlacedPiece:
     """A piece that stands: its box (4,), the way it faces."""
 
-    piece: Piece
+    piece: FurnitureKind
     box: npt.NDArray[np.int64]
     facing: int
 
@@ -283,12 +289,12 @@ class Standing:
 class Surroundings:
     """A room as a piece finds it: its walls, its bounds (4,), and what stands there already."""
 
-    walls: Sequence[Edge]
+    walls: Sequence[WallEdge]
     bounds: Boxes
-    standing: Sequence[Standing]
+    standing: Sequence[PlacedPiece]
 
 
-def candidates(piece: Piece, width: int, around: Surroundings, rng: np.random.Generator) -> Candidates:
+def find_places(piece: FurnitureKind, width: int, around: Surroundings, rng: np.random.Generator) -> PiecePlaces:
     """Return places for a piece of this width, the one liked best first; none where what it belongs to is missing."""
     anchors = [each for each in around.standing if each.piece.label == piece.by]
     if piece.place == "wall":
@@ -305,10 +311,12 @@ def candidates(piece: Piece, width: int, around: Surroundings, rng: np.random.Ge
         found = _at_sides(piece, width, anchors, rng)
     ordered = sorted(found, key=lambda each: each[2])
     boxes = np.array([box for box, _, _ in ordered], dtype=np.int64).reshape(-1, 4)
-    return Candidates(boxes, np.array([facing for _, facing, _ in ordered], dtype=np.int64))
+    return PiecePlaces(boxes, np.array([facing for _, facing, _ in ordered], dtype=np.int64))
 
 
-def _at_walls(piece: Piece, width: int, walls: Sequence[Edge], rng: np.random.Generator) -> Iterator[_Found]:
+def _at_walls(
+    piece: FurnitureKind, width: int, walls: Sequence[WallEdge], rng: np.random.Generator
+) -> Iterator[_Found]:
     for wall in walls:
         room = wall.high - wall.low - width
         if room < 0:
@@ -324,7 +332,7 @@ def _at_walls(piece: Piece, width: int, walls: Sequence[Edge], rng: np.random.Ge
             yield box_from_back(wall.facing, wall.at, wall.low + start, width, piece.depth), wall.facing, dislike
 
 
-def _in_the_middle(piece: Piece, width: int, bounds: Boxes, rng: np.random.Generator) -> Iterator[_Found]:
+def _in_the_middle(piece: FurnitureKind, width: int, bounds: Boxes, rng: np.random.Generator) -> Iterator[_Found]:
     x1, y1, x2, y2 = bounds.tolist()
     for facing in (0, 1):
         wide, tall = (piece.depth, width) if facing == 0 else (width, piece.depth)
@@ -335,7 +343,11 @@ def _in_the_middle(piece: Piece, width: int, bounds: Boxes, rng: np.random.Gener
 
 
 def _opposite(
-    piece: Piece, width: int, walls: Sequence[Edge], anchors: Sequence[Standing], rng: np.random.Generator
+    piece: FurnitureKind,
+    width: int,
+    walls: Sequence[WallEdge],
+    anchors: Sequence[PlacedPiece],
+    rng: np.random.Generator,
 ) -> Iterator[_Found]:
     """At a wall that an anchor looks at, as near to its middle as can be; then at any other."""
     for box, facing, chance in _at_walls(piece, width, walls, rng):
@@ -346,14 +358,14 @@ def _opposite(
             yield box, facing, abs(start + end - low - high) / 200 + 0.1 * chance + (0.0 if faced else 5.0)
 
 
-def _beside(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_Found]:
+def _beside(piece: FurnitureKind, width: int, anchors: Sequence[PlacedPiece]) -> Iterator[_Found]:
     for anchor in anchors:
         back, start, end = back_and_span(anchor.box, anchor.facing)
         for begin, dislike in ((start - piece.gap - width, 0.0), (end + piece.gap, 0.5)):
             yield box_from_back(anchor.facing, back, begin, width, piece.depth), anchor.facing, dislike
 
 
-def _in_front(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator[_Found]:
+def _in_front(piece: FurnitureKind, width: int, anchors: Sequence[PlacedPiece]) -> Iterator[_Found]:
     """In front of an anchor's middle, facing it."""
     for anchor in anchors:
         back, start, end = back_and_span(anchor.box, anchor.facing)
@@ -364,7 +376,9 @@ def _in_front(piece: Piece, width: int, anchors: Sequence[Standing]) -> Iterator
         yield box_from_back(anchor.facing, near, begin, width, piece.depth), (anchor.facing + 2) % 4, 0.0
 
 
-def _at_sides(piece: Piece, width: int, anchors: Sequence[Standing], rng: np.random.Generator) -> Iterator[_Found]:
+def _at_sides(
+    piece: FurnitureKind, width: int, anchors: Sequence[PlacedPiece], rng: np.random.Generator
+) -> Iterator[_Found]:
     """On the sides of a table, looking at it."""
     for anchor in anchors:
         for facing in range(4):

@@ -18,7 +18,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.png import top_view
+from pipeline.png import draw_top_view
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
@@ -84,7 +84,7 @@ def read(item: Input) -> Iterator[Level]:
         found = find_axis_and_unit(structural_mesh(raw), up, wish, path.name, named_door_heights(raw))
     except Rejection as rejection:
         shell = None if wish.is_about_size else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
-        raise (shell or rejection).with_picture(top_view(raw.mesh, UPS[up.up])) from None
+        raise (shell or rejection).with_picture(draw_top_view(raw.mesh, UPS[up.up])) from None
     upright = _turn_and_scale(raw.mesh, found)
     shift = shift_to_origin(upright.vertices)
     named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
@@ -97,7 +97,7 @@ def read(item: Input) -> Iterator[Level]:
         why = rejection
         if TRIED in found.guesses:
             why = reject_exterior(upright, path.name) or scale_rejection(structural_mesh(raw), found, path.name)
-        raise why.with_picture(top_view(upright)) from None
+        raise why.with_picture(draw_top_view(upright)) from None
     provenance = {
         "source": "mesh",
         "file": options.get("file", path.name),

@@ -24,7 +24,7 @@ from rich.table import Table
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
-from pipeline.batch.job import rng_of
+from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
@@ -47,7 +47,7 @@ def planned(item: Input, config: BuildConfig) -> tuple[float, float]:
     loaded = time.process_time()
     for level in levels:
         try:
-            plan_level(level, config.stages, rng_of(level, SEED))
+            plan_level(level, config.stages, level_rng(level, SEED))
         except Rejection:
             continue
     return loaded - start, time.process_time() - loaded

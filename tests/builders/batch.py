@@ -21,11 +21,11 @@ from houseexpo.exports import export, orient_plan
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
 from pipeline.algorithm import plan_level
-from pipeline.batch.assemble import DataSet
+from pipeline.batch.assemble import BuildResult
 from pipeline.batch.build import Progress, build
-from pipeline.batch.folder import Others
-from pipeline.batch.job import Drawn, Plan
-from pipeline.batch.shard_build import ShardDone, assemble_shards, begin, build_shard, require_begun
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
+from pipeline.batch.job import Plan, PlanWithPicture
+from pipeline.batch.shard_build import ShardResult, assemble_shards, begin_shards, build_shard, require_common_settings
 from pipeline.batch.shards import Shard
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
@@ -85,9 +85,9 @@ def slowly(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tu
     return boxed(level, config, rng)
 
 
-def sketched(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[Drawn]:
+def sketched(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[PlanWithPicture]:
     """Plan as ``boxed``, with the level's id in place of a picture of its stages."""
-    return (Drawn(boxed(level, config, rng)[0], f"stages of {level.id}".encode()),)
+    return (PlanWithPicture(boxed(level, config, rng)[0], f"stages of {level.id}".encode()),)
 
 
 def killed_once(mark: Path, level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan]:
@@ -106,12 +106,12 @@ def run_build(
     overrides: Mapping[str, Override] | None = None,
     seconds: float = 30.0,
     plan: Plan | None = boxed,
-    others: Others = Others.REFUSE,
+    others: ExistingPlansPolicy = ExistingPlansPolicy.REFUSE,
     rehash: bool = False,
     execute: Executor | None = None,
     progress: Progress | None = None,
     **options: Any,
-) -> DataSet:
+) -> BuildResult:
     """Build with the quick planner."""
     return build(
         config_for(sources, seconds=seconds, **options),
@@ -131,16 +131,16 @@ def config_for(sources: Sequence[Path | str], *, seconds: float = 30.0, **option
     return BuildConfig(BuildOptions(sources=tuple(map(str, sources)), **options), LimitsConfig(seconds=seconds))
 
 
-def run_shard(config: BuildConfig, out: Path | str, shard: str, *, plan: Plan = boxed) -> ShardDone:
+def run_shard(config: BuildConfig, out: Path | str, shard: str, *, plan: Plan = boxed) -> ShardResult:
     """Do one shard with the quick planner and one worker."""
     asked = Shard.of(shard)
-    begun = begin(config, str(out), asked.count, {})
+    begun = begin_shards(config, str(out), asked.count, {})
     return build_shard(begun, str(out), asked, execute=partial(local.run, workers=1), progress=_quiet, plan=plan)
 
 
-def run_assemble(out: Path | str) -> DataSet:
+def run_assemble(out: Path | str) -> BuildResult:
     """Put the plans of shards together."""
-    with assemble_shards(require_begun(str(out)), str(out), _quiet) as data_set:
+    with assemble_shards(require_common_settings(str(out)), str(out), _quiet) as data_set:
         return data_set
 
 

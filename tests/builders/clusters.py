@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.batch.store import file_system_of
+from pipeline.batch.result_store import open_file_system
 from tests.builders.needs import need
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "scancel", "squeue", "scontrol")
@@ -174,7 +174,7 @@ def forget() -> None:
     """Forget what was learned of another server."""
     import s3fs
 
-    file_system_of.cache_clear()
+    open_file_system.cache_clear()
     s3fs.S3FileSystem.clear_instance_cache()
 
 

@@ -25,8 +25,8 @@ import trimesh
 from PIL import Image
 
 from pipeline.geometry.meshes import Mesh
+from pipeline.html_report import page_html, table_html
 from pipeline.rejection import Rejection
-from pipeline.report_page import page, table
 from pipeline.sources import find, reader
 from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.values import Level
@@ -112,12 +112,12 @@ def write_page(built: Sequence[Built], notes: Mapping[str, Sequence[str]], table
     order = [*Verdict]
     ordered = sorted(built, key=lambda each: (not notes.get(each.file.name), order.index(each.verdict), each.file.name))
     parts = [*tables, _STYLE, *(_card(each, notes.get(each.file.name, ()), out) for each in ordered)]
-    out.write_text(page("The corpus of real houses", parts), encoding="utf-8")
+    out.write_text(page_html("The corpus of real houses", parts), encoding="utf-8")
 
 
 def outcomes_table(heading: str, rows: Sequence[Sequence[str]], columns: Sequence[str]) -> str:
     """A table with a heading."""
-    return f"<h2>{escape(heading)}</h2>{table(columns, rows)}"
+    return f"<h2>{escape(heading)}</h2>{table_html(columns, rows)}"
 
 
 _STYLE: Final = """<style>

@@ -27,15 +27,15 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.assemble import DataSet
+from pipeline.batch.assemble import BuildResult
 from pipeline.batch.build import Progress, build
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.batch.entry import Entry
-from pipeline.batch.folder import Others
-from pipeline.batch.plans import Plans
-from pipeline.batch.store import FolderStore
+from pipeline.batch.plan_store import PlanStore
+from pipeline.batch.result_store import FolderStore
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
 from pipeline.executors import local
-from pipeline.report_page import write_report
+from pipeline.html_report import write_report
 from pipeline.sources import find
 from tests.corpus.manifest import File, Verdict, checkout
 
@@ -233,7 +233,7 @@ class _Builder:
         half = len(files) // 2
         return self._built(files[:half]) | self._built(files[half:])
 
-    def _build(self, files: list[File]) -> DataSet:
+    def _build(self, files: list[File]) -> BuildResult:
         places = tuple(str(file.place(self.folder).resolve()) for file in files)
         options = BuildOptions(sources=places, model_path=self.config.build.model_path)
         data_set = build(
@@ -242,15 +242,17 @@ class _Builder:
             overrides={},
             workers=self.workers,
             progress=self.progress,
-            others=Others.REPLACE,
+            others=ExistingPlansPolicy.REPLACE,
             execute=partial(local.run, workers=self.workers),
         )
         write_report(data_set, self.progress)
         return data_set
 
-    def _sorted(self, files: list[File], data_set: DataSet) -> dict[str, tuple[Outcome, tuple[dict[str, Any], ...]]]:
+    def _sorted(
+        self, files: list[File], data_set: BuildResult
+    ) -> dict[str, tuple[Outcome, tuple[dict[str, Any], ...]]]:
         """Share the entries of a data set out to the files that they are of."""
-        store = Plans(FolderStore(self.out.absolute()))
+        store = PlanStore(FolderStore(self.out.absolute()))
         entries: dict[str, list[Entry]] = {}
         for entry in data_set.entries:
             entries.setdefault(entry.source, []).append(entry)

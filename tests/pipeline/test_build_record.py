@@ -18,15 +18,15 @@ from houseexpo.dataset.build_record import (
     write_build_record,
 )
 from houseexpo.dataset.manifest import manifest_path
-from pipeline.cli_build import Work
-from pipeline.cli_parts import settings_of
+from pipeline.cli_build import BuildRequest
+from pipeline.cli_common import load_build_config
 
 NOTHING: dict[str, Any] = {"sources": (), "limit": None, "seed": None, "furniture": None, "scale": None}
 OUT = Path("/plans")
 
 
-def work(given: dict[str, Any], config: Path | None = None, overrides: Path | None = None) -> Work:
-    return Work(config, {**NOTHING, **given}, overrides, "plans", 1, "ray", "10.0.0.1:6379", rehash=False)
+def work(given: dict[str, Any], config: Path | None = None, overrides: Path | None = None) -> BuildRequest:
+    return BuildRequest(config, {**NOTHING, **given}, overrides, "plans", 1, "ray", "10.0.0.1:6379", rehash=False)
 
 
 def test_options_that_were_given_are_given_again_but_not_where_the_work_is_done() -> None:
@@ -59,7 +59,7 @@ def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     full = f"{tmp_path / 'models'}{os.pathsep}{os.sep}far"
     given = {"model_path": f"models{os.pathsep}{os.sep}far"}
     assert work(given).record(add=False).build.options == {"model_path": full}
-    assert settings_of(None, given).build.model_path == full
+    assert load_build_config(None, given).build.model_path == full
 
 
 def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> None:

@@ -12,11 +12,11 @@ from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.drawing import draw_plan
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
-from pipeline.batch.assemble import DataSet
+from pipeline.batch.assemble import BuildResult
 from pipeline.config import PipelineConfig
+from pipeline.html_report import write_report
 from pipeline.rejection import Reason, Rejection
-from pipeline.report import longest, notes_lines, outcome_table, stage_seconds
-from pipeline.report_page import write_report
+from pipeline.terminal_report import notes_lines, outcome_table, slowest_inputs, stage_seconds
 from pipeline.values import Level, RejectedLevel
 from stats.summary import PlanSummary
 from tests.builders.batch import boxed, doubting, one_room, run_build
@@ -40,7 +40,7 @@ def _twice(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tu
     return (*plans, RejectedLevel(f"{level.id}_B2", Rejection("isolated", Reason.NOT_ENCLOSED, "as asked")))
 
 
-def _page(data_set: DataSet) -> str:
+def _page(data_set: BuildResult) -> str:
     write_report(data_set, _quiet)
     return (data_set.root / ".build" / "report.html").read_text()
 
@@ -114,7 +114,7 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     stages = list(stage_seconds(data_set))
     assert stages[:4] == ["source", "evidence", "planes", "layout"]
     assert stages[-1] == "plan"
-    ((name, file, seconds),) = longest(data_set)
+    ((name, file, seconds),) = slowest_inputs(data_set)
     assert name.endswith("_a")
     assert file == "a.ply"
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
@@ -161,7 +161,7 @@ def test_a_plan_that_cannot_be_drawn_or_measured_costs_nothing_else(
         whole_add(self, plan)
 
     whole_add = PlanSummary.add
-    monkeypatch.setattr("pipeline.report_page.draw_plan", draw)
+    monkeypatch.setattr("pipeline.html_report.draw_plan", draw)
     monkeypatch.setattr(PlanSummary, "add", add)
     data_set = run_build([street], tmp_path / "out", plan=doubting)
     page = _page(data_set)

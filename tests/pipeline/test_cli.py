@@ -20,9 +20,9 @@ from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
 from pipeline.inspection import _number
-from pipeline.report import implausible
 from pipeline.sources.files import id_from_file_name
 from pipeline.sources.procedural import write_house
+from pipeline.terminal_report import describe_oddity
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
 
@@ -495,7 +495,7 @@ def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(st
     ],
 )
 def test_what_no_house_has_is_implausible(rooms: int, area_m2: float, said: str) -> None:
-    assert implausible(rooms, area_m2) == said
+    assert describe_oddity(rooms, area_m2) == said
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
-from pipeline.config_file import BuildConfig, load_config, manifest_file
+from pipeline.config_file import BuildConfig, find_manifest, load_config
 from pipeline.overrides import Override, load_overrides
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -183,11 +183,11 @@ def test_a_manifest_that_comes_with_the_project_is_known_by_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert load_config(manifest_file(Path("demo"))).build.sources == ("procedural:300",)
+    assert load_config(find_manifest(Path("demo"))).build.sources == ("procedural:300",)
     (tmp_path / "demo").mkdir()  # a folder is no manifest
-    assert manifest_file(Path("demo")) == manifest_path("demo")
+    assert find_manifest(Path("demo")) == manifest_path("demo")
     (tmp_path / "suncg").write_text("[build]\n")  # a file that is named is believed
-    assert manifest_file(Path("suncg")) == Path("suncg")
+    assert find_manifest(Path("suncg")) == Path("suncg")
 
 
 @pytest.mark.parametrize(
@@ -204,4 +204,4 @@ def test_a_manifest_that_is_not_there_is_answered_with_the_nearest(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=f"there is no such file; .*{re.escape(advice)}"):
-        manifest_file(Path(given))
+        find_manifest(Path(given))

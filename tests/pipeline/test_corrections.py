@@ -18,13 +18,13 @@ from houseexpo.plan import Frame
 from pipeline.algorithm import plan_level
 from pipeline.overrides import (
     Override,
-    by_input,
-    check_ids,
-    concerns,
-    corrected_input,
-    corrected_level,
+    check_override_ids,
+    correct_input,
+    correct_level,
+    is_id_of_input,
     load_overrides,
-    word_on,
+    override_for_level,
+    overrides_by_input,
 )
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
@@ -42,23 +42,23 @@ def level(frame: Frame) -> Level:
 
 @pytest.mark.parametrize("name", ["villa", "villa_L1", "villa_B2", "villa_B2_L1", "villa_L1_0123abcd", "0a1b_L3"])
 def test_an_override_is_of_an_input_or_of_a_level_or_building_of_one(name: str) -> None:
-    check_ids({name: Override(keep=True)}, [VILLA, SCENE])
+    check_override_ids({name: Override(keep=True)}, [VILLA, SCENE])
 
 
 def test_the_overrides_of_an_input_are_those_that_concern_it() -> None:
     ends = ("", "_B2", "_L1", "_0123abcd", "_B2_L1", "_L1_B2", "_L1_0123abcd", "_L", "_2", "x")
     names = [base + end for base in ("villa", "vil", "villa_L1", "0a1b") for end in ends]
     overrides = {name: Override(why=name) for name in names}
-    found = by_input(overrides)
+    found = overrides_by_input(overrides)
     for known in names:
-        assert found.get(known, {}) == {name: overrides[name] for name in names if concerns(name, known)}
+        assert found.get(known, {}) == {name: overrides[name] for name in names if is_id_of_input(name, known)}
     assert set(found["villa"]) == {"villa" + end for end in ("", "_B2", "_L1", "_0123abcd", "_B2_L1", "_L1_0123abcd")}
 
 
 @pytest.mark.parametrize("name", ["vila", "villa_L", "villa_L1x", "villa_2", "illa", "villa_L1_B2"])
 def test_an_id_that_no_house_has_is_refused_with_the_nearest(name: str) -> None:
     with pytest.raises(ConfigError, match=f"overrides.toml: {name}: expected an id .* did you mean 'villa'"):
-        check_ids({name: Override(keep=True)}, [VILLA, SCENE])
+        check_override_ids({name: Override(keep=True)}, [VILLA, SCENE])
 
 
 def test_a_build_refuses_an_unknown_id_but_not_where_it_takes_only_some_houses(tmp_path: Path) -> None:
@@ -74,34 +74,34 @@ def test_a_build_refuses_an_unknown_id_but_not_where_it_takes_only_some_houses(t
 
 def test_scale_and_nodes_are_told_to_the_reader() -> None:
     override = Override(scale=20.0, drop_nodes=("Lamp*", "Car"), keep=True)
-    told = corrected_input(replace(VILLA, options=(("up", "z"),)), {"villa": override})
+    told = correct_input(replace(VILLA, options=(("up", "z"),)), {"villa": override})
     assert told.options == (("drop_nodes", '["Lamp*", "Car"]'), ("scale", "20.0"), ("up", "z"))
-    assert corrected_input(VILLA, {"villa": Override(keep=True), "other": override}) == VILLA
+    assert correct_input(VILLA, {"villa": Override(keep=True), "other": override}) == VILLA
 
 
 def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"villa_L1: scale and drop_nodes are of a whole file; .* \[villa\]"):
-        corrected_input(VILLA, {"villa_L1": Override(scale=20.0)})
+        correct_input(VILLA, {"villa_L1": Override(scale=20.0)})
     with pytest.raises(ConfigError, match="0a1b: its reader, suncg, takes no drop_nodes"):
-        corrected_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})
+        correct_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})
 
 
 def test_a_door_and_no_room_are_said_in_the_source_s_plan_axes() -> None:
     given = Override(door=(((10.0, -3.0), (10.0, -4.0)),), no_room=((12.0, -7.0),))
     y_up = Frame(((1.0, 0.0, 9.0), (0.0, -1.0, -2.0)), "y", 0.0, 0)  # X = x + 9, Z = -y - 2
-    found = corrected_level(level(y_up), given)
+    found = correct_level(level(y_up), given)
     (door,) = found.openings
     assert door.has_door
     assert door.polygon.bounds == pytest.approx((0.8, 1.0, 1.2, 2.0))
     assert found.no_rooms == ((3.0, 5.0),)
-    assert corrected_level(found, Override()).openings == found.openings
+    assert correct_level(found, Override()).openings == found.openings
 
 
 def test_a_scale_model_becomes_a_house_of_true_size(tmp_path: Path) -> None:
     path = one_room(tmp_path / "toy.ply")
     trimesh.load(path).apply_scale(1 / 20).export(path)
     (item,) = find(str(path))
-    item = corrected_input(item, {item.id: Override(scale=20.0)})
+    item = correct_input(item, {item.id: Override(scale=20.0)})
     (found,) = reader("mesh_file").read(item)
     assert np.ptp(found.walls.vertices, axis=0) == pytest.approx((5.4, 4.4, 2.7), abs=1e-3)
     assert found.provenance["scale"] == 20.0
@@ -118,7 +118,7 @@ def test_nodes_are_dropped_with_all_that_is_in_them_and_no_others(tmp_path: Path
     (item,) = find(str(tmp_path / "villa.glb"))
 
     def faces(*patterns: str) -> int:
-        (found,) = reader("mesh_file").read(corrected_input(item, {item.id: Override(drop_nodes=patterns)}))
+        (found,) = reader("mesh_file").read(correct_input(item, {item.id: Override(drop_nodes=patterns)}))
         return len(found.walls.faces)
 
     assert faces("Gizmos") == faces() - 12
@@ -130,9 +130,9 @@ def test_nodes_are_dropped_with_all_that_is_in_them_and_no_others(tmp_path: Path
 def test_doors_and_points_under_the_id_of_a_building_are_of_its_level() -> None:
     door, point = ((1.0, 2.0), (1.0, 3.0)), (5.0, 5.0)
     words = {"villa_B2_L1": Override(door=(door,), drop=True), "villa_L1": Override(no_room=(point,))}
-    assert word_on("villa_L1", words) == Override(door=(door,), no_room=(point,))
-    assert word_on("villa_L0", words) == Override()
-    assert word_on("villa", {"villa_B2": Override(door=(door,))}).door == (door,)
+    assert override_for_level("villa_L1", words) == Override(door=(door,), no_room=(point,))
+    assert override_for_level("villa_L0", words) == Override()
+    assert override_for_level("villa", {"villa_B2": Override(door=(door,))}).door == (door,)
 
 
 def test_a_word_on_a_level_that_the_house_has_not_is_refused(tmp_path: Path) -> None:

@@ -9,14 +9,14 @@ import pytest
 from rich.console import Console
 
 from pipeline import display
-from pipeline.batch.entry import Entry, Kept, Refused
-from pipeline.display import Display
+from pipeline.batch.entry import Entry, StoredPlan, StoredRejection
+from pipeline.display import ProgressDisplay
 
 
 def _entry(name: str, seconds: float, *reasons: str) -> Entry:
-    plans = [] if reasons else [Kept(name, "c", "p", 1)]
+    plans = [] if reasons else [StoredPlan(name, "c", "p", 1)]
     return Entry(
-        name, "", "", [], seconds, plans, [Refused(name, "source", reason, "") for reason in reasons], file=name
+        name, "", "", [], seconds, plans, [StoredRejection(name, "source", reason, "") for reason in reasons], file=name
     )
 
 
@@ -34,7 +34,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def test_a_log_gets_a_line_now_and_then_and_one_at_the_end(clock: list[float]) -> None:
     console = Console(file=StringIO(), force_terminal=False)
-    with Display(console, _fine) as shown:
+    with ProgressDisplay(console, _fine) as shown:
         shown.progress("planning", 0, 40)
         for number, seconds in enumerate((0.5, 3.0, 0.1)):
             shown.note_outcome(_entry(f"{number}.glb", seconds))
@@ -52,7 +52,7 @@ def test_a_log_gets_a_line_now_and_then_and_one_at_the_end(clock: list[float]) -
 
 def test_what_an_earlier_run_did_is_not_this_ones_speed(clock: list[float]) -> None:
     console = Console(file=StringIO(), force_terminal=False)
-    with Display(console, _fine) as shown:
+    with ProgressDisplay(console, _fine) as shown:
         shown.progress("planning", 900, 1000)
         clock[0] += 10.0
         shown.progress("planning", 950, 1000)
@@ -61,7 +61,7 @@ def test_what_an_earlier_run_did_is_not_this_ones_speed(clock: list[float]) -> N
 
 def test_a_terminal_shows_bars_and_what_came_of_the_inputs() -> None:
     console = Console(file=StringIO(), force_terminal=True, width=100)
-    with Display(console, _fine) as shown:
+    with ProgressDisplay(console, _fine) as shown:
         shown.note_outcome(_entry("a.glb", 2.0, "units", "not_enclosed"))
         shown.note_outcome(_entry("b.glb", 1.0, "no_level"))
         shown.note_outcome(_entry("c.glb", 1.0, "no_interior"))
@@ -78,7 +78,7 @@ def test_a_log_of_a_build_that_is_done_at_once_stays_empty_but_with_v(clock: lis
     verbose = Console(file=StringIO(), force_terminal=False)
     for console, level in ((quick, logging.WARNING), (verbose, logging.INFO)):
         logging.getLogger("houseexpo").setLevel(level)
-        with Display(console, _fine) as shown:
+        with ProgressDisplay(console, _fine) as shown:
             shown.note_outcome(_entry("a.glb", 2.0))
             shown.progress("planning", 1, 1)
     logging.getLogger("houseexpo").setLevel(logging.NOTSET)
@@ -90,5 +90,5 @@ def test_each_step_asks_whether_to_go_on() -> None:
     def stop() -> None:
         raise KeyboardInterrupt
 
-    with Display(Console(file=StringIO()), stop) as shown, pytest.raises(KeyboardInterrupt):
+    with ProgressDisplay(Console(file=StringIO()), stop) as shown, pytest.raises(KeyboardInterrupt):
         shown.progress("planning", 1, 2)

@@ -9,14 +9,14 @@ import pytest
 import trimesh
 from PIL import Image
 
-from pipeline.png import SIDE_PX, top_view
+from pipeline.png import SIDE_PX, draw_top_view
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.values import Mesh
 
 
 def seen(mesh: Mesh, up: int = 2) -> npt.NDArray[np.uint8]:
-    return np.asarray(Image.open(io.BytesIO(top_view(mesh, up))))
+    return np.asarray(Image.open(io.BytesIO(draw_top_view(mesh, up))))
 
 
 def block(*bounds: list[list[float]]) -> Mesh:
@@ -53,6 +53,6 @@ def test_a_mesh_that_its_reader_rejects_is_shown(tmp_path: Path) -> None:
 
 
 def test_the_same_mesh_gives_the_same_bytes_and_one_without_area_none() -> None:
-    assert top_view(STEPS) == top_view(STEPS)
-    assert top_view(Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))) == b""
-    assert top_view(Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))) == b""
+    assert draw_top_view(STEPS) == draw_top_view(STEPS)
+    assert draw_top_view(Mesh(np.zeros((3, 3)), np.array([[0, 1, 2]]))) == b""
+    assert draw_top_view(Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))) == b""

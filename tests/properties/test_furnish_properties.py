@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from houseexpo.plan import Door, Room
 from pipeline.furnish.catalogue import WANTS
-from pipeline.furnish.room import COVERED, GAP_CM, Furnishing, in_cm, is_plain
+from pipeline.furnish.room import COVERED, GAP_CM, RoomFurnisher, has_simple_rings, round_to_cm
 
 _SIDES = st.integers(12, 80)  # tenths of a metre
 
@@ -46,15 +46,15 @@ def places(shape: shapely.Polygon) -> int:
 @given(rooms(), st.integers(0, 2**32 - 1))
 def test_furniture_keeps_its_rules_in_any_room(room: Room, seed: int) -> None:
     door = door_below(room)
-    standing = Furnishing(room, [door], np.random.default_rng(seed)).furnish()
+    standing = RoomFurnisher(room, [door], np.random.default_rng(seed)).furnish()
     boxes = [shapely.box(*each.box.tolist()) for each in standing]
-    shape = in_cm(room.polygon)
+    shape = round_to_cm(room.polygon)
     assert all(shape.covers(box) for box in boxes)
     assert all(one.distance(other) >= GAP_CM for one, other in combinations(boxes, 2))
-    before = shapely.LineString(in_cm(shapely.LineString(door.segment))).buffer(45, cap_style="flat")
+    before = shapely.LineString(round_to_cm(shapely.LineString(door.segment))).buffer(45, cap_style="flat")
     assert not any(box.intersection(before).area > 1 for box in boxes)
     assert sum(box.area for box in boxes) <= COVERED * shape.area
     left = shapely.difference(shape, shapely.union_all(boxes))
-    assert is_plain(left)
+    assert has_simple_rings(left)
     assert places(left) <= max(places(shape), 1)
     assert not boxes or places(left)

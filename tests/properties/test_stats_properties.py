@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Navigability
-from stats.record import Record, record
+from stats.record import Record, measure_plan
 from stats.summary import PlanSummary
 from stats.tally import Tally
 
@@ -23,7 +23,7 @@ def measured(number: int) -> Record:
     verts = [(0.1, 0.1), (0.1, 0.1 + height), (0.1 + width, 0.1 + height), (0.1 + width, 0.1)]
     boxes = {LABELS[number % 3]: ((0.1, 0.1, 1.0, 1.0),) * (number % 4)}
     reach = {"0.20": Navigability(1 + number % 2, 1.0 - 0.1 * (number % 2), 0.7 + 0.01 * (number % 9))}
-    return record(FloorPlan(f"h{number}", verts, number % 11, boxes, navigability=reach))
+    return measure_plan(FloorPlan(f"h{number}", verts, number % 11, boxes, navigability=reach))
 
 
 @settings(max_examples=60, deadline=None)

@@ -18,11 +18,11 @@ from houseexpo.commands.app import make_app
 from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
-from stats.audit import LIMITS, TYPES, Audit, AuditSummary, aspect, audit, clear_width
-from stats.gather import Gathered
-from stats.page import page
-from stats.public import PUBLIC, SHARES, SIZES
-from stats.record import record_with_audit
+from stats.audit import LIMITS, TYPES, Audit, AuditSummary, aspect_ratio, audit, clear_width
+from stats.html_report import report_html
+from stats.measure import DataSetSummary
+from stats.public_sets import PUBLIC, SHARES, SIZES
+from stats.record import measure_and_audit
 from stats.report import Report
 from stats.summary import PlanSummary
 from tests.stats.conftest import box, outline
@@ -128,7 +128,7 @@ def test_rooms_adjoin_on_half_a_metre_of_wall(shared_m: float, joined: bool) -> 
 
 def test_an_outline_is_not_audited() -> None:
     assert audit(outline("a")) is None
-    assert "audit" not in Report(Gathered("a")).values()["plans"]
+    assert "audit" not in Report(DataSetSummary("a")).values()["plans"]
 
 
 def test_each_label_has_a_type_and_each_type_its_limits() -> None:
@@ -209,8 +209,8 @@ def test_clear_width_is_that_of_its_slow_twin(spokes: list[tuple[float, float]],
 
 def test_aspect_is_that_of_the_turned_rectangle() -> None:
     turned = Polygon([(0, 0), (3, 3), (2, 4), (-1, 1)])
-    assert aspect(turned) == pytest.approx(3.0)
-    assert aspect(Polygon(box(0, 0, 2, 5))) == pytest.approx(2.5)
+    assert aspect_ratio(turned) == pytest.approx(3.0)
+    assert aspect_ratio(Polygon(box(0, 0, 2, 5))) == pytest.approx(2.5)
 
 
 def test_connections_are_shares_of_rooms() -> None:
@@ -234,8 +234,8 @@ def test_audits_add_up_in_any_order() -> None:
     plans = [home(*SOUND), ring_of_four(2.0), home(("Bedroom", (0.0, 0.0, 2.2, 2.2)))]
     whole, parts = PlanSummary(), [PlanSummary() for _ in plans]
     for plan, part in zip(plans, parts, strict=True):
-        whole.take(record_with_audit(plan))
-        part.take(record_with_audit(plan))
+        whole.take(measure_and_audit(plan))
+        part.take(measure_and_audit(plan))
     total = PlanSummary()
     for part in reversed(parts):
         total.merge(part)
@@ -285,14 +285,14 @@ def test_the_report_shows_the_data_set_beside_the_public_ones(homes: Path) -> No
 
 
 def test_the_page_has_the_audit_only_where_there_are_rooms(folder: Path) -> None:
-    found = Gathered("one")
-    found.whole.take(record_with_audit(home(*SOUND, doors=((0, 1),))))
-    html = page(Report(found))
+    found = DataSetSummary("one")
+    found.whole.take(measure_and_audit(home(*SOUND, doors=((0, 1),))))
+    html = report_html(Report(found))
     for words in ("Beside real homes", "Swiss Dwellings", "Through a door", "Sizes of rooms"):
         assert words in html
-    bare = Gathered("bare")
+    bare = DataSetSummary("bare")
     bare.whole.add(outline("a"))
-    assert "Beside real homes" not in page(Report(bare))
+    assert "Beside real homes" not in report_html(Report(bare))
 
 
 def test_an_audit_of_outlines_says_what_to_do(folder: Path) -> None:

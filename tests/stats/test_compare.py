@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from stats.compare import TOTAL_VARIATION, WASSERSTEIN, compare, report, total_variation
+from stats.compare import TOTAL_VARIATION, WASSERSTEIN, distances_report, measure_distances, total_variation
 from stats.summary import PlanSummary
 from tests.stats.conftest import outline
 
@@ -17,13 +17,13 @@ def summary(*plans: FloorPlan) -> PlanSummary:
 
 def test_a_data_set_is_no_distance_from_itself() -> None:
     one = summary(outline("a"), outline("b", 6.0, 5.0, rooms=4))
-    assert {d.value for d in compare(one, one)} == {0.0}
+    assert {d.value for d in measure_distances(one, one)} == {0.0}
 
 
 def test_distances_of_known_size() -> None:
     one = summary(outline("a", 4.0, 3.0, rooms=2), outline("b", 4.0, 3.0, rooms=4))
     other = summary(outline("c", 4.0, 5.0, rooms=7))
-    found = {d.name: d for d in compare(one, other)}
+    found = {d.name: d for d in measure_distances(one, other)}
     assert found["rooms"].kind == WASSERSTEIN
     assert found["rooms"].value == pytest.approx((5 + 3) / 2)
     assert found["rooms"].deviations == pytest.approx(4.0), "the first one's deviation is 1"
@@ -34,7 +34,7 @@ def test_distances_of_known_size() -> None:
 
 
 def test_what_one_of_them_lacks_is_left_out(ring_of_rooms: FloorPlan) -> None:
-    names = {d.name for d in compare(summary(ring_of_rooms), summary(outline("a")))}
+    names = {d.name for d in measure_distances(summary(ring_of_rooms), summary(outline("a")))}
     assert "rooms" in names
     assert not names & {"doors", "loops", "door_kinds"}
 
@@ -45,6 +45,6 @@ def test_total_variation() -> None:
 
 
 def test_the_report_names_each_distance() -> None:
-    found = report(compare(summary(outline("a")), summary(outline("b", rooms=5))))
+    found = distances_report(measure_distances(summary(outline("a")), summary(outline("b", rooms=5))))
     assert found["rooms"]["kind"] == WASSERSTEIN
     assert found["rooms"]["value"] == 3.0

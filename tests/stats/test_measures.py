@@ -8,12 +8,12 @@ import pytest
 from houseexpo.analysis.similarity import SYMMETRIES
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject, Quality
-from stats.record import record, ring_digest, ring_fault, shape_digest
+from stats.record import measure_plan, ring_digest, ring_fault, shape_digest
 from tests.stats.conftest import outline
 
 
 def test_a_house_with_rooms(ring_of_rooms: FloorPlan) -> None:
-    found = record(ring_of_rooms)
+    found = measure_plan(ring_of_rooms)
     numbers = found.numbers
     assert (numbers["rooms_found"], numbers["doors"]) == ([4], [5])
     assert numbers["doors_per_room"] == [3, 3, 1, 2]
@@ -25,14 +25,14 @@ def test_a_house_with_rooms(ring_of_rooms: FloorPlan) -> None:
 
 
 def test_quality_and_furniture_are_of_plans_that_have_them(ring_of_rooms: FloorPlan) -> None:
-    assert not {"quality", "furniture"} & set(record(ring_of_rooms).numbers)
+    assert not {"quality", "furniture"} & set(measure_plan(ring_of_rooms).numbers)
     stool = PlanObject(0, "stool", None, [(0.5, 0.5), (0.5, 0.8), (0.8, 0.8)], 0.45)
     told = replace(ring_of_rooms, quality=Quality(0.75), objects=(stool,))
-    assert (record(told).numbers["quality"], record(told).numbers["furniture"]) == ([0.75], [1])
+    assert (measure_plan(told).numbers["quality"], measure_plan(told).numbers["furniture"]) == ([0.75], [1])
 
 
 def test_an_outline_has_no_doors_to_count() -> None:
-    numbers = record(outline("a", 4.0, 3.0)).numbers
+    numbers = measure_plan(outline("a", 4.0, 3.0)).numbers
     assert not {"doors", "loops", "depth", "rooms_found", "doors_per_room"} & set(numbers)
     assert numbers["label_boxes"] == [2]
     assert numbers["area_m2"] == pytest.approx([12.0])

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo.dataset import open_dataset
-from stats.gather import add_up, records
-from stats.listed import judge, read_list
+from stats.measure import add_up_records, measure_plans
+from stats.unusable_list import compare_with_list, read_list
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo"
 
@@ -19,8 +19,8 @@ def test_the_published_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         pytest.skip("the published plans are not on this machine")
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))
     data_set = open_dataset(DATA / "plans_33717.jsonl.gz")
-    measured = records(data_set)
-    found = add_up(data_set, measured).whole.report()
+    measured = measure_plans(data_set)
+    found = add_up_records(data_set, measured).whole.report()
     rooms = found["rooms"]
     assert (found["count"], rooms["sum"], rooms["median"], rooms["max"]) == (33_717, 250_041, 7, 73)
     assert rooms["mean"] == pytest.approx(7.416, abs=0.0005)
@@ -34,6 +34,6 @@ def test_the_published_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         1008,
         131,
     )
-    verdict = judge(measured, read_list(DATA / "bad_layouts.txt"), "bad_layouts.txt")
+    verdict = compare_with_list(measured, read_list(DATA / "bad_layouts.txt"), "bad_layouts.txt")
     assert verdict.precision > 0.55
     assert verdict.recall > 0.75

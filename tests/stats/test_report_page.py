@@ -13,10 +13,10 @@ import pytest
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
-from stats.gather import Gathered, add_up, gather, records
-from stats.listed import judge
-from stats.page import page, write_json
-from stats.report import Report, leaks
+from stats.html_report import report_html, write_json
+from stats.measure import DataSetSummary, add_up_records, measure_and_add_up, measure_plans
+from stats.report import Report, count_leaks
+from stats.unusable_list import compare_with_list
 
 
 def run(*arguments: object) -> None:
@@ -43,34 +43,34 @@ class Tags(HTMLParser):
 
 
 def test_a_data_set_in_splits(folder: Path) -> None:
-    found = gather(open_dataset(folder), workers=1)
+    found = measure_and_add_up(open_dataset(folder), workers=1)
     assert found.whole.plans == 5
     assert {name: part.plans for name, part in found.splits.items()} == {"train": 3, "test": 2}
     assert found.listed == {"train": 4, "test": 2}
-    assert leaks(found) == {"train": {"test": 1}, "test": {"train": 1}}, "h3 and h4 are one house"
+    assert count_leaks(found) == {"train": {"test": 1}, "test": {"train": 1}}, "h3 and h4 are one house"
     assert found.whole.report()["rings"]["repeats"] == 1
 
 
 def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
     data_set = open_dataset(folder)
-    measured = records(data_set, workers=1)
-    one, other = add_up(data_set, measured[:2]), add_up(data_set, measured[2:])
+    measured = measure_plans(data_set, workers=1)
+    one, other = add_up_records(data_set, measured[:2]), add_up_records(data_set, measured[2:])
     other.merge(one)
-    assert Report(other).values() == Report(add_up(data_set, measured)).values()
+    assert Report(other).values() == Report(add_up_records(data_set, measured)).values()
 
 
 def test_records_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = records(open_dataset(folder), workers=1)
-    monkeypatch.setattr("stats.gather.record_with_audit", None)
-    assert records(open_dataset(folder), workers=1) == first
+    first = measure_plans(open_dataset(folder), workers=1)
+    monkeypatch.setattr("stats.measure.measure_and_audit", None)
+    assert measure_plans(open_dataset(folder), workers=1) == first
 
 
 def test_the_page_stands_alone(folder: Path) -> None:
     data_set = open_dataset(folder)
-    measured = records(data_set, workers=1)
-    verdict = judge(measured, frozenset({"h1"}), "bad.txt")
-    one = add_up(data_set, measured)
-    html = page(Report(one, gather(data_set, workers=1), verdict), {"h1": data_set["h1"]})
+    measured = measure_plans(data_set, workers=1)
+    verdict = compare_with_list(measured, frozenset({"h1"}), "bad.txt")
+    one = add_up_records(data_set, measured)
+    html = report_html(Report(one, measure_and_add_up(data_set, workers=1), verdict), {"h1": data_set["h1"]})
     tags = Tags()
     tags.feed(html)
     assert not tags.open
@@ -85,13 +85,15 @@ def test_the_page_stands_alone(folder: Path) -> None:
 
 def test_the_same_plans_give_the_same_page(folder: Path) -> None:
     data_set = open_dataset(folder)
-    assert page(Report(gather(data_set, workers=1))) == page(Report(gather(data_set, workers=1)))
+    assert report_html(Report(measure_and_add_up(data_set, workers=1))) == report_html(
+        Report(measure_and_add_up(data_set, workers=1))
+    )
 
 
 def test_a_house_with_rooms_fills_its_plots(ring_of_rooms: FloorPlan) -> None:
-    found = Gathered("<one> & only")
+    found = DataSetSummary("<one> & only")
     found.whole.add(ring_of_rooms)
-    html = page(Report(found))
+    html = report_html(Report(found))
     assert "&lt;one&gt; &amp; only" in html
     assert "Doors of a room" in html
     assert "Vertices" not in html, "a single number is no distribution"
@@ -113,7 +115,7 @@ def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsy
 def test_the_numbers_are_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     data_set = open_dataset(folder)
     for name in ("one.json", "other.json"):
-        write_json(Report(gather(data_set, workers=1)), data_set, tmp_path / name)
+        write_json(Report(measure_and_add_up(data_set, workers=1)), data_set, tmp_path / name)
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
 
 

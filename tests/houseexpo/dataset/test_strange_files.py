@@ -14,7 +14,7 @@ from houseexpo.dataset.validation import validate_dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import read_file, read_json
 from houseexpo.service.build_lists import read_build_lists
-from pipeline.batch.verify import verify
+from pipeline.batch.verify import find_damaged_files
 from tests.builders.services import built, some_plans
 
 DEEP = b'{"files":' + b"[" * 100_000
@@ -48,10 +48,10 @@ def test_a_strange_manifest_is_said(folder: Path, how: str) -> None:
     with pytest.raises(DatasetError, match="expected the manifest of a data set, found"):
         validate_dataset(folder)
     if how in {"deep", "bytes"}:
-        assert "manifest.json: damaged" in verify(folder)
+        assert "manifest.json: damaged" in find_damaged_files(folder)
     else:
         with pytest.raises(ConfigError, match=r"found no manifest.json"):
-            next(verify(folder))
+            next(find_damaged_files(folder))
 
 
 @pytest.mark.parametrize("how", HOWS)
@@ -91,7 +91,7 @@ def test_a_link_to_a_list_of_the_plans_is_one(folder: Path, tmp_path: Path) -> N
 def test_a_manifest_that_names_a_device_is_verified_to_the_end(folder: Path) -> None:
     files = {"../../../../../../../dev/zero": "0" * 64, "/dev/zero": "0" * 64}
     (folder / "manifest.json").write_bytes(msgspec.json.encode({"files": files}))
-    assert {line for line in verify(folder) if "zero" in line} == {f"{name}: missing" for name in files}
+    assert {line for line in find_damaged_files(folder) if "zero" in line} == {f"{name}: missing" for name in files}
 
 
 def test_files_are_read_up_to_a_size(tmp_path: Path) -> None:

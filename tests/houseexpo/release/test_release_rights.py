@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import PublisherTexts, release
-from pipeline.batch.folder import Others
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from tests.builders.batch import one_room, run_build
 from tests.builders.plan_files import KINDS, hexed, house, pack
 
@@ -75,7 +75,7 @@ def test_a_licence_is_of_the_sources_it_was_stated_for(tmp_path: Path) -> None:
         one_room(source / f"{source.name}.ply", 9.0 + i)
 
     def add(number: int, **rights: str) -> tuple[str, str, tuple[str, ...]]:
-        done = run_build([sources[number]], out, others=Others.ADD, **rights)
+        done = run_build([sources[number]], out, others=ExistingPlansPolicy.ADD, **rights)
         said = json.loads((out / "manifest.json").read_text())
         return said.get("licence", ""), said.get("credit", ""), done.licences
 
@@ -87,16 +87,21 @@ def test_a_licence_is_of_the_sources_it_was_stated_for(tmp_path: Path) -> None:
     assert add(2, licence="CC-BY-4.0", credit="By A.") == ("CC-BY-4.0", "By A.; By B.", ("CC-BY-4.0",))
     (out / ".build" / "rights.json").unlink()  # a data set of an earlier version
     assert add(1) == ("", "By A.; By B.", ("CC-BY-4.0", ""))
-    assert run_build(["procedural:1"], out, others=Others.REPLACE, licence="CC0-1.0").licences == ("CC0-1.0",)
-    run_build([sources[0]], out, others=Others.REPLACE)
-    assert run_build(["procedural:1"], out, others=Others.ADD, licence="CC0-1.0").licences == ("", "CC0-1.0")
+    assert run_build(["procedural:1"], out, others=ExistingPlansPolicy.REPLACE, licence="CC0-1.0").licences == (
+        "CC0-1.0",
+    )
+    run_build([sources[0]], out, others=ExistingPlansPolicy.REPLACE)
+    assert run_build(["procedural:1"], out, others=ExistingPlansPolicy.ADD, licence="CC0-1.0").licences == (
+        "",
+        "CC0-1.0",
+    )
     _refused(out, tmp_path, "nothing states one licence for all of them")
 
 
 def test_houses_that_the_project_makes_agree_to_any_licence(tmp_path: Path) -> None:
     one_room(tmp_path / "a" / "a.ply")
     run_build(["procedural:1"], tmp_path / "out")
-    done = run_build([tmp_path / "a"], tmp_path / "out", others=Others.ADD, licence="CC0-1.0")
+    done = run_build([tmp_path / "a"], tmp_path / "out", others=ExistingPlansPolicy.ADD, licence="CC0-1.0")
     assert done.licences == ("CC0-1.0",)
     assert release(tmp_path / "out", tmp_path / "released").licence.spdx == "CC0-1.0"
 

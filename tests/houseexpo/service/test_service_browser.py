@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.png import as_png
+from pipeline.png import encode_png
 from tests.builders.browsing import TOO_WIDE, barriers, browser, visit
 from tests.builders.services import built, published, running, service_of, some_plans
 
@@ -42,7 +42,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         patch.setenv("HOUSEEXPO_CACHE", str(home / "cache"))
         homes = built(home / "homes", some_plans(), ("a1", "c3"))
         (homes / "stages").mkdir()
-        (homes / "stages" / "a1.png").write_bytes(as_png(np.full((500, 2000, 3), 220, np.uint8)))
+        (homes / "stages" / "a1.png").write_bytes(encode_png(np.full((500, 2000, 3), 220, np.uint8)))
         with running(service_of(homes, published(home / "published.jsonl", 400))) as found:
             yield found
 

@@ -17,10 +17,10 @@ from houseexpo.plan import Quality
 from houseexpo.service.app import make_app
 from houseexpo.service.plan_page import plan_evidence
 from houseexpo.service.service import Service
-from pipeline.png import as_png
+from pipeline.png import encode_png
 from tests.builders.services import BASE, built, running, service_of, two_rooms
 
-PNG = as_png(np.full((60, 200, 3), 200, np.uint8))
+PNG = encode_png(np.full((60, 200, 3), 200, np.uint8))
 WHERE = "/api/homes/plans/a1/stages.png"
 
 

@@ -12,7 +12,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
-from pipeline.batch.folder import Others
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
 
@@ -168,7 +168,7 @@ def test_other_parameters_are_refused(street: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="holds a build with other parameters"):
         run_build([street], out, seed=3)
     assert contents(out) == before
-    assert run_build([street], out, seed=3, others=Others.REPLACE).ids == ("a", "b", "c")
+    assert run_build([street], out, seed=3, others=ExistingPlansPolicy.REPLACE).ids == ("a", "b", "c")
 
 
 @pytest.mark.slow
@@ -177,11 +177,11 @@ def test_a_data_set_without_its_build_folder_is_left_alone(street: Path, tmp_pat
     run_build([street], out)
     (out / ".build").rename(tmp_path / "elsewhere")
     before = contents(out)
-    for others in (Others.REFUSE, Others.ADD):
+    for others in (ExistingPlansPolicy.REFUSE, ExistingPlansPolicy.ADD):
         with pytest.raises(ConfigError, match=r"without the \.build folder"):
             run_build([street], out, others=others)
     assert contents(out) == before
-    assert run_build([street], out, others=Others.REPLACE, limit=1).ids == ("a",)
+    assert run_build([street], out, others=ExistingPlansPolicy.REPLACE, limit=1).ids == ("a",)
     assert [name for name in contents(out) if name.startswith("json/")] == ["json/a.json"]
 
 
@@ -194,10 +194,10 @@ def test_plans_of_other_sources_are_never_removed_unasked(street: Path, tmp_path
         run_build([other], out)
     assert contents(out) == before
     (villa,) = run_build([other], tmp_path / "alone").ids
-    assert run_build([other], out, others=Others.ADD).ids == ("a", "b", "c", villa)
+    assert run_build([other], out, others=ExistingPlansPolicy.ADD).ids == ("a", "b", "c", villa)
     run_build([street, other], tmp_path / "both")
     assert contents(out) == contents(tmp_path / "both")
-    assert run_build([other], out, others=Others.REPLACE).ids == (villa,)
+    assert run_build([other], out, others=ExistingPlansPolicy.REPLACE).ids == (villa,)
     assert contents(out) == contents(tmp_path / "alone")
 
 
@@ -205,8 +205,8 @@ def test_what_was_added_stays_though_its_source_is_gone(street: Path, tmp_path: 
     out, other = tmp_path / "out", one_room(tmp_path / "villa.ply", 9.0, 7.0)
     run_build([other], out)
     other.unlink()
-    assert len(run_build([street], out, others=Others.ADD).ids) == 4
-    assert len(run_build([street], out, others=Others.ADD).ids) == 4
+    assert len(run_build([street], out, others=ExistingPlansPolicy.ADD).ids) == 4
+    assert len(run_build([street], out, others=ExistingPlansPolicy.ADD).ids) == 4
 
 
 def test_more_made_houses_are_no_other_source(tmp_path: Path) -> None:
@@ -234,7 +234,7 @@ def test_a_source_that_does_not_exist_is_an_error_before_anything_is_touched(str
     out = tmp_path / "out"
     run_build([street], out)
     before = contents(out)
-    for others in Others:
+    for others in ExistingPlansPolicy:
         with pytest.raises(ConfigError, match=r"gone\.glb' does not exist"):
             run_build([street, tmp_path / "gone.glb"], out, others=others)
     assert contents(out) == before

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from pipeline.cli_parts import NOT_DONE, end_cleanly
+from pipeline.cli_common import NOT_DONE, end_cleanly
 from tests.builders.batch import contents, lines, one_room
 from tests.builders.clusters import Disk, disks
 

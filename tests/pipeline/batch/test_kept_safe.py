@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.batch.disk import lock_folder
-from pipeline.batch.folder import Others
-from pipeline.batch.verify import verify
+from pipeline.batch.verify import find_damaged_files
 from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build, three_rooms
 
@@ -85,7 +85,7 @@ def test_a_plan_that_the_store_has_lost_too_is_made_again(street: Path, out: Pat
     spoil(out / "json" / "b.json", "truncated")
     run_build([street], out)
     assert contents(out) == before
-    assert not list(verify(out))
+    assert not list(find_damaged_files(out))
 
 
 def test_a_lost_plan_of_a_source_that_is_gone_is_taken_from_the_data_set(street: Path, out: Path) -> None:
@@ -95,7 +95,7 @@ def test_a_lost_plan_of_a_source_that_is_gone_is_taken_from_the_data_set(street:
         file.unlink()
     for file in store(out):
         file.unlink()
-    found = run_build([villa], out, others=Others.ADD)
+    found = run_build([villa], out, others=ExistingPlansPolicy.ADD)
     assert len(found.ids) == 4
     assert all(contents(out)[name] == data for name, data in before.items() if name.startswith("json/"))
 
@@ -110,9 +110,9 @@ def test_a_damaged_record_makes_no_folder_unusable(street: Path, out: Path, reco
     assert run_build([street], out).unchanged
 
 
-@pytest.mark.parametrize("others", [Others.REFUSE, Others.ADD])
+@pytest.mark.parametrize("others", [ExistingPlansPolicy.REFUSE, ExistingPlansPolicy.ADD])
 @pytest.mark.slow
-def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, others: Others) -> None:
+def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, others: ExistingPlansPolicy) -> None:
     villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
     before = contents(out)
     (out / ".build" / "journal.jsonl").unlink()
@@ -122,7 +122,7 @@ def test_without_a_journal_plans_of_other_sources_stay(street: Path, out: Path, 
     run_build([street], out)
     assert contents(out) == before
     (out / ".build" / "journal.jsonl").unlink()
-    assert run_build([villa], out, others=Others.REPLACE).ids == (f"{street.parent.name}_villa",)
+    assert run_build([villa], out, others=ExistingPlansPolicy.REPLACE).ids == (f"{street.parent.name}_villa",)
 
 
 @pytest.mark.slow
@@ -130,8 +130,8 @@ def test_a_copy_that_a_person_keeps_stays_when_other_sources_are_added(street: P
     one_room(street / "d.ply", 4.0, 4.0)  # as a is
     assert "d" in run_build([street], out, overrides={"d": Override(keep=True)}).ids
     villa = one_room(street.parent / "villa.ply", 9.0, 7.0)
-    assert "d" in run_build([villa], out, others=Others.ADD).ids
-    assert "d" not in run_build([street], out, others=Others.ADD).ids
+    assert "d" in run_build([villa], out, others=ExistingPlansPolicy.ADD).ids
+    assert "d" not in run_build([street], out, others=ExistingPlansPolicy.ADD).ids
 
 
 def test_without_a_record_of_parameters_those_of_the_manifest_count(street: Path, out: Path) -> None:
@@ -152,11 +152,11 @@ def test_a_journal_full_of_garbage_costs_what_it_said(street: Path, out: Path) -
 def test_files_that_no_build_wrote_are_left_alone(street: Path, out: Path) -> None:
     (out / "json" / "mine.json").write_text("{}")
     before = contents(out)
-    for others in (Others.REFUSE, Others.ADD):
+    for others in (ExistingPlansPolicy.REFUSE, ExistingPlansPolicy.ADD):
         with pytest.raises(ConfigError, match=r"1 files that no build wrote \(mine\.json\)"):
             run_build([street], out, others=others)
     assert contents(out) == before
-    run_build([street], out, others=Others.REPLACE)
+    run_build([street], out, others=ExistingPlansPolicy.REPLACE)
     assert "json/mine.json" not in contents(out)
 
 
@@ -164,14 +164,14 @@ def test_links_are_neither_followed_nor_removed(street: Path, out: Path, tmp_pat
     elsewhere = tmp_path / "elsewhere"
     (out / "json").rename(elsewhere)
     (out / "json").symlink_to(elsewhere)
-    for others in Others:
+    for others in ExistingPlansPolicy:
         with pytest.raises(ConfigError, match="json is a link"):
             run_build([street], out, others=others, limit=1)
     assert len(list(elsewhere.iterdir())) == 3
     (out / "json").unlink()
     elsewhere.rename(out / "json")
     (out / "json" / "x.json").symlink_to(street / "a.ply")
-    for others in Others:
+    for others in ExistingPlansPolicy:
         with pytest.raises(ConfigError, match=r"json/x\.json is a link"):
             run_build([street], out, others=others)
 
@@ -183,12 +183,12 @@ def test_two_builds_into_one_folder_do_not_meet(street: Path, out: Path) -> None
 
 
 def test_verify_names_what_is_not_as_it_was_written(out: Path) -> None:
-    assert not list(verify(out))
+    assert not list(find_damaged_files(out))
     spoil(out / "json" / "a.json", "same size and time")
     spoil(out / "json" / "b.json", "deleted")
     (out / "json" / "mine.json").touch()
     spoil(store(out)[0], "same size and time")
-    found = list(verify(out))
+    found = list(find_damaged_files(out))
     assert found[:3] == [
         "json/a.json: changed since it was written",
         "json/b.json: missing",
@@ -221,9 +221,9 @@ def test_what_interrupted_writes_left_is_swept(street: Path, out: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["lock", "journal.jsonl", "pictures", "plans", "report.html", "json"])
-@pytest.mark.parametrize("others", list(Others))
+@pytest.mark.parametrize("others", list(ExistingPlansPolicy))
 def test_no_link_in_a_data_set_is_written_through(
-    street: Path, out: Path, tmp_path: Path, name: str, others: Others
+    street: Path, out: Path, tmp_path: Path, name: str, others: ExistingPlansPolicy
 ) -> None:
     target, link = tmp_path / "mine", out / "json" if name == "json" else out / ".build" / name
     if link.is_dir():

@@ -10,9 +10,9 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL
-from pipeline.batch.assemble import DataSet
-from pipeline.batch.folder import Others
-from pipeline.batch.verify import verify
+from pipeline.batch.assemble import BuildResult
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
+from pipeline.batch.verify import find_damaged_files
 from pipeline.inspection import inspect_house
 from tests.builders.batch import (
     config_for,
@@ -34,7 +34,7 @@ def houses(tmp_path: Path) -> Path:
     return three_rooms(tmp_path / "houses")
 
 
-def keep(sources: Path | list[Path], out: Path, **options: Any) -> DataSet:
+def keep(sources: Path | list[Path], out: Path, **options: Any) -> BuildResult:
     """Build with pictures of the stages."""
     found = sources if isinstance(sources, list) else [sources]
     return run_build(found, out, keep_stages=True, **{"plan": sketched, **options})
@@ -108,14 +108,14 @@ def test_a_picture_that_is_lost_comes_back(houses: Path, tmp_path: Path, lost: s
     keep(houses, out)
     assert pictures(out) == PICTURES
     assert stored.read_bytes() == b"stages of b"
-    assert list(verify(out)) == []
+    assert list(find_damaged_files(out)) == []
 
 
 def test_verify_finds_a_picture_that_was_changed(houses: Path, tmp_path: Path) -> None:
     keep(houses, tmp_path / "out")
     (tmp_path / "out" / "stages" / "a.png").write_bytes(b"painted over")
     (tmp_path / "out" / "stages" / "mine.png").touch()
-    found = list(verify(tmp_path / "out"))
+    found = list(find_damaged_files(tmp_path / "out"))
     assert found == ["stages/a.png: changed since it was written", "stages/mine.png: no build wrote it"]
 
 
@@ -153,7 +153,7 @@ def test_a_house_that_is_gone_a_copy_and_an_id_that_is_taken(tmp_path: Path) -> 
 @pytest.mark.slow
 def test_a_plan_of_another_source_stays_where_its_picture_is_lost(houses: Path, tmp_path: Path) -> None:
     out, other = tmp_path / "out", one_room(tmp_path / "other" / "z.ply", 12.0)
-    add = partial(keep, houses, out, others=Others.ADD)
+    add = partial(keep, houses, out, others=ExistingPlansPolicy.ADD)
     keep([other], out)
     name = next(iter(pictures(out))).removeprefix("stages/").removesuffix(".png")
     add()

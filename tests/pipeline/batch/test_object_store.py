@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
-from pipeline.batch.folder import Others
-from pipeline.batch.mirror import mirror_of
-from pipeline.batch.shard_build import require_begun, unfinished_inputs
+from pipeline.batch.data_set_folder import ExistingPlansPolicy
+from pipeline.batch.mirror import mirror_source
+from pipeline.batch.shard_build import require_common_settings, unfinished_inputs
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
 from tests.builders.clusters import BUCKET, forget, puts, s3_server
 from tests.builders.needs import need
@@ -58,7 +58,7 @@ def test_shards_in_an_object_store_give_the_bytes_of_a_serial_build(
 ) -> None:
     config, before = config_for([SOURCE]), Counter(puts(log))
     run_shard(config, OUT, "1/2")
-    assert set(unfinished_inputs(require_begun(OUT), OUT)) == {0}
+    assert set(unfinished_inputs(require_common_settings(OUT), OUT)) == {0}
     run_shard(config, OUT, "0/2")
     run_assemble(OUT)
     assert stored(bucket, OUT) == serial
@@ -98,7 +98,7 @@ def test_a_copy_in_a_folder_is_a_data_set_like_any_other(bucket: Any, tmp_path: 
     assert contents(copy) == before
     run_build([SOURCE], copy)
     assert contents(copy) == before
-    run_build([villa], copy, others=Others.ADD)
+    run_build([villa], copy, others=ExistingPlansPolicy.ADD)
     assert {*before} < {*contents(copy)}
 
 
@@ -144,7 +144,7 @@ def test_pictures_of_the_stages_go_with_the_plans(bucket: Any, street: Path, tmp
 def test_a_source_is_fetched_as_far_as_it_is_read_and_another_place_is_none_of_it(bucket: Any, tmp_path: Path) -> None:
     bucket.pipe_file(f"{BUCKET}/in/street/../../out.ply", b"ply")
     bucket.pipe_file(f"{BUCKET}/in/street/large.ply", b"ply\n" + bytes(1 << 20))
-    mirror, place = mirror_of(SOURCE)
+    mirror, place = mirror_source(SOURCE)
     found = {file.relative_to(place).as_posix() for file in place.rglob("*") if file.is_file()}
     assert found == {"a.ply", "b.ply", "c.ply", "far/e.obj", "g_refuse.glb", "large.ply", *_split(found), "z.ply"}
     large = place / "large.ply"

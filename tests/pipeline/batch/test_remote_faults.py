@@ -7,8 +7,8 @@ import errno
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.batch.disk import transient_fault
-from pipeline.batch.store import faults
+from pipeline.batch.disk import find_transient_fault
+from pipeline.batch.result_store import translate_store_errors
 
 
 class NoCredentialsError(Exception):
@@ -23,15 +23,15 @@ class NoCredentialsError(Exception):
     ],
 )
 def test_who_may_not_is_told_what_to_set(error: Exception, said: str) -> None:
-    with pytest.raises(ConfigError, match=said) as raised, faults("s3://bucket/plans"):
+    with pytest.raises(ConfigError, match=said) as raised, translate_store_errors("s3://bucket/plans"):
         raise error
-    assert transient_fault(raised.value) is None
+    assert find_transient_fault(raised.value) is None
 
 
 def test_a_dropped_connection_passes() -> None:
     with (
         pytest.raises(OSError, match="s3://bucket/plans: RuntimeError: dropped") as raised,
-        faults("s3://bucket/plans"),
+        translate_store_errors("s3://bucket/plans"),
     ):
         raise RuntimeError("dropped")
-    assert transient_fault(raised.value) is not None
+    assert find_transient_fault(raised.value) is not None

@@ -12,15 +12,15 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.dataset.build_record import BuildCommand, BuildRecord, read_build_record
 from houseexpo.errors import ConfigError
-from pipeline.batch.shard_build import begin, require_begun, unfinished_inputs
-from pipeline.batch.shards import Shard, ShardJournal, number_of, read_begun
-from pipeline.batch.store import FolderStore, open_store
+from pipeline.batch.result_store import FolderStore, open_store
+from pipeline.batch.shard_build import begin_shards, require_common_settings, unfinished_inputs
+from pipeline.batch.shards import Shard, ShardJournal, read_common_settings, shard_number
 from pipeline.overrides import Override
 from tests.builders.batch import boxed, config_for, contents, killed_once, one_room, run_assemble, run_build, run_shard
 
 
 def shard_of_a(count: int) -> str:
-    return f"{number_of('a', count)}/{count}"
+    return f"{shard_number('a', count)}/{count}"
 
 
 @pytest.mark.slow
@@ -33,9 +33,14 @@ def test_shards_in_any_order_and_more_than_once_give_the_bytes_of_one_build(
     journal = ShardJournal(FolderStore(tmp_path / "out"), None)
     assert len(list(journal.entries())) == 7
     shutil.rmtree(
-        next((tmp_path / "out/.build/shards").glob(f"{number_of('a', 3):06d}-of-*"))
+        next((tmp_path / "out/.build/shards").glob(f"{shard_number('a', 3):06d}-of-*"))
     )  # an attempt that is lost
-    assert "a" in unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out"))[number_of("a", 3)]
+    assert (
+        "a"
+        in unfinished_inputs(require_common_settings(str(tmp_path / "out")), str(tmp_path / "out"))[
+            shard_number("a", 3)
+        ]
+    )
     run_shard(config, tmp_path / "out", shard_of_a(3))
     run_assemble(tmp_path / "out")
     assert contents(tmp_path / "out") == serial
@@ -51,7 +56,7 @@ def test_a_shard_that_was_done_is_not_done_again_unless_an_input_changed(street:
     run_shard(config, tmp_path / "out", "0/1")
     assert sorted(chunks.rglob("*.jsonl")) == before
     one_room(houses / "c.ply", 9.0)
-    assert unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")) == {0: ["c"]}
+    assert unfinished_inputs(require_common_settings(str(tmp_path / "out")), str(tmp_path / "out")) == {0: ["c"]}
     run_shard(config, tmp_path / "out", "0/1")
     run_assemble(tmp_path / "out")
     run_build([houses], tmp_path / "afresh")
@@ -62,7 +67,10 @@ def test_a_torn_chunk_costs_what_stood_in_it(street: Path, serial: dict[str, byt
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     [chunk] = (tmp_path / "out/.build/shards").rglob("*.jsonl")
     chunk.write_bytes(chunk.read_bytes()[:-40])
-    assert sum(map(len, unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+    assert (
+        sum(map(len, unfinished_inputs(require_common_settings(str(tmp_path / "out")), str(tmp_path / "out")).values()))
+        == 1
+    )
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     run_assemble(tmp_path / "out")
     assert contents(tmp_path / "out") == serial
@@ -81,13 +89,16 @@ def test_a_worker_that_is_killed_in_a_shard_costs_nothing(
 def test_a_plan_that_left_the_store_is_left_to_do(street: Path, tmp_path: Path) -> None:
     run_shard(config_for([street]), tmp_path / "out", "0/1")
     next((tmp_path / "out/.build/plans").rglob("*/*")).unlink()
-    assert sum(map(len, unfinished_inputs(require_begun(str(tmp_path / "out")), str(tmp_path / "out")).values())) == 1
+    assert (
+        sum(map(len, unfinished_inputs(require_common_settings(str(tmp_path / "out")), str(tmp_path / "out")).values()))
+        == 1
+    )
 
 
 def test_assemble_says_which_houses_of_which_shards_are_not_done(
     street: Path, serial: dict[str, bytes], tmp_path: Path
 ) -> None:
-    out, others = tmp_path / "out", f"{(number_of('a', 2) + 1) % 2}/2"
+    out, others = tmp_path / "out", f"{(shard_number('a', 2) + 1) % 2}/2"
     run_shard(config_for([street]), out, others, plan=boxed)
     said = CliRunner().invoke(make_app(), ["assemble", str(out)])
     assert said.exit_code == 3
@@ -148,11 +159,11 @@ def test_what_a_later_build_made_of_a_data_set_is_not_taken_back(tmp_path: Path)
 def test_the_only_shard_of_a_build_hears_new_corrections(street: Path, tmp_path: Path) -> None:
     out = str(tmp_path / "out")
     run_shard(config_for([street]), out, "0/1")
-    begun = begin(config_for([street], licence="CC0-1.0"), out, 1, {"a": Override(drop=True)})
-    assert require_begun(out) == begun
+    begun = begin_shards(config_for([street], licence="CC0-1.0"), out, 1, {"a": Override(drop=True)})
+    assert require_common_settings(out) == begun
     assert unfinished_inputs(begun, out) == {0: ["a"]}
     with pytest.raises(ConfigError, match="other sources"):
-        begin(config_for([street], limit=2), out, 1, {})
+        begin_shards(config_for([street], limit=2), out, 1, {})
 
 
 def test_nothing_was_begun(tmp_path: Path) -> None:
@@ -173,7 +184,7 @@ def test_shards_of_another_build_and_other_things_are_refused(street: Path, tmp_
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").touch()
     with pytest.raises(ConfigError, match="expected an empty folder or an earlier build"):
-        begin(config_for([street]), str(tmp_path / "mine"), 2, {})
+        begin_shards(config_for([street]), str(tmp_path / "mine"), 2, {})
     assert [file.name for file in (tmp_path / "mine").iterdir()] == ["thesis.txt"]
 
 
@@ -218,6 +229,6 @@ def test_what_is_no_shard_is_said(text: str) -> None:
 
 
 def test_what_was_begun_is_read_as_it_was_written(street: Path, tmp_path: Path) -> None:
-    begun = begin(config_for([street], scale=20.0), str(tmp_path / "out"), 2, {})
-    assert read_begun(FolderStore(tmp_path / "out")) == begun
+    begun = begin_shards(config_for([street], scale=20.0), str(tmp_path / "out"), 2, {})
+    assert read_common_settings(FolderStore(tmp_path / "out")) == begun
     assert begun.config.build.sources == (str(street),)

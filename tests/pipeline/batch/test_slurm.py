@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
-from pipeline.batch.slurm import Queue, Request, Scripts, ranges
+from pipeline.batch.slurm import QueuedShards, SlurmScripts, TaskResources, format_ranges
 from tests.builders.batch import contents
 from tests.builders.clusters import MAX_TASKS, call, cluster, need_slurm, wait_for
 
@@ -55,15 +55,15 @@ def test_the_scripts_run_and_what_was_cancelled_is_submitted_again(tmp_path: Pat
         assert f"0 of {SHARDS} shards" in houseexpo(*asked[:-1])
 
 
-def scripts(folder: Path, **asked: str) -> Scripts:
-    return Scripts(
-        folder, "/shared/my plans", ["houseexpo", "build", "--out", "/shared/my plans"], 2500, Request(**asked)
+def scripts(folder: Path, **asked: str) -> SlurmScripts:
+    return SlurmScripts(
+        folder, "/shared/my plans", ["houseexpo", "build", "--out", "/shared/my plans"], 2500, TaskResources(**asked)
     )
 
 
 def test_more_than_the_cluster_takes_is_split_and_what_is_queued_is_left_out(tmp_path: Path) -> None:
     written = scripts(tmp_path / "with a space", partition="long", time="04:00:00", memory="8G")
-    count = written.write([0, 1, 2, 5, 999, 1000, 2400], 1000, Queue(frozenset({1, 2400}), ("77",)))
+    count = written.write([0, 1, 2, 5, 999, 1000, 2400], 1000, QueuedShards(frozenset({1, 2400}), ("77",)))
     assert count == 5
     text = (written.folder / "submit.sh").read_text()
     assert "--array=0,2,5,999 " in text
@@ -112,4 +112,4 @@ def test_a_machine_without_slurm_writes_the_scripts_and_says_so(
 
 @pytest.mark.parametrize(("numbers", "text"), [([], ""), ([4], "4"), ([0, 1, 2, 5, 7, 8], "0-2,5,7-8")])
 def test_numbers_as_slurm_writes_them(numbers: list[int], text: str) -> None:
-    assert ranges(numbers) == text
+    assert format_ranges(numbers) == text

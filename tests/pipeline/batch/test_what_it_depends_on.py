@@ -99,8 +99,8 @@ def test_a_missing_file_that_comes_back_is_noticed(tmp_path: Path) -> None:
 def test_other_libraries_or_another_program_make_it_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     house, out = one_room(tmp_path / "house.ply"), tmp_path / "out"
     run_build([house], out)
-    was = recipe.versions()
-    monkeypatch.setattr(recipe, "versions", lambda: {**was, "shapely": "9.9"})
+    was = recipe.library_versions()
+    monkeypatch.setattr(recipe, "library_versions", lambda: {**was, "shapely": "9.9"})
     run_build([house], out)
     assert done(out) == 2
     monkeypatch.setattr(recipe, "code_digest", lambda: "another")

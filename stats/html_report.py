@@ -14,18 +14,18 @@ from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
 from stats import figures
 from stats.audit import CONNECTIONS, RULES, AuditSummary, Connection
-from stats.listed import RADIUS
-from stats.public import CITED, PUBLIC, SHARES, SIZES
+from stats.public_sets import CITED, PUBLIC, SHARES, SIZES
 from stats.record import BY_KEY
-from stats.report import Report, audited_rows, leaks
-from stats.table import mean, number
+from stats.report import Report, audited_data_sets, count_leaks
+from stats.terminal_tables import format_mean, format_number
+from stats.unusable_list import RADIUS
 
 _CARD = (4.3, 2.7)
 _WIDE = (5.0, 2.7)
 
 
 @dataclass(frozen=True)
-class Plot:
+class MeasurePlot:
     """The plot of a measure with its texts; ``rows`` are the numbers below it."""
 
     title: str
@@ -34,14 +34,14 @@ class Plot:
     rows: Sequence[tuple[str, str]] = ()
 
 
-def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
+def report_html(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
     """Return the page; ``plans`` are drawn because a list and the measurement disagree on them."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
         loader=PackageLoader("stats"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters.update(number=number, mean=mean)
+    environment.filters.update(number=format_number, mean=format_mean)
     return environment.get_template("report.html.j2").render(
         report=report,
         one=report.one,
@@ -55,14 +55,14 @@ def page(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
         reach=list(_reach(report)),
         audit=report.one.whole.audit,
         rules=RULES,
-        audited=audited_rows(report),
+        audited=audited_data_sets(report),
         public=PUBLIC,
         cited=CITED,
         sizes=list(_sizes(report.one.whole.audit)),
         connections=[
             (kind, names, rows) for kind in CONNECTIONS for names, rows in [_connections(report, kind)] if rows
         ],
-        leaks=leaks(report.one),
+        leaks=count_leaks(report.one),
         distances=report.distances,
         verdict=report.verdict,
         drawn=_example_plans(report, plans or {}),
@@ -78,16 +78,16 @@ _GROUPS = (
 )
 
 
-def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> Plot:
+def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> MeasurePlot:
     measure, tally = BY_KEY[name], report.one.whole.tallies[name]
     other = None if report.other is None else report.other.whole.tallies[name]
     found = tally.report()
     keys = {"mean": "mean", "median": "median", "5%": "p05", "95%": "p95", "min": "min", "max": "max"}
-    rows = [(title, number(found[key], measure.unit)) for title, key in keys.items()]
-    return Plot(measure.title, measure.about, figures.histogram(measure, tally, other, size=size), rows)
+    rows = [(title, format_number(found[key], measure.unit)) for title, key in keys.items()]
+    return MeasurePlot(measure.title, measure.about, figures.draw_histogram(measure, tally, other, size=size), rows)
 
 
-def _plots(report: Report, names: Sequence[str]) -> Iterator[Plot]:
+def _plots(report: Report, names: Sequence[str]) -> Iterator[MeasurePlot]:
     """Yield a plot for each measure that the plans have and that is not equal for all of them."""
     for name in names:
         tally = report.one.whole.tallies[name]
@@ -95,26 +95,26 @@ def _plots(report: Report, names: Sequence[str]) -> Iterator[Plot]:
             yield _histogram(report, name)
 
 
-def _labels(report: Report) -> Plot:
+def _labels(report: Report) -> MeasurePlot:
     counts = report.one.whole.labels
     other = None if report.other is None else report.other.whole.labels
     about = "Rooms by label; where a plan has no rooms as geometry, its label boxes."
-    return Plot("Labels", about, figures.shares(counts, other, width=_WIDE[0]))
+    return MeasurePlot("Labels", about, figures.draw_shares(counts, other, width=_WIDE[0]))
 
 
-def _reach(report: Report) -> Iterator[Plot]:
+def _reach(report: Report) -> Iterator[MeasurePlot]:
     one, other = report.one.whole, None if report.other is None else report.other.whole
     rows = [(f"{radius} m", f"{reach.connected:,}") for radius, reach in sorted(one.reach.items())]
     about = "Share of the plans in which a round robot gets to every place that it fits into."
-    drawing = figures.plot_reach(one.reach, None if other is None else other.reach, size=_CARD)
-    yield Plot("Navigable plans", about, drawing, rows)
+    drawing = figures.draw_reach(one.reach, None if other is None else other.reach, size=_CARD)
+    yield MeasurePlot("Navigable plans", about, drawing, rows)
     here, there = (None if s is None else s.reach[RADIUS].narrowest for s in (one, other))
     if here is not None and here.count:
         measure = Measure("narrowest", "Narrowest passage", lambda _: None, "m", here.step, here.bin_width)
         found = here.report()
-        rows = [(key, number(found[key], "m")) for key in ("mean", "median", "min", "max")]
+        rows = [(key, format_number(found[key], "m")) for key in ("mean", "median", "min", "max")]
         about = f"That a robot of {RADIUS} m radius has to take to get about; the width of a house of one space."
-        yield Plot(measure.title, about, figures.histogram(measure, here, there, size=_CARD), rows)
+        yield MeasurePlot(measure.title, about, figures.draw_histogram(measure, here, there, size=_CARD), rows)
 
 
 def _sizes(found: AuditSummary) -> Iterator[tuple[str, int, list[str], list[str]]]:
@@ -147,11 +147,16 @@ def _example_plans(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[st
     titles = ("Only the measure calls these bad", "Only the list calls these bad")
     groups: list[Any] = []
     for title, ids in zip(titles, report.verdict.sample(), strict=True):
-        groups.append((title, [(name, figures.reach_svg(plans[name], float(RADIUS))) for name in ids if name in plans]))
+        groups.append(
+            (
+                title,
+                [(name, figures.draw_reachable_places(plans[name], float(RADIUS))) for name in ids if name in plans],
+            )
+        )
     return [group for group in groups if group[1]]
 
 
-def check_names(files: Iterable[Path]) -> None:
+def check_report_paths(files: Iterable[Path]) -> None:
     """Raise ConfigError if a report cannot be written under a file name."""
     for path in files:
         if path.suffix not in _WRITERS:
@@ -166,7 +171,7 @@ def write_report(report: Report, data_set: Dataset, path: Path) -> None:
 def write_page(report: Report, data_set: Dataset, path: Path) -> None:
     """Write the HTML page; plans on which a list and the measurement disagree are read from ``data_set`` and drawn."""
     ids = [] if report.verdict is None else [name for group in report.verdict.sample() for name in group]
-    write_atomically(path, page(report, {name: data_set[name] for name in ids}).encode())
+    write_atomically(path, report_html(report, {name: data_set[name] for name in ids}).encode())
 
 
 def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is

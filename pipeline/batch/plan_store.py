@@ -9,10 +9,10 @@ import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pipeline.batch.entry import Kept, Picture
+from pipeline.batch.entry import StoredPicture, StoredPlan
 
 if TYPE_CHECKING:  # how a store is kept shows in no plan: it is no part of what a result depends on
-    from pipeline.batch.store import Store
+    from pipeline.batch.result_store import Store
 
 _FOLDER = ".build/plans"
 
@@ -20,30 +20,30 @@ _FOLDER = ".build/plans"
 class DamagedPlanError(Exception):
     """A plan in the store, or the picture of its stages, is gone or no longer what was written."""
 
-    def __init__(self, kept: Kept) -> None:
+    def __init__(self, kept: StoredPlan) -> None:
         super().__init__(kept)
         self.kept = kept
 
 
 @dataclass(frozen=True)
-class Plans:
+class PlanStore:
     """The plans in a store, in subfolders by the first two digits of their hash."""
 
     store: Store
 
-    def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> Kept:
+    def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> StoredPlan:
         """Store a plan, and the picture of its stages if there is one; both are on the disk when this returns."""
-        stages = Picture(self._add(picture), len(picture)) if picture else None
-        return Kept(name, content, self._add(data), len(data), stages)
+        stages = StoredPicture(self._add(picture), len(picture)) if picture else None
+        return StoredPlan(name, content, self._add(data), len(data), stages)
 
-    def stands(self, kept: Kept, *, pictured: bool) -> bool:
+    def stands(self, kept: StoredPlan, *, pictured: bool) -> bool:
         """Tell whether a plan (and, if ``pictured``, its picture) is stored with its size; nothing is read."""
         if self.store.size(_place(kept.plan)) != kept.size:
             return False
         stages = kept.stages
         return not pictured or (stages is not None and self.store.size(_place(stages.sha256)) == stages.size)
 
-    def get(self, kept: Kept) -> bytes:
+    def get(self, kept: StoredPlan) -> bytes:
         """Return the bytes of a plan.
 
         Raises
@@ -53,7 +53,7 @@ class Plans:
         """
         return self._get(kept, kept.plan)
 
-    def picture(self, kept: Kept) -> bytes:
+    def picture(self, kept: StoredPlan) -> bytes:
         """Return the picture of a plan's stages, or b"" without one. Raises DamagedPlanError as ``get`` does."""
         return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
@@ -66,7 +66,7 @@ class Plans:
         self.store.add(_place(sha256), data)
         return sha256
 
-    def _get(self, kept: Kept, sha256: str) -> bytes:
+    def _get(self, kept: StoredPlan, sha256: str) -> bytes:
         try:
             data = self.store.get(_place(sha256))
         except OSError:
@@ -77,7 +77,7 @@ class Plans:
         return data
 
 
-def places_of(kept: Kept) -> list[str]:
+def stored_names(kept: StoredPlan) -> list[str]:
     """Return the names under which a plan, and the picture of its stages, are kept."""
     return [_place(kept.plan), *([_place(kept.stages.sha256)] if kept.stages is not None else [])]
 

@@ -103,7 +103,7 @@ RPLAN and MSD have no interior doors; Tell2Design is not among these figures.
 """
 
 
-def as_row(name: str, found: AuditSummary) -> PublicSet:
+def public_row(name: str, found: AuditSummary) -> PublicSet:
     """Return an audited data set as a row beside the public ones."""
     means = {rule: tally.moments()[0] for rule, tally in found.shares.items()}
     pieces = found.pieces.moments()[0]

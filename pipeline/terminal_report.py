@@ -1,4 +1,4 @@
-"""Print the outcome of a build in the terminal, as tables and lines; ``pipeline.report_page`` writes the HTML report.
+"""Print the outcome of a build in the terminal, as tables and lines; ``pipeline.html_report`` writes the HTML report.
 
 R1  First the counts, then the plans by id, then what gave no plan and what to do about it, then where all is, and the
     commands that people run next.
@@ -21,8 +21,8 @@ from houseexpo.commands.printing import new_table
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
 from houseexpo.words import count_noun
-from pipeline.batch.assemble import DataSet, settle
-from pipeline.batch.entry import Entry, Refused
+from pipeline.batch.assemble import BuildResult, make_unique_ids
+from pipeline.batch.entry import Entry, StoredRejection
 from pipeline.sources import is_path
 from pipeline.sources.reader_choice import how_to_export
 
@@ -35,7 +35,7 @@ _SLOW: Final = 10
 """The number of inputs that are listed as the slowest."""
 
 
-def index_rows(root: Path) -> list[dict[str, Any]]:
+def read_index_rows(root: Path) -> list[dict[str, Any]]:
     """Return what the index of a data set says of each plan: id, room_num, n_doors, area (m2), quality."""
     import pyarrow.parquet as pq
 
@@ -44,13 +44,15 @@ def index_rows(root: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed: Console, *, verbose: bool) -> None:
+def print_outcome(
+    data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: str, printed: Console, *, verbose: bool
+) -> None:
     """Print the outcome of a build.
 
     Parameters
     ----------
     rows
-        The data set's ``index_rows``.
+        The data set's ``read_index_rows``.
     out
         The data set as the person named it.
     verbose
@@ -66,9 +68,9 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
         printed.print(plans_table(data_set, rows, out))
     if data_set.refused:
         printed.print()
-    for refused in refused_lines(data_set, out):
+    for refused in rejection_lines(data_set, out):
         printed.print(refused, soft_wrap=True)
-    notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in implausible_lines(rows)]
+    notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in oddity_lines(rows)]
     if notes:
         printed.print()
     for note, style in notes:
@@ -76,12 +78,12 @@ def show(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str, printed
     if verbose:
         printed.print(outcome_table(data_set.stats))
         if len(data_set.entries) > 1 and not data_set.unchanged:
-            printed.print(longest_table(data_set))
+            printed.print(slowest_inputs_table(data_set))
     if data_set.not_done:
         again = f"not done yet: {data_set.not_done}; run the build again when the cause is gone"
         printed.print(again, style="yellow", highlight=False, soft_wrap=True)
     printed.print()
-    for what, where in places(data_set, out):
+    for what, where in result_lines(data_set, out):
         printed.print(f"{what:10}", style="bold", end="")
         printed.print(where, soft_wrap=True)
 
@@ -108,7 +110,7 @@ def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
     return f"on average {rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m2 per plan"
 
 
-def plans_table(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> Table:
+def plans_table(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: str) -> Table:
     """List the plans by id (R2), those of this build first, each with the file that it was read from, if any."""
     files = _files(data_set)
     own = sorted(rows, key=lambda row: (row["id"] not in files, row["id"]))
@@ -130,10 +132,10 @@ def plans_table(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) 
     return table
 
 
-def _files(data_set: DataSet) -> dict[str, str]:
+def _files(data_set: BuildResult) -> dict[str, str]:
     """Return the file by the plan's id, of the inputs that this build listed; "" for a house that was made."""
     made = [(entry, kept) for entry in data_set.entries for kept in entry.plans]
-    ids = settle([kept.id for _, kept in made], [kept.content for _, kept in made])
+    ids = make_unique_ids([kept.id for _, kept in made], [kept.content for _, kept in made])
     return {
         name: entry.file if is_path(entry.source) else ""
         for name, (entry, _) in zip(ids, made, strict=True)
@@ -141,21 +143,21 @@ def _files(data_set: DataSet) -> dict[str, str]:
     }
 
 
-def refused_lines(data_set: DataSet, out: str) -> Iterator[Text]:
+def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:
     """Say why each input was rejected and what to do; of many (R2) say how many for which reason, and where more is."""
     if len(data_set.refused) > _REFUSED:
         reasons = data_set.stats["outcomes"]["reasons"]
         said = ", ".join(f"{reason} {count:,}" for reason, count in reasons.items())
         yield Text.assemble((f"rejected: {said}", "red"), f"; why, and what to do: {out}/rejected.jsonl")
         return
-    for file, refused in refused_of(data_set):
+    for file, refused in sorted_rejections(data_set):
         named = refused.id if file in {"", refused.id} else f"{file} ({refused.id})"
         yield Text.assemble(("rejected ", "red"), (named, "bold"), f": {refused.detail}")
         if refused.advice:
             yield Text(f"         {refused.advice}", "dim")
 
 
-def places(data_set: DataSet, out: str) -> Iterator[tuple[str, Text]]:
+def result_lines(data_set: BuildResult, out: str) -> Iterator[tuple[str, Text]]:
     """Yield where the results are, and what to run next."""
     yield "data set", Text(out)
     yield "pictures", Text(f"{out}/.build/pictures")
@@ -165,7 +167,7 @@ def places(data_set: DataSet, out: str) -> Iterator[tuple[str, Text]]:
         yield "" if number else "next", Text(command, "cyan")
 
 
-def next_commands(data_set: DataSet, out: str) -> list[str]:
+def next_commands(data_set: BuildResult, out: str) -> list[str]:
     """Return the commands that people run next on a folder of plans."""
     if "://" in out or not data_set.ids:
         return []
@@ -195,17 +197,17 @@ def outcome_table(stats: Mapping[str, Any]) -> Table:
     return table
 
 
-def refused_of(data_set: DataSet) -> list[tuple[str, Refused]]:
+def sorted_rejections(data_set: BuildResult) -> list[tuple[str, StoredRejection]]:
     """Return the rejections, sorted by id, each with the file of its input."""
     found = [(entry.file, refused) for entry in data_set.entries for refused in entry.refused]
     return sorted(found, key=lambda pair: pair[1])
 
 
-def _suffixes(data_set: DataSet) -> set[str]:
+def _suffixes(data_set: BuildResult) -> set[str]:
     return {Path(source).suffix for source in data_set.passed_over}
 
 
-def notes_lines(data_set: DataSet) -> list[str]:
+def notes_lines(data_set: BuildResult) -> list[str]:
     """Return notes on what may surprise: ignored files, and inputs that gave several outcomes."""
     lines = []
     if data_set.passed_over:
@@ -226,7 +228,7 @@ def notes_lines(data_set: DataSet) -> list[str]:
     return lines
 
 
-def longest(data_set: DataSet) -> list[tuple[str, str, float]]:
+def slowest_inputs(data_set: BuildResult) -> list[tuple[str, str, float]]:
     """Return the inputs that took longest: the id of the first outcome, the file, and the seconds."""
     found = sorted((-entry.seconds, entry.file, _id(entry)) for entry in data_set.entries if entry.seconds)
     return [(name, file, -seconds) for seconds, file, name in found[:_SLOW]]
@@ -237,18 +239,18 @@ def _id(entry: Entry) -> str:
     return next((outcome.id for outcome in entry.outcomes), "")
 
 
-def longest_table(data_set: DataSet) -> Table:
+def slowest_inputs_table(data_set: BuildResult) -> Table:
     """Show the inputs that took longest."""
     table = new_table("Longest", header=False)
     table.add_column(overflow="fold")
     table.add_column(overflow="fold", style="dim")
     table.add_column(justify="right")
-    for name, file, seconds in longest(data_set):
+    for name, file, seconds in slowest_inputs(data_set):
         table.add_row(Text(name), Text(file if file != name else ""), f"{seconds:.2f} s")
     return table
 
 
-def stage_seconds(data_set: DataSet) -> dict[str, float]:
+def stage_seconds(data_set: BuildResult) -> dict[str, float]:
     """Return the seconds of all inputs by stage, in the order of the stages; reading a house is ``source``."""
     total: dict[str, float] = {}
     for entry in data_set.entries:
@@ -270,7 +272,7 @@ ADVICE: Final = "check --units, --scale and --storey-height"
 _NAMED = 8
 
 
-def implausible(rooms: int, area_m2: float) -> str:
+def describe_oddity(rooms: int, area_m2: float) -> str:
     """Say what is odd about a plan with this number of rooms and this free area, or return an empty text."""
     each = area_m2 / max(rooms, 1)
     if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
@@ -279,9 +281,9 @@ def implausible(rooms: int, area_m2: float) -> str:
     return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" on average" if rooms > 1 else "")
 
 
-def implausible_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def oddity_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield a line for each plan that is no house, by the rows of the index, and one that counts those left out."""
-    found = [(row["id"], odd) for row in rows if (odd := implausible(row["room_num"], row["area"]))]
+    found = [(row["id"], odd) for row in rows if (odd := describe_oddity(row["room_num"], row["area"]))]
     for name, odd in found[:_NAMED]:
         yield f"implausible: {name}: {odd}; {ADVICE}"
     if len(found) > _NAMED:

@@ -17,10 +17,10 @@ import typer
 from houseexpo.commands.printing import make_console, print_name_and_text, running_command_line
 from houseexpo.errors import INTERRUPTED, NO_PLAN
 from houseexpo.progress import is_quiet, is_verbose
-from pipeline.batch.disk import transient_fault
+from pipeline.batch.disk import find_transient_fault
 
 if TYPE_CHECKING:
-    from pipeline.batch.assemble import DataSet
+    from pipeline.batch.assemble import BuildResult
     from pipeline.config_file import BuildConfig
     from pipeline.inspection import Inspection
 
@@ -29,24 +29,24 @@ NOT_DONE = 3
 """The exit code where a transient fault kept some inputs from being done, or a shard has not done them yet."""
 
 
-def named_manifest(given: Path | None) -> Path | None:
+def resolve_manifest(given: Path | None) -> Path | None:
     """Return the manifest file that the command line names by its path or by its bundled name."""
-    from pipeline.config_file import manifest_file
+    from pipeline.config_file import find_manifest
 
-    return None if given is None else manifest_file(given)
+    return None if given is None else find_manifest(given)
 
 
-def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
+def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
     """Return the manifest's settings, or the defaults, with what the command line gives in their place.
 
     Model folders that are given count from the folder that the command is run in, wherever the settings are used.
     """
-    from pipeline.config_file import BuildConfig, folders_in_full, load_config
+    from pipeline.config_file import BuildConfig, absolute_folders, load_config
 
     settings = BuildConfig() if config is None else load_config(config)
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
     if "model_path" in chosen:
-        chosen["model_path"] = folders_in_full(chosen["model_path"], Path())
+        chosen["model_path"] = absolute_folders(chosen["model_path"], Path())
     return replace(settings, build=replace(settings.build, **chosen))
 
 
@@ -54,29 +54,29 @@ def settings_of(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
 def end_cleanly() -> Iterator[Callable[[], None]]:
     """On Ctrl-C (exit code 130) or a transient fault such as a full disk (3), print the command that continues.
 
-    Yields ``interruptible``'s function.
+    Yields ``handle_ctrl_c``'s function.
     """
     goes_on = f"what is done is kept, and this goes on with the rest: {running_command_line()}"
     last_words = f"interrupted; {goes_on}"
     try:
-        with interruptible(last_words) as check:
+        with handle_ctrl_c(last_words) as check:
             yield check
     except KeyboardInterrupt:
         typer.echo(last_words, err=True)
         raise typer.Exit(INTERRUPTED) from None
     except OSError as error:
-        if (fault := transient_fault(error)) is None:
+        if (fault := find_transient_fault(error)) is None:
             raise
         where = f" ({fault.filename})" if fault.filename else ""
         typer.secho(f"stopped: {fault.strerror or fault}{where}; when that has passed: {goes_on}", fg="red", err=True)
         raise typer.Exit(NOT_DONE) from None
 
 
-def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str) -> int:
+def show_outcomes(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: str) -> int:
     """Show the outcome of a build whose index has these rows; return the exit code."""
-    from pipeline.report import show
+    from pipeline.terminal_report import print_outcome
 
-    show(data_set, rows, out, make_console(quiet=is_quiet()), verbose=is_verbose())
+    print_outcome(data_set, rows, out, make_console(quiet=is_quiet()), verbose=is_verbose())
     if data_set.not_done:
         return NOT_DONE
     if data_set.is_fruitless:
@@ -88,7 +88,7 @@ def show_outcomes(data_set: DataSet, rows: Sequence[Mapping[str, Any]], out: str
 def show_inspection(found: Inspection, source: str, out: Path) -> None:
     """Say which house and level was inspected, where its pictures are, and the outcome."""
     from pipeline.quality import main_grounds_in_words
-    from pipeline.report import ADVICE, implausible
+    from pipeline.terminal_report import ADVICE, describe_oddity
 
     printed = make_console()
     printed.print(str(found.shown or source), highlight=False, soft_wrap=True)
@@ -102,16 +102,16 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
         grounds = "; ".join(main_grounds_in_words(found.quality))
         quality = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
     print_name_and_text(printed, "plan", quality, "green")
-    if found.plan is not None and (odd := implausible(found.plan.room_num, found.plan.area)):
+    if found.plan is not None and (odd := describe_oddity(found.plan.room_num, found.plan.area)):
         print_name_and_text(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
 
 
-def show_unheard(found: Inspection, corrected: tuple[str, ...]) -> None:
+def show_unapplied_corrections(found: Inspection, corrected: tuple[str, ...]) -> None:
     """Say which corrections by hand belong to other houses than the inspected one."""
     from houseexpo.words import unknown_name_message
-    from pipeline.overrides import concerns
+    from pipeline.overrides import is_id_of_input
 
-    if found.shown is None or not corrected or any(concerns(name, found.shown.house) for name in corrected):
+    if found.shown is None or not corrected or any(is_id_of_input(name, found.shown.house) for name in corrected):
         return
     typer.secho(
         f"no correction by hand is of this house: {unknown_name_message(found.shown.house, corrected)}; of a folder, "
@@ -128,7 +128,7 @@ _TIMEOUT_S = 4.0
 
 
 @contextmanager
-def interruptible(last_words: str) -> Iterator[Callable[[], None]]:
+def handle_ctrl_c(last_words: str) -> Iterator[Callable[[], None]]:
     """Let Ctrl-C raise KeyboardInterrupt, and yield a function that raises it again if a library swallowed it.
 
     1. What does not end within some seconds is ended, with ``last_words``; the workers end with their parent.

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
-from stats.listed import judge, read_list
 from stats.record import Record
+from stats.unusable_list import compare_with_list, read_list
 
 
 def record(name: str, components: int) -> Record:
@@ -15,7 +15,7 @@ def record(name: str, components: int) -> Record:
 
 def test_precision_and_recall() -> None:
     records = [record("good", 1), record("seen", 2), record("only_measured", 3), record("none_fits", 0)]
-    verdict = judge(records, frozenset({"seen", "good", "gone"}), "list.txt")
+    verdict = compare_with_list(records, frozenset({"seen", "good", "gone"}), "list.txt")
     assert verdict.both == ("seen",)
     assert verdict.measured_only == ("none_fits", "only_measured")
     assert verdict.listed_only == ("good",)
@@ -26,7 +26,7 @@ def test_precision_and_recall() -> None:
 
 def test_ten_of_each_kind_are_drawn_the_same_every_time() -> None:
     records = [record(f"bad{i:02}", 2) for i in range(30)]
-    verdict = judge(records, frozenset({"x"}), "list.txt")
+    verdict = compare_with_list(records, frozenset({"x"}), "list.txt")
     some, other = verdict.sample()
     assert len(set(some)) == 10
     assert other == []

@@ -25,14 +25,14 @@ from houseexpo.files import write_atomically
 from houseexpo.floorplan import FloorPlan, decode, load_plan
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
-from pipeline.batch.assemble import DataSet
+from pipeline.batch.assemble import BuildResult
 from pipeline.batch.build import Progress
-from pipeline.batch.entry import Refused
-from pipeline.batch.plans import DamagedPlanError, Plans
-from pipeline.batch.store import FolderStore
-from pipeline.png import Picture, as_png
+from pipeline.batch.entry import StoredRejection
+from pipeline.batch.plan_store import DamagedPlanError, PlanStore
+from pipeline.batch.result_store import FolderStore
+from pipeline.png import Picture, encode_png
 from pipeline.quality import main_grounds_in_words
-from pipeline.report import longest, refused_of, stage_seconds
+from pipeline.terminal_report import slowest_inputs, sorted_rejections, stage_seconds
 
 SHOWN: Final = 50
 """How many of the other plans are drawn, at random: enough to look at, quick to make."""
@@ -45,7 +45,7 @@ _ROWS: Final = 2000
 _TILE_PX: Final = 320
 
 
-def write_report(data_set: DataSet, progress: Progress) -> None:
+def write_report(data_set: BuildResult, progress: Progress) -> None:
     """Write the page and the pictures that it shows; a page that cannot be made is said, and costs nothing else.
 
     Raises
@@ -61,7 +61,7 @@ def write_report(data_set: DataSet, progress: Progress) -> None:
         _LOG.warning("%s: the report cannot be made: %s", data_set.root, error)
 
 
-def _write(data_set: DataSet, progress: Progress) -> None:
+def _write(data_set: BuildResult, progress: Progress) -> None:
     folder = data_set.root / ".build" / "pictures"
     folder.mkdir(exist_ok=True)
     for old in folder.rglob("*.png"):
@@ -78,23 +78,25 @@ def _write(data_set: DataSet, progress: Progress) -> None:
         image = _draw_plan(plan)
         if image is not None:
             images[name] = image
-            (folder / f"{name}.png").write_bytes(as_png(image))
+            (folder / f"{name}.png").write_bytes(encode_png(image))
         progress("drawing", done, len(plans))
     if sheet_of := [name for name in (*doubtful, *others) if name in images][:SHOWN]:
         sheet = contact_sheet([images[name] for name in sheet_of], 6, [name[:20] for name in sheet_of])
-        (folder / "sheet.png").write_bytes(as_png(sheet))
+        (folder / "sheet.png").write_bytes(encode_png(sheet))
     count = data_set.stats["outcomes"]["doubtful"]
     some = ", some at random" if len(data_set.ids) > SHOWN else ""
     parts = (
-        table((), list(_counts(data_set))),
-        section(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
+        table_html((), list(_counts(data_set))),
+        section_html(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
         *_rejections(data_set),
-        section(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
-        table(("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MAX_SHOWN:]]),
-        section(f"Plans{some}", [_plan_figure(plans[name]) for name in others]) if others else "",
+        section_html(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
+        table_html(
+            ("id", "repeats", "difference"), [(c.id, c.kept_id, f"{c.difference:.4f}") for c in copies[MAX_SHOWN:]]
+        ),
+        section_html(f"Plans{some}", [_plan_figure(plans[name]) for name in others]) if others else "",
         *_time(data_set),
     )
-    html = page(data_set.root.name, parts)
+    html = page_html(data_set.root.name, parts)
     write_atomically(data_set.root / ".build" / "report.html", html.encode(), durable=True)
 
 
@@ -107,7 +109,7 @@ def _draw_plan(plan: FloorPlan) -> Picture | None:
         return None
 
 
-def doubtful_ids(data_set: DataSet) -> list[str]:
+def doubtful_ids(data_set: BuildResult) -> list[str]:
     """Return the ids of the doubtful plans, the least sure first."""
     index = pq.read_table(data_set.root / "index.parquet", columns=["id", "quality"]).to_pylist()
     found = [(row["quality"], row["id"]) for row in index if row["quality"] is not None and row["quality"] < SURE]
@@ -119,7 +121,7 @@ def _sample_names(names: Sequence[str], count: int) -> list[str]:
     return sorted(random.Random(0).sample(names, min(count, len(names))))  # noqa: S311 - a choice of pictures
 
 
-def _keep_pictures(data_set: DataSet) -> None:
+def _keep_pictures(data_set: BuildResult) -> None:
     """Write the pictures of what was refused, where `houseexpo serve` finds them."""
     for refused in (each for each in data_set.refused[:_ROWS] if each.picture):
         file = rejected_picture_path(data_set.root, refused.id)
@@ -127,14 +129,14 @@ def _keep_pictures(data_set: DataSet) -> None:
         file.write_bytes(refused.picture)
 
 
-def _duplicates(data_set: DataSet) -> list[Duplicate]:
+def _duplicates(data_set: BuildResult) -> list[Duplicate]:
     lines = (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
     return [Duplicate(**msgspec.json.decode(line)) for line in lines]
 
 
-def _plans_beside(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPlan]:
+def _plans_beside(data_set: BuildResult, names: Sequence[str]) -> dict[str, FloorPlan]:
     """Return plans that are not in the data set from where the build keeps them, as far as they are still there."""
-    store, found = Plans(FolderStore(data_set.root)), {}
+    store, found = PlanStore(FolderStore(data_set.root)), {}
     kept = {plan.id: plan for entry in data_set.entries for plan in entry.plans}
     for name in names:
         try:
@@ -144,7 +146,7 @@ def _plans_beside(data_set: DataSet, names: Sequence[str]) -> dict[str, FloorPla
     return found
 
 
-def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
+def _counts(data_set: BuildResult) -> Iterator[tuple[str, str]]:
     outcomes = data_set.stats["outcomes"]
     yield from ((key, str(outcomes[key])) for key in ("inputs", "plans", "doubtful", "duplicates", "rejected"))
     yield from ((f"rejected: {reason}", str(count)) for reason, count in outcomes["reasons"].items())
@@ -153,29 +155,29 @@ def _counts(data_set: DataSet) -> Iterator[tuple[str, str]]:
     )
 
 
-def _rejections(data_set: DataSet) -> Iterator[str]:
+def _rejections(data_set: BuildResult) -> Iterator[str]:
     """Yield an example of each stage and reason, with a picture where there is one, and the list of all."""
-    found = sorted(refused_of(data_set), key=lambda pair: (pair[1].stage, pair[1].reason))
+    found = sorted(sorted_rejections(data_set), key=lambda pair: (pair[1].stage, pair[1].reason))
     figures = []
     for (stage, reason), group in groupby(found, lambda pair: (pair[1].stage, pair[1].reason)):
         those = list(group)
         file, example = next((pair for pair in those if pair[1].picture), those[0])
         figures.append(_refused_figure(f"{stage}: {reason}: {len(those)}", file, example))
-    yield section(f"Rejected: {len(found)}", figures)
+    yield section_html(f"Rejected: {len(found)}", figures)
     rows = [(r.id, file, f"{r.stage}: {r.reason}", r.detail, r.advice) for file, r in found[:_ROWS]]
-    yield table(("id", "file", "why", "found", "what to do"), rows)
+    yield table_html(("id", "file", "why", "found", "what to do"), rows)
     if len(found) > _ROWS:
         yield "<p>The others are in <code>rejected.jsonl</code>.</p>"
 
 
-def _refused_figure(title: str, file: str, refused: Refused) -> str:
+def _refused_figure(title: str, file: str, refused: StoredRejection) -> str:
     source = f"data:image/png;base64,{base64.b64encode(refused.picture).decode()}" if refused.picture else ""
-    return figure(source, [title, f"for example {refused.id}", file, refused.detail, refused.advice])
+    return figure_html(source, [title, f"for example {refused.id}", file, refused.detail, refused.advice])
 
 
 def _duplicate_figure(copy: Duplicate) -> str:
     lines = [f"{copy.id} repeats {copy.kept_id}", f"difference {copy.difference:.4f}, {copy.symmetry}"]
-    return figure([f"pictures/{name}.png" for name in (copy.id, copy.kept_id)], lines)
+    return figure_html([f"pictures/{name}.png" for name in (copy.id, copy.kept_id)], lines)
 
 
 def _plan_figure(plan: FloorPlan) -> str:
@@ -183,29 +185,29 @@ def _plan_figure(plan: FloorPlan) -> str:
     if plan.quality is not None:
         lines.append(f"quality {plan.quality.score:.2f}")
         lines += main_grounds_in_words(plan.quality) if plan.quality.is_doubtful else []
-    return figure(f"pictures/{plan.id}.png", lines)
+    return figure_html(f"pictures/{plan.id}.png", lines)
 
 
-def _time(data_set: DataSet) -> Iterator[str]:
+def _time(data_set: BuildResult) -> Iterator[str]:
     """Yield where the time went, by stage, and which inputs took longest."""
     seconds = stage_seconds(data_set)
     if total := sum(seconds.values()):
         rows = [(stage, f"{value:.1f} s", f"{value / total:.0%}") for stage, value in seconds.items()]
-        yield section("Time", [])
-        yield table(("stage", "of one core", "share"), rows)
-        slow = [(name, file, f"{value:.2f}") for name, file, value in longest(data_set)]
-        yield table(("longest", "file", "seconds"), slow)
+        yield section_html("Time", [])
+        yield table_html(("stage", "of one core", "share"), rows)
+        slow = [(name, file, f"{value:.2f}") for name, file, value in slowest_inputs(data_set)]
+        yield table_html(("longest", "file", "seconds"), slow)
 
 
 # The parts of a page for people: sections of figures, tables; every text is escaped here and nowhere else.
 
 
-def page(title: str, parts: Iterable[str]) -> str:
+def page_html(title: str, parts: Iterable[str]) -> str:
     """Return a whole page; ``parts`` are HTML."""
     return _PAGE.format(title=escape(title), parts="\n".join(part for part in parts if part))
 
 
-def section(title: str, figures: Sequence[str]) -> str:
+def section_html(title: str, figures: Sequence[str]) -> str:
     """Return a heading with figures under it, or nothing if the title ends in a count of none."""
     if title.endswith(": 0"):
         return ""
@@ -213,7 +215,7 @@ def section(title: str, figures: Sequence[str]) -> str:
     return f"<h2>{escape(title)}</h2>" + (f"\n<main>\n{shown}\n</main>" if figures else "")
 
 
-def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table_html(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table, or nothing if it has no rows."""
     if not rows:
         return ""
@@ -222,7 +224,7 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return f"<table>\n{head}{body}\n</table>"
 
 
-def figure(sources: str | Sequence[str], lines: Iterable[str]) -> str:
+def figure_html(sources: str | Sequence[str], lines: Iterable[str]) -> str:
     """Return the pictures that exist, with lines of text under them."""
     found = [sources] if isinstance(sources, str) else sources
     images = "".join(

@@ -16,8 +16,8 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.readable import open_readable
 from houseexpo.errors import DatasetError
 from houseexpo.floorplan import FloorPlan, save_plan
-from stats.bad import Bad, find_bad
-from stats.gather import records
+from stats.bad_plans import BadPlan, find_bad_plans
+from stats.measure import measure_plans
 from tests.builders.batch import one_room, run_build
 from tests.stats.conftest import outline
 
@@ -49,21 +49,21 @@ def odd(folder: Path) -> Path:
     return folder
 
 
-def found(folder: Path, radius_m: float) -> dict[str, Bad]:
+def found(folder: Path, radius_m: float) -> dict[str, BadPlan]:
     data_set = open_dataset(folder)
-    return {bad.id: bad for bad in find_bad(data_set, records(data_set, workers=1), radius_m, workers=1)}
+    return {bad.id: bad for bad in find_bad_plans(data_set, measure_plans(data_set, workers=1), radius_m, workers=1)}
 
 
 def test_a_plan_is_bad_for_a_robot_that_is_wider_than_its_passage(odd: Path) -> None:
     assert "dumbbell" not in found(odd, 0.2)
     for radius_m in (0.3, 0.27):  # the records have the first; the second is measured
-        assert found(odd, radius_m)["dumbbell"] == Bad("dumbbell", 2, 0.5)
+        assert found(odd, radius_m)["dumbbell"] == BadPlan("dumbbell", 2, 0.5)
 
 
 def test_rings_and_repeats_are_bad_for_every_robot(odd: Path) -> None:
     bad = found(odd, 0.2)
     assert set(bad) == {"bow", "h4"}
-    assert bad["h4"] == Bad("h4", repeats="h3")
+    assert bad["h4"] == BadPlan("h4", repeats="h3")
     assert bad["bow"].ring == "crosses"
     assert list(bad["bow"].reasons(0.2))[-1] == "invalid ring: crosses itself"
 
@@ -73,7 +73,7 @@ def test_a_mirrored_plan_repeats_the_first_and_a_house_where_no_robot_fits_is_ba
     save_plan(FloorPlan("b", [(y, x) for x, y in dumbbell().verts[::-1]], 2, {}), tmp_path / "b.json")
     save_plan(outline("slit", 4.0, 0.3), tmp_path / "slit.json")
     bad = found(tmp_path, 0.2)
-    assert bad["b"] == Bad("b", repeats="a")
+    assert bad["b"] == BadPlan("b", repeats="a")
     assert list(bad["slit"].reasons(0.2)) == ["a robot of 0.20 m fits nowhere"]
 
 

@@ -30,8 +30,8 @@ import msgspec
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.files import PARTIAL, write_atomically
 from pipeline.batch import disk
+from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, DataSetManifest, ExistingPlansPolicy
 from pipeline.batch.disk import lock_folder
-from pipeline.batch.folder import MANIFEST, PARTS, Folder, Manifest, Others
 
 _WITHOUT_CREDENTIALS: Final = frozenset(
     {"NoCredentialsError", "PartialCredentialsError", "DefaultCredentialsError", "TokenRetrievalError"}
@@ -45,7 +45,7 @@ def is_url(text: str) -> bool:
 
 
 @cache
-def file_system_of(url: str) -> tuple[Any, str]:
+def open_file_system(url: str) -> tuple[Any, str]:
     """Return the file system of a URL and the path in it, without a slash at its end.
 
     Raises
@@ -69,7 +69,7 @@ def file_system_of(url: str) -> tuple[Any, str]:
 
 
 @contextmanager
-def faults(url: str) -> Iterator[None]:
+def translate_store_errors(url: str) -> Iterator[None]:
     """Turn errors of the store's library into transient faults.
 
     Who asks without credentials, or without the right to, is no transient fault: ConfigError says what to set.
@@ -155,7 +155,7 @@ class FolderStore:
 
     def check(self, parameters: str) -> None:
         """Raise ConfigError if it holds what a build with these parameters must not touch."""
-        Folder(self.root).check(parameters, Others.REFUSE)
+        DataSetFolder(self.root).check(parameters, ExistingPlansPolicy.REFUSE)
 
     def put(self, name: str, data: bytes) -> None:
         """Write a file; it is on the disk when this returns."""
@@ -192,12 +192,12 @@ class FolderStore:
     def sweep(self, under: str) -> None:
         """Remove the remains of interrupted writes in the folders of ``under``."""
         for folder in (self.root / under).glob("*/"):
-            disk.sweep(folder)
+            disk.remove_interrupted_writes(folder)
 
     @contextlib.contextmanager
     def hold_with_shards(self) -> Iterator[None]:
         """Hold the folder's lock together with other shards."""
-        Folder(self.root).check_links()
+        DataSetFolder(self.root).check_links()
         (self.root / BUILD).mkdir(parents=True, exist_ok=True)
         with lock_folder(self.root / BUILD / "lock", shared=True):
             yield
@@ -219,7 +219,7 @@ def open_store(place: str) -> Store:
     if not is_url(place):
         return FolderStore(Path(place).absolute())
 
-    file_system_of(place)
+    open_file_system(place)
     return ObjectStore(place.rstrip("/"))
 
 
@@ -262,8 +262,8 @@ class ObjectStore:
 
     def check(self, parameters: str) -> None:  # noqa: ARG002 - what was begun tells of them
         """Raise ConfigError if there are objects that no build wrote."""
-        system, path = file_system_of(self.url)
-        with faults(self.url):
+        system, path = open_file_system(self.url)
+        with translate_store_errors(self.url):
             try:
                 names = {str(name).rstrip("/").rpartition("/")[2] for name in system.ls(path, detail=False)}
             except FileNotFoundError:
@@ -273,9 +273,9 @@ class ObjectStore:
 
     def put(self, name: str, data: bytes) -> None:
         """Write an object (R1)."""
-        system, path = file_system_of(self.url)
+        system, path = open_file_system(self.url)
         try:
-            with faults(self.url):
+            with translate_store_errors(self.url):
                 system.pipe_file(f"{path}/{name}", data)
         except FileNotFoundError as error:  # of an object that is written only its bucket can be missing
             raise ConfigError(
@@ -288,8 +288,8 @@ class ObjectStore:
 
     def get(self, name: str) -> bytes:
         """Return an object; raise OSError if there is none."""
-        system, path = file_system_of(self.url)
-        with faults(self.url):
+        system, path = open_file_system(self.url)
+        with translate_store_errors(self.url):
             return bytes(system.cat_file(f"{path}/{name}"))
 
     def size(self, name: str) -> int | None:
@@ -328,23 +328,23 @@ class ObjectStore:
 
     def _sizes_under(self, under: str) -> dict[str, int]:
         """Return names and sizes of the objects under a name, or of that one."""
-        system, path = file_system_of(self.url)
-        with faults(self.url):
+        system, path = open_file_system(self.url)
+        with translate_store_errors(self.url):
             found: Mapping[str, Any] = system.find(f"{path}/{under}", detail=True)
         return {str(name)[len(path) + 1 :]: int(info["size"]) for name, info in found.items()}
 
     def _fetch(self, names: Sequence[str], root: Path) -> None:
-        system, path = file_system_of(self.url)
+        system, path = open_file_system(self.url)
         root.mkdir(parents=True, exist_ok=True)
-        with faults(self.url):
+        with translate_store_errors(self.url):
             if names:
                 system.get([f"{path}/{name}" for name in names], [str(root / name) for name in names])
 
     def _publish(self, root: Path, plans: set[str], beside: Sequence[str]) -> None:
         """Make the store hold what the folder holds; ``plans`` and ``beside`` are in it already."""
-        system, path = file_system_of(self.url)
+        system, path = open_file_system(self.url)
         manifest = (root / MANIFEST).read_bytes()
-        files = msgspec.json.decode(manifest, type=Manifest).files
+        files = msgspec.json.decode(manifest, type=DataSetManifest).files
         before, there = self._manifest(), self._kept_names()
         new = [name for name in files if before.get(name) != files[name] or (_is_kept(name) and name not in there)]
         kept = {name: f"{_PLANS}/{files[name][:2]}/{files[name]}" for name in new if _is_kept(name)}
@@ -355,7 +355,7 @@ class ObjectStore:
             ours = {*files, *before, *(self._read(_ANNOUNCED, list[str]) or [])}
             self.put(_ANNOUNCED, msgspec.json.encode(sorted(filter(_is_kept, ours))))
             self._remove([MANIFEST])
-        with faults(self.url):
+        with translate_store_errors(self.url):
             if copies:
                 system.copy([f"{path}/{kept[name]}" for name in copies], [f"{path}/{name}" for name in copies])
         for name in sorted({*new, *(own if changed else ())}.difference(copies)):
@@ -379,7 +379,7 @@ class ObjectStore:
         return {name for part in PARTS for name in self._sizes_under(f"{part}/")}
 
     def _manifest(self) -> dict[str, str]:
-        found = self._read(MANIFEST, Manifest)
+        found = self._read(MANIFEST, DataSetManifest)
         return {} if found is None else found.files
 
     def _read(self, name: str, kind: type[T]) -> T | None:
@@ -395,7 +395,7 @@ class ObjectStore:
             return b""
 
     def _remove(self, names: Sequence[str]) -> None:
-        system, path = file_system_of(self.url)
-        with faults(self.url), contextlib.suppress(FileNotFoundError):
+        system, path = open_file_system(self.url)
+        with translate_store_errors(self.url), contextlib.suppress(FileNotFoundError):
             if names:
                 system.rm([f"{path}/{name}" for name in names])

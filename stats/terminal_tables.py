@@ -10,17 +10,17 @@ from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
 from stats.audit import RULES, AuditSummary
 from stats.compare import DIFFERENCE, Distance
-from stats.gather import Gathered
-from stats.listed import Verdict
-from stats.public import CITED, PUBLIC
+from stats.measure import DataSetSummary
+from stats.public_sets import CITED, PUBLIC
 from stats.record import MEASURES
-from stats.report import Report, audited_rows, leaks
+from stats.report import Report, audited_data_sets, count_leaks
 from stats.summary import PlanSummary
+from stats.unusable_list import ListComparison
 
 _BAR = 24
 
 
-def tables(report: Report) -> Iterator[Table]:
+def report_tables(report: Report) -> Iterator[Table]:
     """Yield the tables of a report, the most important first."""
     yield numbers_table(report.one)
     yield bars_table("Labels", report.one.whole.labels)
@@ -39,20 +39,20 @@ def tables(report: Report) -> Iterator[Table]:
         yield verdict_table(report.verdict)
 
 
-def number(value: float, unit: str = "") -> str:
+def format_number(value: float, unit: str = "") -> str:
     """Format a number with thousands separators and at most two decimals, without trailing zeros."""
     text = f"{value:,.2f}".rstrip("0").rstrip(".") if value != int(value) else f"{int(value):,}"
     return f"{text} {unit}".rstrip()
 
 
-def mean(value: float | None, distance: Distance) -> str:
+def format_mean(value: float | None, distance: Distance) -> str:
     """Format a mean or a share of a distance, "" for neither."""
     if value is None:
         return ""
-    return f"{value:.2%}" if distance.kind == DIFFERENCE else number(value)
+    return f"{value:.2%}" if distance.kind == DIFFERENCE else format_number(value)
 
 
-def numbers_table(gathered: Gathered) -> Table:
+def numbers_table(gathered: DataSetSummary) -> Table:
     """Show mean, median and extremes of each measure that the plans have."""
     columns = ("total", "mean", "median", "5%", "95%", "min", "max")
     table = _table(f"{gathered.name}: {count_noun(gathered.whole.plans, 'plan')}", "", *columns)
@@ -61,7 +61,7 @@ def numbers_table(gathered: Gathered) -> Table:
         if found["count"]:
             keys = ("mean", "median", "p05", "p95", "min", "max")
             name = f"{measure.title}, {measure.unit}" if measure.unit else measure.title
-            table.add_row(name, number(found["sum"]), *(number(found[key]) for key in keys))
+            table.add_row(name, format_number(found["sum"]), *(format_number(found[key]) for key in keys))
     return table
 
 
@@ -81,7 +81,7 @@ def reach_table(summary: PlanSummary) -> Table:
     """Show the navigability for several radii."""
     table = _table("What a robot reaches", "radius, m", "connected", "share", "narrowest, median")
     for radius, reach in sorted(summary.reach.items()):
-        narrowest = number(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
+        narrowest = format_number(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
         table.add_row(radius, f"{reach.connected:,}", f"{reach.connected_share:.2%}", narrowest)
     return table
 
@@ -111,23 +111,23 @@ def public_table(report: Report) -> Table:
     """Show the data set beside the public ones."""
     columns = ("plans", "rooms", "< area", "< width", "> aspect", "break a rule")
     table = _table("Beside public data sets (rooms below or above a limit: mean share in a plan)", "", *columns)
-    for row in (*audited_rows(report), *PUBLIC):
+    for row in (*audited_data_sets(report), *PUBLIC):
         shares = ("-" if share is None else f"{share:.1%}" for share in (row.area, row.width, row.aspect, row.any))
         table.add_row(row.name, f"{row.plans:,}", f"{row.rooms:.1f}", *shares)
     table.caption = f"Source of the public figures: {CITED}"
     return table
 
 
-def splits_table(gathered: Gathered) -> Table:
+def splits_table(gathered: DataSetSummary) -> Table:
     """Show the splits side by side."""
     table = _table("Splits", "", "ids", "plans", "rooms, mean", "area, median", "connected at 0.20 m", "also elsewhere")
-    repeated = leaks(gathered)
+    repeated = count_leaks(gathered)
     for name, summary in sorted(gathered.splits.items()):
         area, reach = summary.tallies["area_m2"], summary.reach["0.20"]
         also = ", ".join(f"{n} in {other}" for other, n in repeated.get(name, {}).items() if n) or "-"
         table.add_row(
             name, f"{gathered.listed.get(name, summary.plans):,}", f"{summary.plans:,}",
-            number(summary.tallies["rooms"].moments()[0]), number(area.quantile(0.5), "m²"),
+            format_number(summary.tallies["rooms"].moments()[0]), format_number(area.quantile(0.5), "m²"),
             f"{reach.connected_share:.2%}", also,
         )  # fmt: skip
     return table
@@ -138,18 +138,18 @@ def distances_table(report: Report) -> Table:
     other = report.other.name if report.other is not None else ""
     table = _table("Compared", "", report.one.name, other, "distance", "", "deviations")
     for d in report.distances:
-        means = (mean(value, d) for value in (d.one, d.other))
-        relative = "" if d.deviations is None else number(d.deviations)
-        table.add_row(d.title, *means, number(round(d.value, 3), d.unit), d.kind, relative)
+        means = (format_mean(value, d) for value in (d.one, d.other))
+        relative = "" if d.deviations is None else format_number(d.deviations)
+        table.add_row(d.title, *means, format_number(round(d.value, 3), d.unit), d.kind, relative)
     return table
 
 
-def verdict_table(verdict: Verdict) -> Table:
+def verdict_table(verdict: ListComparison) -> Table:
     """Show the comparison of a list of plans with the measurement."""
     found = verdict.report()
     table = _table(f"Not connected at 0.20 m, against {verdict.name}", "", "")
     for key in ("listed", "measured", "both", "precision", "recall"):
-        table.add_row(key, number(found[key]))
+        table.add_row(key, format_number(found[key]))
     return table
 
 

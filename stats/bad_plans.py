@@ -20,7 +20,7 @@ from stats.record import Record
 
 
 @dataclass(frozen=True)
-class Bad:
+class BadPlan:
     """A plan and its faults.
 
     ``pieces`` is the number of connected areas where the robot can stand, None if it can reach all of them;
@@ -52,13 +52,15 @@ class Bad:
         return {"id": self.id, **{name: value for name, value in named.items() if value is not None}}
 
 
-def find_bad(data_set: Dataset, measured: Sequence[Record], radius_m: float, workers: int | None = None) -> list[Bad]:
+def find_bad_plans(
+    data_set: Dataset, measured: Sequence[Record], radius_m: float, workers: int | None = None
+) -> list[BadPlan]:
     """Return the plans that need a review, in the data set's order.
 
     Parameters
     ----------
     data_set, measured
-        The plans, and their records from ``stats.gather.records``.
+        The plans, and their records from ``stats.measure.measure_plans``.
     radius_m
         The robot's radius, metres. Values that the records lack are measured and cached.
     workers
@@ -70,7 +72,7 @@ def find_bad(data_set: Dataset, measured: Sequence[Record], radius_m: float, wor
         original = first.setdefault(record.shape, record.id)
         connected = pieces == 1
         found.append(
-            Bad(
+            BadPlan(
                 record.id,
                 None if connected else pieces,  # R1
                 None if connected else round(share, 4),
@@ -78,7 +80,7 @@ def find_bad(data_set: Dataset, measured: Sequence[Record], radius_m: float, wor
                 None if original == record.id else original,  # R3
             )
         )
-    return [bad for bad in found if bad != Bad(bad.id)]
+    return [bad for bad in found if bad != BadPlan(bad.id)]
 
 
 def _reach(

@@ -18,7 +18,7 @@ DRAWN = 20
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ListComparison:
     """Plans that the list, the measurement or both call bad.
 
     A plan is measured as bad if a robot cannot reach a place where it fits. ``both``, ``measured_only`` and
@@ -78,7 +78,7 @@ def read_list(path: Path) -> frozenset[str]:
     return frozenset(line.removesuffix(".json") for line in lines)
 
 
-def judge(records: Iterable[Record], listed: frozenset[str], name: str) -> Verdict:
+def compare_with_list(records: Iterable[Record], listed: frozenset[str], name: str) -> ListComparison:
     """Compare a list with the plans in which a robot of 0.20 m radius cannot reach every place where it fits."""
     ids, bad = set(), set()
     for record in records:
@@ -87,4 +87,4 @@ def judge(records: Iterable[Record], listed: frozenset[str], name: str) -> Verdi
             bad.add(record.id)
     known = listed & ids
     both, measured_only, listed_only = (tuple(sorted(part)) for part in (bad & known, bad - known, known - bad))
-    return Verdict(name, both, measured_only, listed_only, len(listed) - len(known))
+    return ListComparison(name, both, measured_only, listed_only, len(listed) - len(known))

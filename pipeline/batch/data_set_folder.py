@@ -33,7 +33,7 @@ PARTS = ("json", "stages")
 T = TypeVar("T")
 
 
-class Others(StrEnum):
+class ExistingPlansPolicy(StrEnum):
     """What a build does with the plans of other sources, and with other files, that its folder holds."""
 
     REFUSE = "refuse"
@@ -41,7 +41,7 @@ class Others(StrEnum):
     REPLACE = "replace"
 
 
-class Written(msgspec.Struct, frozen=True, array_like=True):
+class WrittenFile(msgspec.Struct, frozen=True, array_like=True):
     """A file of the data set as it was written."""
 
     sha256: str
@@ -49,11 +49,11 @@ class Written(msgspec.Struct, frozen=True, array_like=True):
     mtime_ns: int
 
 
-class Finished(msgspec.Struct, frozen=True):
+class FinishedBuild(msgspec.Struct, frozen=True):
     """``finished.json``: what the data set was made from, as a hash, and its files by name."""
 
     state: str
-    files: dict[str, Written]
+    files: dict[str, WrittenFile]
 
 
 class _Started(msgspec.Struct):
@@ -62,7 +62,7 @@ class _Started(msgspec.Struct):
     parameters_sha256: str
 
 
-class Manifest(msgspec.Struct):
+class DataSetManifest(msgspec.Struct):
     """Of ``manifest.json``, the files that it names, each with its SHA-256, what they were made from, and rights."""
 
     files: dict[str, str]
@@ -73,7 +73,7 @@ class Manifest(msgspec.Struct):
 
 
 @dataclass(frozen=True)
-class Folder:
+class DataSetFolder:
     """A data set folder; ``build`` is where all lies that the data set does not depend on."""
 
     root: Path
@@ -97,7 +97,7 @@ class Folder:
         """Return the files of plans and pictures that are there, by their names in the data set."""
         return {file.relative_to(self.root).as_posix() for file in self._plans()}
 
-    def check(self, parameters: str, others: Others) -> None:
+    def check(self, parameters: str, others: ExistingPlansPolicy) -> None:
         """Raise ConfigError if the folder holds what a build must not touch; nothing is changed."""
         if not self.root.exists():
             if self.root.is_symlink():
@@ -111,12 +111,12 @@ class Folder:
         if not self.build.is_dir():
             if not (self.root / MANIFEST).is_file():  # R1
                 raise self._other("expected an empty folder or an earlier build, found other files")
-            if others is not Others.REPLACE:  # R2
+            if others is not ExistingPlansPolicy.REPLACE:  # R2
                 raise self._other(
                     "holds a data set without the .build folder that says where its plans come from; "
                     "--replace removes them"
                 )
-        if others is not Others.REPLACE:
+        if others is not ExistingPlansPolicy.REPLACE:
             self._check_parameters(parameters)
             self._check_foreign()
 
@@ -125,16 +125,16 @@ class Folder:
         for folder in (self.json, self.build):
             folder.mkdir(parents=True, exist_ok=True)
         for folder in (self.json, self.stages, self.build, self.root):
-            disk.sweep(folder)
+            disk.remove_interrupted_writes(folder)
         write_atomically(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
 
-    def last_finished(self) -> Finished | None:
+    def last_finished(self) -> FinishedBuild | None:
         """Return the record of the data set as it was last finished."""
-        return _read(self.build / "finished.json", Finished)
+        return _read(self.build / "finished.json", FinishedBuild)
 
-    def manifest(self) -> Manifest | None:
+    def manifest(self) -> DataSetManifest | None:
         """Return what the data set says of itself, or None if it is not finished."""
-        return _read(self.root / MANIFEST, Manifest)
+        return _read(self.root / MANIFEST, DataSetManifest)
 
     def announce(self, names: Iterable[str]) -> None:
         """Record the names of the plans and pictures that will be written, so that a later run knows them."""
@@ -142,17 +142,17 @@ class Folder:
         (self.root / MANIFEST).unlink(missing_ok=True)
         write_atomically(self.build / "announced.json", msgspec.json.encode(sorted(ours)), durable=True)
 
-    def finish(self, finished: Finished) -> None:
+    def finish(self, finished: FinishedBuild) -> None:
         """Record the state of the finished data set."""
         write_atomically(self.build / "finished.json", msgspec.json.encode(finished), durable=True)
         (self.build / "announced.json").unlink(missing_ok=True)
 
-    def describe(self, name: str, sha256: str) -> Written:
+    def describe(self, name: str, sha256: str) -> WrittenFile:
         """Describe a file of that hash."""
         found = (self.root / name).stat()
-        return Written(sha256, found.st_size, found.st_mtime_ns)
+        return WrittenFile(sha256, found.st_size, found.st_mtime_ns)
 
-    def stands(self, name: str, written: Written) -> bool:
+    def stands(self, name: str, written: WrittenFile) -> bool:
         """Tell whether a file has the size and the time that it was written with; nothing is read."""
         try:
             found = (self.root / name).lstat()

@@ -13,12 +13,12 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.readable import BrokenPlan, open_readable
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from stats.record import VERSION, Record, record_with_audit, record_with_rooms
+from stats.record import VERSION, Record, find_rooms_and_measure, measure_and_audit
 from stats.summary import PlanSummary
 
 
 @dataclass
-class Gathered:
+class DataSetSummary:
     """The statistics of a data set or of a part of one; those of two parts can be merged.
 
     ``splits`` are the lists that come with it; ``listed`` is the number of ids in each list, including ids without a
@@ -37,7 +37,7 @@ class Gathered:
         for name in splits:
             self.splits.setdefault(name, PlanSummary()).take(found)
 
-    def merge(self, other: Gathered) -> None:
+    def merge(self, other: DataSetSummary) -> None:
         """Add another part of the data set."""
         self.whole.merge(other.whole)
         for name, summary in other.splits.items():
@@ -45,7 +45,7 @@ class Gathered:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredDataSet:
     """A data set with a record for each readable plan; ``broken`` are the others."""
 
     name: str
@@ -54,18 +54,18 @@ class Measured:
     geometry: bool = False
     broken: tuple[BrokenPlan, ...] = ()
 
-    def total(self) -> Gathered:
+    def total(self) -> DataSetSummary:
         """Return the sum of the records."""
-        found = add_up(self.data_set, self.records, geometry=self.geometry)
+        found = add_up_records(self.data_set, self.records, geometry=self.geometry)
         found.name = self.name
         return found
 
 
 @contextmanager
-def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[Measured]:
+def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[MeasuredDataSet]:
     """Open a data set and measure its readable plans; the others are listed.
 
-    The parameters are those of ``records``. The data set exists until the context ends.
+    The parameters are those of ``measure_plans``. The data set exists until the context ends.
 
     Raises
     ------
@@ -76,17 +76,17 @@ def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None 
         broken: tuple[BrokenPlan, ...] = ()
         try:
             data_set = open_dataset(path)
-            found = records(data_set, geometry=geometry, workers=workers)
+            found = measure_plans(data_set, geometry=geometry, workers=workers)
         except (PlanError, DatasetError) as error:
             data_set, broken = opened.enter_context(open_readable(path))
             broken = broken or (BrokenPlan(path.name, str(error)),)
-            found = records(data_set, geometry=geometry, workers=workers)
+            found = measure_plans(data_set, geometry=geometry, workers=workers)
         if not len(data_set):
             raise ConfigError(f"{path}: expected plans, found none")
-        yield Measured(path.name, data_set, found, geometry, broken)
+        yield MeasuredDataSet(path.name, data_set, found, geometry, broken)
 
 
-def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:
+def measure_plans(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:
     """Measure and audit every plan, and return the records in the data set's order.
 
     Records are cached by the plan's content. A second run therefore measures only new plans, and an interrupted run
@@ -102,20 +102,22 @@ def records(data_set: Dataset, *, geometry: bool = False, workers: int | None = 
     workers
         Number of processes; by default one for each core.
     """
-    name, measure = (f"statistics with rooms {VERSION}", record_with_rooms) if geometry else (_PLAIN, record_with_audit)
+    name, measure = (
+        (f"statistics with rooms {VERSION}", find_rooms_and_measure) if geometry else (_PLAIN, measure_and_audit)
+    )
     found = data_set.measure_cached(name, measure, workers or count_cores())
     return [msgspec.convert(values, Record) for values in found]
 
 
-def gather(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> Gathered:
-    """Measure every plan and add up the records; the parameters are those of ``records``."""
-    return add_up(data_set, records(data_set, geometry=geometry, workers=workers), geometry=geometry)
+def measure_and_add_up(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> DataSetSummary:
+    """Measure every plan and add up the records; the parameters are those of ``measure_plans``."""
+    return add_up_records(data_set, measure_plans(data_set, geometry=geometry, workers=workers), geometry=geometry)
 
 
-def add_up(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = False) -> Gathered:
+def add_up_records(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = False) -> DataSetSummary:
     """Add up the records of a data set's plans, in total and for each list that comes with it."""
     lists = {name: frozenset(ids) for name, ids in data_set.splits.items()}
-    total = Gathered(data_set.path.name, geometry, listed={name: len(ids) for name, ids in lists.items()})
+    total = DataSetSummary(data_set.path.name, geometry, listed={name: len(ids) for name, ids in lists.items()})
     for found in measured:
         total.take(found, tuple(name for name, ids in lists.items() if found.id in ids))
     return total
