@@ -26,17 +26,17 @@ def report_tables(report: Report) -> Iterator[Table]:
     yield bars_table("Labels", report.one.whole.labels)
     if report.one.whole.door_kinds:
         yield bars_table("Doors", report.one.whole.door_kinds)
-    yield reach_table(report.one.whole)
-    yield rings_table(report.one.whole)
+    yield navigability_table(report.one.whole)
+    yield ring_faults_table(report.one.whole)
     if report.one.whole.audit.plans:
-        yield rules_table(report.one.whole.audit)
-        yield public_table(report)
+        yield home_rules_table(report.one.whole.audit)
+        yield public_sets_table(report)
     if report.one.splits:
         yield splits_table(report.one)
     if report.other is not None:
-        yield distances_table(report)
+        yield comparison_table(report)
     if report.verdict is not None:
-        yield verdict_table(report.verdict)
+        yield unusable_list_table(report.verdict)
 
 
 def format_number(value: float, unit: str = "") -> str:
@@ -77,7 +77,7 @@ def bars_table(title: str, counts: Mapping[str, int]) -> Table:
     return table
 
 
-def reach_table(summary: PlanSummary) -> Table:
+def navigability_table(summary: PlanSummary) -> Table:
     """Show the navigability for several radii."""
     table = _table("What a robot reaches", "radius, m", "connected", "share", "narrowest, median")
     for radius, reach in sorted(summary.reach.items()):
@@ -86,7 +86,7 @@ def reach_table(summary: PlanSummary) -> Table:
     return table
 
 
-def rings_table(summary: PlanSummary) -> Table:
+def ring_faults_table(summary: PlanSummary) -> Table:
     """Show the faults of rings, and the number of repeated plans."""
     found = summary.rings.report()
     table = _table("Rings", "", "plans")
@@ -98,7 +98,7 @@ def rings_table(summary: PlanSummary) -> Table:
     return table
 
 
-def rules_table(found: AuditSummary) -> Table:
+def home_rules_table(found: AuditSummary) -> Table:
     """Show how many plans break each rule of real homes."""
     table = _table(f"Rules of real homes, {count_noun(found.plans, 'plan')} with rooms", "", "plans", "share")
     for rule, title in RULES.items():
@@ -107,7 +107,7 @@ def rules_table(found: AuditSummary) -> Table:
     return table
 
 
-def public_table(report: Report) -> Table:
+def public_sets_table(report: Report) -> Table:
     """Show the data set beside the public ones."""
     columns = ("plans", "rooms", "< area", "< width", "> aspect", "break a rule")
     table = _table("Beside public data sets (rooms below or above a limit: mean share in a plan)", "", *columns)
@@ -133,7 +133,7 @@ def splits_table(gathered: DataSetSummary) -> Table:
     return table
 
 
-def distances_table(report: Report) -> Table:
+def comparison_table(report: Report) -> Table:
     """Show two data sets side by side."""
     other = report.other.name if report.other is not None else ""
     table = _table("Compared", "", report.one.name, other, "distance", "", "deviations")
@@ -144,7 +144,7 @@ def distances_table(report: Report) -> Table:
     return table
 
 
-def verdict_table(verdict: ListComparison) -> Table:
+def unusable_list_table(verdict: ListComparison) -> Table:
     """Show the comparison of a list of plans with the measurement."""
     found = verdict.report()
     table = _table(f"Not connected at 0.20 m, against {verdict.name}", "", "")

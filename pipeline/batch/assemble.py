@@ -1,4 +1,4 @@
-"""Write a data set (docs/format.md) from outcomes and stored plans: plans without duplicates, index, manifest."""
+"""Write a data set (docs/format.md) from outcomes and stored plans: unique ids, no duplicates, index and manifest."""
 
 from __future__ import annotations
 

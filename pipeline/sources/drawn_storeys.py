@@ -10,7 +10,7 @@ R4  What is drawn as a room but has neither walls nor other rooms around it is o
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
     THICKEST_WALL_M; what is wider is a room that nobody drew.
     But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
-    (``geometry.room_borders``).
+    (``geometry.doorless_openings``).
 R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
     ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """
@@ -27,8 +27,8 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, polygons_of, triangulate
+from pipeline.geometry.doorless_openings import find_doorless_openings
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
-from pipeline.geometry.room_borders import find_room_borders
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -167,8 +167,8 @@ def walls_between_rooms(
     top = float(np.median([wall.top_m for wall in walls]))
     standing_ = shapely.union_all([wall.shape for wall in walls])
     ways = [
-        Hole(border.strip(deeper_m=CRACK_M), 0.0, top, across=(float(border.across[0]), float(border.across[1])))
-        for border in find_room_borders(shapes, slits, standing_)
+        Hole(opening.strip(deeper_m=CRACK_M), 0.0, top, across=(float(opening.across[0]), float(opening.across[1])))
+        for opening in find_doorless_openings(shapes, slits, standing_)
     ]
     ways = [way for way in ways if not any(way.shape.intersects(hole.shape) for hole in holes)]
     return [Wall(part, 0.0, top) for part in polygons_of(slits)], [*deeper, *ways]

@@ -221,7 +221,7 @@ class _Files:
 
     def mesh(self, name: str) -> Mesh:
         data = self.read(name)
-        material = obj.find_material_file(data)
+        material = obj.read_mtllib_name(data)
         if material is not None:
             record_file((self._root / name).with_name(material))
         if material is not None and not (self._root / name).with_name(material).exists():

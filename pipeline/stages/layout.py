@@ -25,8 +25,8 @@ R11  A room that the source names, and that walls leave open (under a roof witho
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``).
-R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.room_borders``), and that parts
-    them, there is an opening.
+R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
+    parts them, there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
@@ -74,9 +74,9 @@ from pipeline.geometry.closing_candidates import (
     mouth_fillings,
     split_at_portals,
 )
+from pipeline.geometry.doorless_openings import find_doorless_openings
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.room_borders import find_room_borders
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import clip_rooms_to_floor, keep_habitable_spaces, part_under_cover
 from pipeline.tolerances import (
@@ -105,7 +105,7 @@ WHOLE_BREADTH = 0.85
 
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
-    pieces = find_candidates(level, planes, config)
+    pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
         _reject_characters(planes, whole[1])
@@ -121,7 +121,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         ):  # R15
             ground, rooms = enclosed_pieces(unite([ground, *slits]))
         named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
-        ways, ground, rooms = _at_borders(named, planes.door, ground, rooms)  # R16
+        ways, ground, rooms = _at_doorless_openings(named, planes.door, ground, rooms)  # R16
         strips = strips + ways
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
         for row in [] if gapless else mouth_fillings(rooms, ground):  # R13
@@ -156,13 +156,13 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     return found
 
 
-def _at_borders(
+def _at_doorless_openings(
     named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
-    """Return the openings at the borders of named rooms, and the closed plane with its spaces (R16)."""
-    found = find_room_borders(named, unite(rooms), walls)
-    depths = [max(HAND_M - border.apart_m, 0.0) / 2 for border in found]
-    strips = [border.strip(deeper_m=depth, wider_m=LAP_M) for border, depth in zip(found, depths, strict=True)]
+    """Return the openings without a door between named rooms, and the closed plane with its spaces (R16)."""
+    found = find_doorless_openings(named, unite(rooms), walls)
+    depths = [max(HAND_M - opening.apart_m, 0.0) / 2 for opening in found]
+    strips = [opening.strip(deeper_m=depth, wider_m=LAP_M) for opening, depth in zip(found, depths, strict=True)]
     while strips:
         pieces = [ClosingCandidate(strip, "opening") for strip in strips]
         closed, parts = enclosed_pieces(close_plane(ground, pieces))
@@ -236,7 +236,7 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
     return bands_across_hall_openings(layout.ground, ways, least_m2)
 
 
-def find_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
+def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
     has_leaves = bool(level.leaves)
     named = [d for d in planes.doorways if level.names_doors or (has_leaves and d.source == "named")]

@@ -34,7 +34,7 @@ from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.stages.confidence import load_models
 from pipeline.stages.evidence import gather_evidence
-from pipeline.stages.layout import find_candidates
+from pipeline.stages.layout import find_closing_candidates
 from pipeline.stages.planes import cut_planes
 from pipeline.values import Level
 from research.confidence_fit import LIMITS as FIT_LIMITS
@@ -142,7 +142,7 @@ def without_candidate(level: Level, doors: Sequence[npt.ArrayLike], zones: Seque
     config = PipelineConfig()
     evidence = gather_evidence(level, config.evidence)
     planes = cut_planes(level, evidence, config.planes)
-    closing = [each.polygon for each in find_candidates(level, planes, config.layout)]
+    closing = [each.polygon for each in find_closing_candidates(level, planes, config.layout)]
     shapes = shapely.union_all([*closing, *evidence.leaves, *(d.polygon for d in evidence.doorways)])
     shapes = shapely.transform(shapes, partial(truths.in_source, level))
     walls = shapely.union_all([shapely.transform(evidence.walls, partial(truths.in_source, level)), shapes])

@@ -156,7 +156,7 @@ def parse_plain_obj(data: bytes, name: str) -> Mesh:
     return mesh
 
 
-def find_material_file(data: bytes) -> str | None:
+def read_mtllib_name(data: bytes) -> str | None:
     """Return the file that the OBJ's first ``mtllib`` names, or None if it names none."""
     start = data.find(b"mtllib ")
     if start < 0 or (start > 0 and data[start - 1 : start] not in b"\r\n"):

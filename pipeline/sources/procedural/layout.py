@@ -1,4 +1,4 @@
-"""Draw the rooms of a generated storey (labels, areas), and lay them out as disjoint polygons in centimetres.
+"""Draw a generated storey's rooms (labels, areas), and lay them out along a corridor, round a core or in wings, in cm.
 
 Numbers and labels follow the published counts. Rooms lie along a corridor, round a core, or in wings, as in homes.
 Cells are in whole centimetres, so that neighbours share their borders exactly.
@@ -91,7 +91,7 @@ def draw_rooms(number: int, rng: np.random.Generator) -> list[RoomSpec]:
     return specs
 
 
-def draw_corridor_words(rng: np.random.Generator) -> tuple[str, ...]:
+def draw_corridor_labels(rng: np.random.Generator) -> tuple[str, ...]:
     """Draw what a corridor is called."""
     return (("Hallway",), ("Hallway",), ("Hallway",), ("Hall",), ("Room",), ())[int(rng.integers(6))]
 
@@ -135,7 +135,7 @@ def divide_rectangle(rect: Rect, specs: list[RoomSpec], rng: np.random.Generator
     return divide_rectangle(halves[0], first, rng) + divide_rectangle(halves[1], rest, rng)
 
 
-def place_in_row(rect: Rect, specs: list[RoomSpec], rng: np.random.Generator) -> Placed:
+def place_side_by_side(rect: Rect, specs: list[RoomSpec], rng: np.random.Generator) -> Placed:
     """Set rooms side by side in x, each as deep as the rectangle; rooms too small for that stand behind one another."""
     if not specs:
         return []
@@ -271,7 +271,7 @@ def _block(specs: list[RoomSpec], rng: np.random.Generator, width: int | None = 
 
 def _spine(specs: list[RoomSpec], width: int, rng: np.random.Generator) -> _Block:
     """Lay rooms along a corridor, on both sides of it or on one, and often a large one across an end."""
-    words = draw_corridor_words(rng)
+    words = draw_corridor_labels(rng)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))  # the corridor is a room, too
     lane = int(rng.integers(100, 165))
     height = round(sum(spec.area for spec in specs) * 1e4 / width) + lane
@@ -299,10 +299,10 @@ def _straight(
         start, end = (across, width) if at_start else (0, width - across)
     depth = height - lane
     if depth < 470 or len(specs) < 3 or rng.random() < 0.12:
-        return placed + place_in_row((start, lane, end, height), specs, rng), (start, 0, end, lane)
+        return placed + place_side_by_side((start, lane, end, height), specs, rng), (start, 0, end, lane)
     low = round(depth * rng.uniform(0.38, 0.62))
     below, above = distribute_rooms(specs, [low, depth - low], rng)
-    placed += place_in_row((start, 0, end, low), below, rng) + place_in_row(
+    placed += place_side_by_side((start, 0, end, low), below, rng) + place_side_by_side(
         (start, low + lane, end, height), above, rng
     )
     return placed, (start, low, end, low + lane)
@@ -310,7 +310,7 @@ def _straight(
 
 def _ring(specs: list[RoomSpec], rng: np.random.Generator) -> _Block:
     """Lay a corridor round a core of small rooms, and other rooms round it on two, three or four sides."""
-    words = draw_corridor_words(rng)
+    words = draw_corridor_labels(rng)
     specs = sorted(specs, key=lambda spec: spec.area)
     specs.remove(min(specs, key=lambda spec: abs(spec.area - 9.0)))
     lane = int(rng.integers(95, 145))
@@ -329,7 +329,9 @@ def _ring(specs: list[RoomSpec], rng: np.random.Generator) -> _Block:
     y1, y2, x1, x2 = low, low + ring_h, wide_l, wide_l + ring_w
     hole = (x1 + lane, y1 + lane, x2 - lane, y2 - lane)
     placed = divide_rectangle(hole, core, rng)
-    placed += place_in_row((0, 0, width, low), below, rng) + place_in_row((0, y2, width, y2 + high), above, rng)
+    placed += place_side_by_side((0, 0, width, low), below, rng) + place_side_by_side(
+        (0, y2, width, y2 + high), above, rng
+    )
     for side, rect in ((left, (0, y1, x1, y2)), (right, (x2, y1, width, y2))):
         if side:
             placed += divide_rectangle(rect, side, rng, across=False)

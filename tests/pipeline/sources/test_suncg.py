@@ -300,5 +300,5 @@ def test_a_closed_mesh_may_end_without_a_line_end() -> None:
 
 
 def test_finds_the_material_file() -> None:
-    assert obj.find_material_file(b"# a\nmtllib two words.mtl\r\nv 0 0 0\n") == "two words.mtl"
-    assert obj.find_material_file(b"v 0 0 0\n# mtllib none\n") is None
+    assert obj.read_mtllib_name(b"# a\nmtllib two words.mtl\r\nv 0 0 0\n") == "two words.mtl"
+    assert obj.read_mtllib_name(b"v 0 0 0\n# mtllib none\n") is None

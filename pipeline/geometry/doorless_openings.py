@@ -1,9 +1,9 @@
-"""Find borders: two room polygons of a source lie side by side at the end of a wall, with neither wall nor door.
+"""Find openings without a door: where a wall between two rooms of the source stops and leaves a straight, passable gap.
 
-R1  A border lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is straight
-    and wide enough to walk through.
+R1  An opening lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is
+    straight and wide enough to walk through.
 R2  Walls stand at both of its ends, and at one end or both a wall goes on that parts the same two rooms: somebody drew
-    the wall and left the way open. Two rooms without any wall between them have no border: they are one space that the
+    the wall and left the way open. Two rooms without any wall between them have no opening: they are one space that the
     source divides.
 """
 
@@ -25,8 +25,8 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class RoomBorder:
-    """A straight border: ``middle`` (2,), unit ``along`` it, its ``width_m``; the rooms are ``apart_m`` apart."""
+class DoorlessOpening:
+    """A straight opening: ``middle`` (2,), unit ``along`` it, its ``width_m``; the rooms are ``apart_m`` apart."""
 
     middle: Floats
     along: Floats
@@ -46,13 +46,13 @@ class RoomBorder:
         return Polygon([a - aside, b - aside, b + aside, a + aside])
 
 
-def find_room_borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[RoomBorder]:
-    """Return the borders between drawn rooms, in the order of the rooms.
+def find_doorless_openings(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[DoorlessOpening]:
+    """Return the openings between drawn rooms, in the order of the rooms.
 
     Parameters
     ----------
     free
-        Where borders may lie: what of the plan nothing closes.
+        Where openings may lie: what of the plan nothing closes.
     walls
         What stands.
     """
@@ -65,13 +65,13 @@ def find_room_borders(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseG
         apart = float(rooms[one].distance(rooms[other]))
         near = [buffer_mitred(rooms[k], apart / 2 + SHEET_M) for k in (one, other)]
         for piece in polygons_of(intersect(intersect(near[0], near[1]), free)):
-            border = _straight(piece, apart)
-            if border is not None and _is_between(border, (rooms[one], rooms[other]), walls):
-                found.append(border)
+            opening = _straight(piece, apart)
+            if opening is not None and _is_between(opening, (rooms[one], rooms[other]), walls):
+                found.append(opening)
     return found
 
 
-def _straight(piece: Polygon, apart: float) -> RoomBorder | None:
+def _straight(piece: Polygon, apart: float) -> DoorlessOpening | None:
     """R1."""
     box = shapely.oriented_envelope(piece)
     if box.geom_type != "Polygon" or piece.area < NEARLY_ALL * box.area:
@@ -82,15 +82,15 @@ def _straight(piece: Polygon, apart: float) -> RoomBorder | None:
     k = int(lengths[1] > lengths[0])
     if lengths[k] < SHOULDERS_M or lengths[1 - k] > 2 * SHEET_M + STAND_M:
         return None
-    return RoomBorder(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
+    return DoorlessOpening(corners.mean(axis=0), sides[k] / lengths[k], lengths[k], apart)
 
 
-def _is_between(border: RoomBorder, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
+def _is_between(opening: DoorlessOpening, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
     """R2."""
-    sides = [(border.middle + sign * border.along * border.width_m / 2, sign * border.along) for sign in (-1, 1)]
+    sides = [(opening.middle + sign * opening.along * opening.width_m / 2, sign * opening.along) for sign in (-1, 1)]
     if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), SHEET_M) for end, out in sides):
         return False
-    beside = (_rooms_beside(end + THIN_WALL_M * out, border.across, rooms, walls) for end, out in sides)
+    beside = (_rooms_beside(end + THIN_WALL_M * out, opening.across, rooms, walls) for end, out in sides)
     return any(found in ((0, 1), (1, 0)) for found in beside)
 
 

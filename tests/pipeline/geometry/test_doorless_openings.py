@@ -5,7 +5,7 @@ import pytest
 import shapely
 from shapely import Polygon, affinity
 
-from pipeline.geometry.room_borders import find_room_borders
+from pipeline.geometry.doorless_openings import find_doorless_openings
 
 OUTER = shapely.difference(shapely.box(-0.2, -0.2, 8.2, 4.2), shapely.box(0, 0, 8, 4))
 
@@ -25,7 +25,7 @@ def rooms(apart: float) -> list[Polygon]:
 def test_rooms_meet_between_two_wall_ends(apart: float, turn: float) -> None:
     walls = affinity.rotate(inner((0.0, 1.0), (3.0, 4.0)), turn, origin=(0, 0))
     drawn = [affinity.rotate(room, turn, origin=(0, 0)) for room in rooms(apart)]
-    (border,) = find_room_borders(drawn, shapely.difference(shapely.convex_hull(walls), walls), walls)
+    (border,) = find_doorless_openings(drawn, shapely.difference(shapely.convex_hull(walls), walls), walls)
     middle = affinity.rotate(shapely.Point(4, 2), turn, origin=(0, 0))
     assert border.middle == pytest.approx((middle.x, middle.y), abs=1e-6)
     assert border.width_m == pytest.approx(2.0, abs=1e-6)
@@ -35,7 +35,7 @@ def test_rooms_meet_between_two_wall_ends(apart: float, turn: float) -> None:
 
 def test_a_wall_on_one_side_is_enough() -> None:
     walls = inner((1.5, 4.0))
-    (border,) = find_room_borders(rooms(0.0), shapely.box(0, 0, 8, 4).difference(walls), walls)
+    (border,) = find_doorless_openings(rooms(0.0), shapely.box(0, 0, 8, 4).difference(walls), walls)
     assert border.width_m == pytest.approx(1.5)
 
 
@@ -50,9 +50,9 @@ def test_a_wall_on_one_side_is_enough() -> None:
 @pytest.mark.parametrize("apart", [0.0, 0.2])
 def test_there_is_none_without_a_wall_or_without_a_way(spans: tuple[tuple[float, float], ...], apart: float) -> None:
     walls = inner(*spans)
-    assert not find_room_borders(rooms(apart), shapely.box(0, 0, 8, 4).difference(walls), walls)
+    assert not find_doorless_openings(rooms(apart), shapely.box(0, 0, 8, 4).difference(walls), walls)
 
 
 def test_rooms_far_apart_do_not_meet() -> None:
     walls = inner((0.0, 1.0), (3.0, 4.0), thick=1.0)
-    assert not find_room_borders(rooms(1.0), shapely.box(0, 0, 8, 4).difference(walls), walls)
+    assert not find_doorless_openings(rooms(1.0), shapely.box(0, 0, 8, 4).difference(walls), walls)
