@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.sources.homes.values import HomeDoor, Rect
+from pipeline.sources.homes.values import Door, Rect
 
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
@@ -54,7 +54,7 @@ class _Around:
 
 
 def add_corners(
-    spaces: list[shapely.Polygon], doors: tuple[HomeDoor, ...], asked: CornerWishes, rng: np.random.Generator
+    spaces: list[shapely.Polygon], doors: tuple[Door, ...], asked: CornerWishes, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
     """Return the spaces with their details."""
     keep = shapely.buffer(shapely.union_all([shapely.box(*door.rect) for door in doors]), _CLEAR_M) if doors else None
@@ -237,11 +237,11 @@ _SECOND: Final = 0.25
 
 def draw_front_doors(
     spaces: list[shapely.Polygon], names: tuple[tuple[str, ...], ...], wall_m: float, rng: np.random.Generator
-) -> tuple[HomeDoor, ...]:
+) -> tuple[Door, ...]:
     """Return a front door, sometimes two; none where no axis-parallel outer wall is long enough."""
     welcome = [_WELCOME.get(each[0] if each else "", 0.0) + float(rng.gumbel()) for each in names]
     wanted = 1 + int(rng.random() < _SECOND)
-    found: list[HomeDoor] = []
+    found: list[Door] = []
     for k in np.argsort(welcome)[::-1].tolist():
         others = [space for j, space in enumerate(spaces) if j != k]
         places = [
@@ -251,7 +251,7 @@ def draw_front_doors(
             and not spaces[k].intersects(shapely.box(*before))  # a wall that ends in the room is no outer one
         ]
         if places:
-            found.append(HomeDoor(places[int(rng.integers(len(places)))], (k, None)))
+            found.append(Door(places[int(rng.integers(len(places)))], (k, None)))
         if len(found) == wanted:
             break
     return tuple(found)

@@ -18,7 +18,7 @@ from pipeline.sources.homes.shaping import (
     join_to_one_space,
 )
 from pipeline.sources.homes.slicing import WantedRectangles, slice_box
-from pipeline.sources.homes.values import Home, HomeDoor, HomeWish, NamedRoomBox, Rect, snap_wall_line
+from pipeline.sources.homes.values import Door, Home, HomeWish, NamedBox, Rect, snap_wall_line
 from pipeline.sources.homes.wishes import draw_home_wish
 
 _DRAWS: Final = 12
@@ -81,7 +81,7 @@ def _home_of(name: str, wish: HomeWish, found: ShapedRooms, rng: np.random.Gener
         shapely.union_all([shape for shape, k in zip(inner, owner, strict=True) if k == space], grid_size=1e-4)
         for space in range(wish.spaces)
     ]
-    ways = tuple(HomeDoor(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
+    ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
     spaces = add_corners(spaces, ways, CornerWishes(wish.corners, wish.oblique, wish.wall_m), rng)
     if not _passable(spaces, ways):
         return None
@@ -89,14 +89,14 @@ def _home_of(name: str, wish: HomeWish, found: ShapedRooms, rng: np.random.Gener
     return Home(name, tuple(spaces), ways, fronts, _boxes(wish, spaces, rng), wish.rooms, wish.wall_m)
 
 
-def _passable(spaces: list[shapely.Polygon], ways: tuple[HomeDoor, ...]) -> bool:
+def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
     """Return whether a robot gets everywhere, in each space and through all doors."""
     free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
     places = shapely.buffer([*spaces, free], -_ROBOT_M)
     return all(isinstance(place, shapely.Polygon) and not place.is_empty for place in places)
 
 
-def _boxes(wish: HomeWish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedRoomBox, ...]:
+def _boxes(wish: HomeWish, spaces: list[shapely.Polygon], rng: np.random.Generator) -> tuple[NamedBox, ...]:
     """Return boxes: the first name of a space has its whole box, the others parts of it."""
     boxes = []
     for space, labels in zip(spaces, wish.names, strict=True):
@@ -107,5 +107,5 @@ def _boxes(wish: HomeWish, spaces: list[shapely.Polygon], rng: np.random.Generat
                 box = (x1 + (x2 - x1) * low, y1, x1 + (x2 - x1) * high, y2)
             else:
                 box = (x1, y1 + (y2 - y1) * low, x2, y1 + (y2 - y1) * high)
-            boxes.append(NamedRoomBox(label, tuple(round(float(value), 3) for value in box)))  # type: ignore[arg-type]
+            boxes.append(NamedBox(label, tuple(round(float(value), 3) for value in box)))  # type: ignore[arg-type]
     return tuple(boxes)

@@ -47,7 +47,7 @@ class HomeWish:
 
 
 @dataclass(frozen=True)
-class HomeDoor:
+class Door:
     """A doorway through a wall: its freed area, and the two spaces that it joins; a front door leads outside, None."""
 
     rect: Rect
@@ -55,7 +55,7 @@ class HomeDoor:
 
 
 @dataclass(frozen=True)
-class NamedRoomBox:
+class NamedBox:
     """A room as a source names it; ``label`` None for a room without a name."""
 
     label: str | None
@@ -71,8 +71,8 @@ class Home:
 
     id: str
     spaces: tuple[shapely.Polygon, ...]
-    doors: tuple[HomeDoor, ...]
-    fronts: tuple[HomeDoor, ...]
-    boxes: tuple[NamedRoomBox, ...]
+    doors: tuple[Door, ...]
+    fronts: tuple[Door, ...]
+    boxes: tuple[NamedBox, ...]
     room_count: int
     wall_m: float
