@@ -42,8 +42,8 @@ def test_ctrl_c_ends_a_build_and_the_same_command_goes_on(moment: str, tmp_path:
 def test_ctrl_c_that_a_library_swallows_ends_the_build_all_the_same(tmp_path: Path) -> None:
     code = """
 import os, signal, time
-from pipeline.cli_common import interruptible
-with interruptible("last words"):
+from pipeline.cli_common import handle_ctrl_c
+with handle_ctrl_c("last words"):
     try:
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(60)
