@@ -1,4 +1,4 @@
-"""Hold the constants that geometry in this package depends on, in three kinds, each with its unit and its reason.
+"""Hold the constants of geometry in this package: numerics, dimensions of houses, decisions; each with its unit.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_PX`` cells; shares and cosines have none. Sizes that a
 caller can choose, such as the height of walls in an export, are defaults of that function and stand beside it, as do

@@ -1,4 +1,4 @@
-"""Define the numbers that several rules of ``geometry`` and ``stages`` share, in three kinds, with units and reasons.
+"""Hold the numbers that rules of ``geometry`` and ``stages`` share: numerics, dimensions of houses, decisions.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres; shares and cosines have none. What only one rule knows
 stands beside that rule. What a build may choose is in ``config.py``. ``python -m research.threshold_effects`` moves

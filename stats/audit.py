@@ -1,4 +1,4 @@
-"""Check a plan's rooms against six rules of real homes, find which rooms adjoin, and add up the audits of many plans.
+"""Check rooms by six rules (overlap, holes, pieces, least area and width, aspect), find which adjoin, add audits up.
 
 The rules and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md, 2026),
 which holds nine public data sets to them (``stats.public_sets``). They are loose: a person and a bed must fit. Real
@@ -147,7 +147,7 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
         yield from (f"{name}: {texts[rule]}" for rule in self.broken_rules())
 
 
-class Audit(Struct, array_like=True, frozen=True):
+class PlanAudit(Struct, array_like=True, frozen=True):
     """What an audit found in a plan; thresholds are applied afterwards.
 
     ``overlap`` and ``holes`` are shares (R1, R2), ``pieces`` the number of pieces (R3). ``wall`` and ``door`` are pairs
@@ -185,8 +185,8 @@ class Audit(Struct, array_like=True, frozen=True):
             yield from room.reasons()
 
 
-def audit(plan: PlanData) -> Audit | None:
-    """Audit a plan; return None if it has no rooms."""
+def audit_plan(plan: PlanData) -> PlanAudit | None:
+    """PlanAudit a plan; return None if it has no rooms."""
     import shapely
 
     rooms = [room for room in plan.rooms if room.area > 0]
@@ -197,7 +197,7 @@ def audit(plan: PlanData) -> Audit | None:
     wall = _adjoining(shapes)
     places = {room.id: place for place, room in enumerate(rooms)}
     doors = [[places[side] for side in door.rooms if side in places] for door in plan.doors]
-    return Audit(
+    return PlanAudit(
         [_audit_room(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
         round(float(shapely.area(shapes).sum() / covered.area) - 1.0, 6),
         round(_hole_share(covered), 6),
@@ -207,7 +207,7 @@ def audit(plan: PlanData) -> Audit | None:
     )
 
 
-def clear_width(shape: Polygon) -> float:
+def largest_circle_diameter(shape: Polygon) -> float:
     """Return the diameter of the largest circle inside a polygon, metres, at most 0.01 m too small.
 
     The circle is found by the method of the pole of inaccessibility (V. Agafonkin, "polylabel", 2016; GEOS).
@@ -232,7 +232,9 @@ def aspect_ratio(shape: Polygon) -> float:
 
 def _audit_room(room: Room, shape: Polygon) -> AuditedRoom:
     kind = TYPES.get(room.label, "other")
-    return AuditedRoom(room.id, kind, round(shape.area, 3), round(clear_width(shape), 3), round(aspect_ratio(shape), 3))
+    return AuditedRoom(
+        room.id, kind, round(shape.area, 3), round(largest_circle_diameter(shape), 3), round(aspect_ratio(shape), 3)
+    )
 
 
 def _hole_share(covered: Polygon | MultiPolygon) -> float:
@@ -290,7 +292,7 @@ class AuditSummary:
         self.halls: Counter[str] = Counter()
         self.connected: Counter[tuple[str, str, str]] = Counter()
 
-    def take(self, found: Audit) -> None:
+    def take(self, found: PlanAudit) -> None:
         """Add the audit of one plan."""
         broken = found.broken_rules()
         self.plans += 1
@@ -310,7 +312,7 @@ class AuditSummary:
             self.widths[kind].add(room.width_m)
         self._connect(found)
 
-    def _connect(self, found: Audit) -> None:
+    def _connect(self, found: PlanAudit) -> None:
         kinds = [_HALLWAY.get(room.type, room.type) for room in found.rooms]
         self.halls.update(kinds)
         for connection in CONNECTIONS:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from houseexpo.analysis import measures
 from houseexpo.floorplan import FloorPlan
-from stats.audit import Audit, audit
+from stats.audit import PlanAudit, audit_plan
 
 VERSION: Final = 4
 """Part of the name under which records are cached; change it when measures are added or changed."""
@@ -48,7 +48,7 @@ class Record(Struct, array_like=True, frozen=True):
     fault: str | None
     ring: str
     shape: str
-    audit: Audit | None = None
+    audit: PlanAudit | None = None
 
 
 def measure_plan(plan: FloorPlan) -> Record:
@@ -70,7 +70,7 @@ def measure_plan(plan: FloorPlan) -> Record:
 
 def measure_and_audit(plan: FloorPlan) -> Record:
     """Measure and audit a plan as it is."""
-    return replace(measure_plan(plan), audit=audit(plan))
+    return replace(measure_plan(plan), audit=audit_plan(plan))
 
 
 def find_rooms_and_measure(plan: FloorPlan) -> Record:

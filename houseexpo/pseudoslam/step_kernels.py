@@ -62,7 +62,7 @@ def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: Pl
     return StepParams(
         Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
         Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
-        make_errors(noise, ppm),
+        make_noise_params(noise, ppm),
         make_walk_params(config.people, ppm),
         float(config.step_s),
         clearance_m * ppm,
@@ -72,7 +72,7 @@ def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: Pl
     )
 
 
-def make_errors(noise: NoiseConfig, ppm: float) -> Errors:
+def make_noise_params(noise: NoiseConfig, ppm: float) -> Errors:
     """Return the parameters of noise on a grid of ``ppm`` pixels per metre."""
     model, alphas = _model_of(noise, ppm)
     return Errors(
@@ -270,7 +270,7 @@ def _end_all() -> None:
         _end(_running.popitem()[1])
 
 
-def example_arguments() -> tuple[Any, ...]:
+def arguments_for_compiling() -> tuple[Any, ...]:
     """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
     raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
     moving = new_bodies(0, 0), no_tracks(), no_flow_field(), no_goal_field()
@@ -280,4 +280,4 @@ def example_arguments() -> tuple[Any, ...]:
 
 def compile_to_disk(name: str) -> None:
     """Compile a kernel, which numba keeps on disk for other processes."""
-    compiled_function(find_kernel(name), *example_arguments())
+    compiled_function(find_kernel(name), *arguments_for_compiling())

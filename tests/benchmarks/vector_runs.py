@@ -24,7 +24,7 @@ from numba import njit
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, Simulator, SimulatorConfig
 from houseexpo.pseudoslam.config import ScanRule
-from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.episode_batch import EpisodeBatch
 from houseexpo.pseudoslam.kernels.collision import free_distance
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, slice_episode
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
@@ -141,9 +141,9 @@ def single_run(name: str, rule: ScanRule, houses: list[FloorPlan], steps: int = 
     return run
 
 
-def batch_of(config: SimulatorConfig, houses: list[FloorPlan]) -> Batch:
+def batch_of(config: SimulatorConfig, houses: list[FloorPlan]) -> EpisodeBatch:
     rng, params = np.random.default_rng(0), make_step_params(config)
-    batch = Batch(N, config, params, threads=1)
+    batch = EpisodeBatch(N, config, params, threads=1)
     simulators = [Simulator.of(house, config) for house in houses]
     for i in range(N):
         batch.put(i, simulators[i % len(houses)].start(rng))
@@ -151,7 +151,7 @@ def batch_of(config: SimulatorConfig, houses: list[FloorPlan]) -> Batch:
 
 
 def kernel_run(
-    config: SimulatorConfig, houses: list[FloorPlan], step: Callable[[Batch, np.ndarray], None], steps: int = 60
+    config: SimulatorConfig, houses: list[FloorPlan], step: Callable[[EpisodeBatch, np.ndarray], None], steps: int = 60
 ) -> Callable[[], int]:
     batch, rng = batch_of(config, houses), np.random.default_rng(0)
     turn, way = np.array([np.radians(10.0), 0.0]), np.array([0.0, 0.3 * config.pixels_per_metre])

@@ -18,7 +18,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
-from stats.audit import LIMITS, TYPES, Audit, AuditSummary, aspect_ratio, audit, clear_width
+from stats.audit import LIMITS, TYPES, AuditSummary, PlanAudit, aspect_ratio, audit_plan, largest_circle_diameter
 from stats.html_report import report_html
 from stats.measure import DataSetSummary
 from stats.public_sets import PUBLIC, SHARES, SIZES
@@ -47,8 +47,8 @@ def home(*rooms: tuple[str, Box] | Room, doors: tuple[tuple[int, int | None], ..
 SOUND = (("Living_Room", (0.0, 0.0, 5.0, 4.0)), ("Bedroom", (5.2, 0.0, 8.2, 4.0)), ("Bathroom", (8.3, 0.0, 10.0, 4.0)))
 
 
-def audited(plan: FloorPlan) -> Audit:
-    found = audit(plan)
+def audited(plan: FloorPlan) -> PlanAudit:
+    found = audit_plan(plan)
     assert found is not None
     return found
 
@@ -127,7 +127,7 @@ def test_rooms_adjoin_on_half_a_metre_of_wall(shared_m: float, joined: bool) -> 
 
 
 def test_an_outline_is_not_audited() -> None:
-    assert audit(outline("a")) is None
+    assert audit_plan(outline("a")) is None
     assert "audit" not in Report(DataSetSummary("a")).values()["plans"]
 
 
@@ -178,7 +178,7 @@ L_SHAPE = Polygon([(0, 0), (4, 0), (4, 1.5), (1.5, 1.5), (1.5, 4), (0, 4)])
     ],
 )
 def test_clear_widths_that_are_known(shape: Polygon, width: float) -> None:
-    assert width - 0.0101 <= clear_width(shape) <= width + 1e-9
+    assert width - 0.0101 <= largest_circle_diameter(shape) <= width + 1e-9
     assert slow_clear_width(shape, 0.05) == pytest.approx(width, abs=0.08)
 
 
@@ -202,7 +202,7 @@ def test_clear_width_is_that_of_its_slow_twin(spokes: list[tuple[float, float]],
     if shape.geom_type != "Polygon" or shape.area < 0.5:
         return
     step = 0.05
-    fast, slow = clear_width(shape), slow_clear_width(shape, step)
+    fast, slow = largest_circle_diameter(shape), slow_clear_width(shape, step)
     assert slow <= fast + 0.0101, "no point has a larger circle than the best"
     assert fast <= slow + 2 * step, "a point of the grid lies near the best one"
 

@@ -84,7 +84,7 @@ class Pictures:
         share
             A function that calls the work for all environments, on one thread or on several.
         fresh
-            Whether to draw into a new array, like ``Batch.step``.
+            Whether to draw into a new array, like ``EpisodeBatch.step``.
         """
         if fresh:
             self.shown = np.empty_like(self.shown)

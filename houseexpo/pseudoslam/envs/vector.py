@@ -17,7 +17,7 @@ from gymnasium.vector.utils import batch_space
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
-from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.episode_batch import EpisodeBatch
 from houseexpo.pseudoslam.envs.pictures import count_channels, picture_side_px
 from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, parse_seeds, parse_vector_options
 from houseexpo.pseudoslam.envs.single import ExplorationMixin, NavigationMixin, ObstacleAvoidanceMixin, PseudoSlamEnv
@@ -122,7 +122,7 @@ class PseudoSlamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[A
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._params, self._scratch = self._env_spec.params(), self._env_spec.scratch()
         self._pictures = self._env_spec.pictures(num_envs)
-        self._batch = Batch(num_envs, self.config, self._params, threads)
+        self._batch = EpisodeBatch(num_envs, self.config, self._params, threads)
         self._rngs: dict[int, np.random.Generator] = {}
         self._plan_ids = np.full(num_envs, None, object)
         self._simulators: dict[int, Simulator] = {}

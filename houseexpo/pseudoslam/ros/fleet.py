@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import make_errors, make_scratch, make_step_params, take_first_scan
+from houseexpo.pseudoslam.step_kernels import make_noise_params, make_scratch, make_step_params, take_first_scan
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.reset import make_initial_state
@@ -111,7 +111,7 @@ class Fleet:
             raise ConfigError("robot.drive: robots in ROS follow their velocities exactly; leave the drive out")
         self.plan, self.seed, self.starts, self.tick_s = plan, seed, tuple(starts), tick_s
         self.noise = config.noise
-        self._errors = make_errors(config.noise, 1.0)
+        self._errors = make_noise_params(config.noise, 1.0)
         self.config = replace(config, step_s=tick_s, noise=config.noise.without_odometry())
         self.radius_m = config.robot.radius_m
         self._world = world_for(plan, self.config)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.envs.batch import Batch
+from houseexpo.pseudoslam.envs.episode_batch import EpisodeBatch
 from houseexpo.pseudoslam.envs.spec import EnvSpec, new_episode_constants
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
@@ -32,7 +32,7 @@ Bools = npt.NDArray[np.bool_]
 
 
 class TeamPools:
-    """The episodes of N teams with R robots each: a ``Batch`` of N * R robots, team after team.
+    """The episodes of N teams with R robots each: a ``EpisodeBatch`` of N * R robots, team after team.
 
     ``put`` moves a team's arrays into the pools. From then on, its arrays are views of them, and ``step`` takes the
     steps of all teams: the kernels and the order of ``Team.step``, with the same bits.
@@ -46,7 +46,7 @@ class TeamPools:
     def __init__(self, spec: EnvSpec, radio: Radio, teams: int, robots: int, threads: int | None = None) -> None:
         self.spec, self.radio, self.teams, self.robots = spec, radio, teams, robots
         params = spec.params()
-        self.batch = Batch(teams * robots, spec.config, params, threads, moves=False)
+        self.batch = EpisodeBatch(teams * robots, spec.config, params, threads, moves=False)
         self.constants = new_episode_constants(teams * robots)
         self.placed: list[Team | None] = [None] * teams
         self.observable = np.ones(teams)

@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.kernels.types import Grid, Scratch
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, new_bodies, start_people
 from houseexpo.pseudoslam.worlds.place_obstacles import PlacedObstacles, place_obstacles
-from houseexpo.pseudoslam.worlds.world import World, visible_cells
+from houseexpo.pseudoslam.worlds.world import World, find_observable_cells
 
 Floats = npt.NDArray[np.float64]
 
@@ -122,7 +122,9 @@ def _observable(world: World, placed: PlacedObstacles, config: SimulatorConfig, 
     if not placed.obstacles:
         return world.observable, world.observable_cells
     radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
-    found = visible_cells(placed.occupied, placed.traversable, radius_px, range_px, buffers=scratch[:3], empty=world)
+    found = find_observable_cells(
+        placed.occupied, placed.traversable, radius_px, range_px, buffers=scratch[:3], empty=world
+    )
     return found, int(np.count_nonzero(found.view(bool)))
 
 

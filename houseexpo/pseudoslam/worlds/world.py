@@ -1,4 +1,4 @@
-"""Make the ground truth of a plan as rasters: occupied cells, where the robot can stand, and what it can see."""
+"""Make the ground truth of a plan as rasters: occupied cells, where the robot can stand, what it can see from there."""
 
 from __future__ import annotations
 
@@ -141,14 +141,18 @@ def make_world_from_raster(
             f"at {ppm:g} px/m; use a smaller robot or another plan"
         )
     world = World(
-        plan_id, frame, occupied, traversable, visible_cells(occupied, traversable, robot_radius_m * ppm, range_m * ppm)
+        plan_id,
+        frame,
+        occupied,
+        traversable,
+        find_observable_cells(occupied, traversable, robot_radius_m * ppm, range_m * ppm),
     )
     for array in (world.occupied, world.traversable, world.observable):
         array.flags.writeable = False
     return world
 
 
-def visible_cells(
+def find_observable_cells(
     occupied: Cells,
     traversable: Cells,
     radius_px: float,
@@ -169,7 +173,11 @@ def visible_cells(
         The house without obstacles, if there is one: cells that are not visible in it are not visible now, and its
         nearest standing cells are still valid for most cells.
     """
-    wanted = (empty.observable > occupied).view(np.uint8) if empty else find_standing_pieces(traversable, occupied)
+    wanted = (
+        (empty.observable > occupied).view(np.uint8)
+        if empty
+        else free_pieces_with_standing_cells(traversable, occupied)
+    )
     before, sure_px = empty.nearest if empty else _NO_OFFSETS, min(radius_px + FREE_HALF_PX, range_px)
     asked, away = np.empty(occupied.size, np.int32), np.empty((occupied.size, 2), np.int16)
     visible = traversable.copy()
@@ -206,7 +214,7 @@ def traversable_cells(occupied: Cells, radius_px: float) -> Cells:
     return _biggest_piece(_where(taken, 0))
 
 
-def find_standing_pieces(traversable: Cells, occupied: Cells) -> Cells:
+def free_pieces_with_standing_cells(traversable: Cells, occupied: Cells) -> Cells:
     """Return 1 in the pieces of free space (4-connected) where the robot can stand; it cannot see other pieces."""
     image = _where(occupied, 0)
     standing, start = traversable, int(traversable.argmax())

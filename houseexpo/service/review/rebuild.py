@@ -1,4 +1,4 @@
-"""Rebuild a data set with the decisions of a review, by ``houseexpo build`` in its own process, and show the result.
+"""Rebuild a data set with the decisions of a review, in its own process, and say how each decided plan changed.
 
 R1  A data set has one build at a time. It continues when the browser is closed, and it ends with the server.
 R2  The plans with decisions are kept in memory as they were, to be shown beside their successors.
@@ -45,7 +45,7 @@ _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
 
 
-class DecisionOutcome(msgspec.Struct, frozen=True):
+class DecidedPlan(msgspec.Struct, frozen=True):
     """The result for a plan with decisions; ``why`` is the reason if the plan is gone."""
 
     plan: str
@@ -59,7 +59,7 @@ class Rebuild:
     def __init__(self, collection: Collection, decisions: DecisionStore) -> None:
         self.root, self._collection, self._decisions = collection.path, collection, decisions
         self.phase: Phase = "idle"
-        self.outcomes: list[DecisionOutcome] = []
+        self.outcomes: list[DecidedPlan] = []
         self.before: dict[str, bytes] = {}
         self._lines: deque[str] = deque(maxlen=_LINES)
         self._process: subprocess.Popen[str] | None = None
@@ -184,7 +184,7 @@ class Rebuild:
         if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
             return
-        found = decision_outcomes(self.root, self.before, touched)
+        found = compare_decided_plans(self.root, self.before, touched)
         for _ in range(_MAX_LOOKS):  # the pages reopen the data set at their next look
             self._collection.look()
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
@@ -208,7 +208,7 @@ def _look(root: Path) -> int:
         return 0
 
 
-def decision_outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[DecisionOutcome]:
+def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[DecidedPlan]:
     """Return the result for each plan with decisions.
 
     Parameters
@@ -224,9 +224,9 @@ def decision_outcomes(root: Path, before: Mapping[str, bytes], touched: Sequence
     for name in touched:
         if name in dataset:
             same = before.get(name) == dataset.raw(name)
-            found.append(DecisionOutcome(name, "new" if name not in before else "the same" if same else "changed"))
+            found.append(DecidedPlan(name, "new" if name not in before else "the same" if same else "changed"))
         else:
-            found.append(DecisionOutcome(name, "gone", reasons.get(name, "it is no longer in the data set")))
+            found.append(DecidedPlan(name, "gone", reasons.get(name, "it is no longer in the data set")))
     return found
 
 

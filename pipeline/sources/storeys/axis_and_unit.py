@@ -40,10 +40,10 @@ from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import find_levels
 from pipeline.sources.storeys.scale import (
     UNITS,
-    do_heads_fit_unit,
-    has_door_high_head,
-    metres_from_heads,
-    metres_from_storey,
+    do_opening_heads_fit_unit,
+    has_head_at_door_height,
+    unit_from_opening_heads,
+    unit_from_storey,
 )
 from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, find_storey_pairs, weighted_quantile
 from pipeline.sources.tolerances import (
@@ -199,7 +199,7 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 0.0)
     if possible:
         return evidence
-    told = metres_from_heads(shape.storey, shape.heads) if convention.metres is None else None
+    told = unit_from_opening_heads(shape.storey, shape.heads) if convention.metres is None else None
     is_model = told is not None and shape.fits_width(told)
     return evidence - (
         UNLIKELY_WEIGHT if is_model or (convention.metres is None and _is_likely(shape)) else IMPOSSIBLE_WEIGHT
@@ -209,7 +209,7 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
 def _is_likely(shape: UprightShape) -> bool:
     """R8: return whether an opening is as high as a door where the storey is 2.7 m high."""
     tried = USUAL_STOREY_M / shape.storey
-    return shape.fits_width(tried) and has_door_high_head(shape.heads, tried)
+    return shape.fits_width(tried) and has_head_at_door_height(shape.heads, tried)
 
 
 def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
@@ -225,18 +225,18 @@ def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) 
         return _of_a_model(shape, convention, door) or convention.metres
     fitting = [metres for metres in UNITS.values() if shape.fits(metres) and is_sound(metres)]
     if 1.0 in fitting and (
-        do_heads_fit_unit(shape.heads, 1.0) or COMMON_STOREY_M[0] <= shape.storey <= COMMON_STOREY_M[1]
+        do_opening_heads_fit_unit(shape.heads, 1.0) or COMMON_STOREY_M[0] <= shape.storey <= COMMON_STOREY_M[1]
     ):
         return 1.0
-    told = metres_from_heads(shape.storey, shape.heads) if convention.metres is None else None
+    told = unit_from_opening_heads(shape.storey, shape.heads) if convention.metres is None else None
     if told and is_sound(told) and shape.fits_width(told):
         return told
     if fitting:
         nearest = min(fitting, key=lambda metres: abs(math.log(shape.storey * metres / USUAL_STOREY_M)))
         return 1.0 if 1.0 in fitting else nearest
     if convention.metres is None and shape.stands(1.0) and is_sound(1.0):
-        return None if _is_likely(shape) and not do_heads_fit_unit(shape.heads, 1.0) else 1.0  # R8
-    scaled = USUAL_DOOR_M / door if door else metres_from_storey(shape.storey)
+        return None if _is_likely(shape) and not do_opening_heads_fit_unit(shape.heads, 1.0) else 1.0  # R8
+    scaled = USUAL_DOOR_M / door if door else unit_from_storey(shape.storey)
     return scaled if scaled and shape.stands(scaled) else None
 
 
@@ -245,9 +245,9 @@ def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | 
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None
-    if do_heads_fit_unit([*shape.heads, *shape.lower], metres):
+    if do_opening_heads_fit_unit([*shape.heads, *shape.lower], metres):
         return None
-    told = metres_from_heads(shape.storey, shape.heads)
+    told = unit_from_opening_heads(shape.storey, shape.heads)
     return told if told and shape.fits_width(told) else None
 
 

@@ -1,4 +1,4 @@
-"""Check the sizes and units that a person gives, turn them into metres, and guess a scale from storeys and openings."""
+"""Read the unit, scale and storey height that a person gives, or guess the unit from storeys and door heads."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from pipeline.sources.tolerances import (
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
-def do_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
+def do_opening_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
     """R1: tell whether the heads of openings, in file units above the floor, speak for a unit of so many metres."""
     return not heads or any(HEADS_M[0] <= head * metres <= HEADS_M[1] for head in heads)
 
 
-def has_door_high_head(heads: Sequence[float], metres: float) -> bool:
+def has_head_at_door_height(heads: Sequence[float], metres: float) -> bool:
     """Tell whether an opening ends as high as doors do in most houses (R1), in a unit of so many metres."""
     return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR_HEAD for head in heads)
 
 
-def metres_from_heads(storey: float, heads: Sequence[float]) -> float | None:
+def unit_from_opening_heads(storey: float, heads: Sequence[float]) -> float | None:
     """R2: return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
     candidates += [
@@ -47,7 +47,7 @@ def metres_from_heads(storey: float, heads: Sequence[float]) -> float | None:
     return best[1] if best and best[0] < NEAR_HEAD * 2 + SCALED else None
 
 
-def metres_from_storey(storey: float) -> float | None:
+def unit_from_storey(storey: float) -> float | None:
     """R3: return metres in a file's unit, or None if no usual scale gives a usual storey."""
     fitting = [scale for scale in SCALES if COMMON_STOREY_M[0] <= storey * scale <= COMMON_STOREY_M[1]]
     return min(fitting, key=lambda scale: abs(math.log(storey * scale / MEAN_STOREY_M)), default=None)

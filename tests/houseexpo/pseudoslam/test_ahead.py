@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.step import step_pool_by_sector
-from houseexpo.pseudoslam.step_kernels import example_arguments, kernel_arguments
+from houseexpo.pseudoslam.step_kernels import arguments_for_compiling, kernel_arguments
 from tests.builders.simulations import GIVEN
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
@@ -68,7 +68,7 @@ def test_it_is_compiled_for_what_environments_call_it_with(given: dict[str, Any]
     env = ExplorationEnv(**{**GIVEN, **given})
     env.reset(seed=0)
     called = kernel_arguments(env.state, np.zeros((1, 2)), env._params, env._scratch)
-    assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, example_arguments()))
+    assert list(map(KERNEL.typeof_pyval, called)) == list(map(KERNEL.typeof_pyval, arguments_for_compiling()))
 
 
 def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]]) -> None:

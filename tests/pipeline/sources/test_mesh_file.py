@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
 from pipeline.sources.meshes.formats import SUFFIXES, load_scene
-from pipeline.sources.storeys.scale import UNITS, metres_from_heads
+from pipeline.sources.storeys.scale import UNITS, unit_from_opening_heads
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Input, Level, Mesh
 from tests.builders.meshes import (
@@ -560,16 +560,18 @@ def test_a_declared_axis_stands_over_a_tower(tmp_path):
 def test_a_bare_unit_is_taken_before_a_model_of_nearly_the_same_size(unit: str) -> None:
     """Inches differ from millimetres at 1:25 by 1.6%."""
     for head_m in (2.0, 2.06, 2.1):
-        assert metres_from_heads(2.7 / UNITS[unit], [head_m / UNITS[unit]]) == UNITS[unit]
+        assert unit_from_opening_heads(2.7 / UNITS[unit], [head_m / UNITS[unit]]) == UNITS[unit]
 
 
 @pytest.mark.parametrize("metres", [15.0, 20.0, 50.0, 0.2, 0.5, 0.02])
 def test_a_model_is_told_by_its_doors(metres: float) -> None:
-    assert metres_from_heads(2.7 / metres, [2.06 / metres]) == pytest.approx(metres)
+    assert unit_from_opening_heads(2.7 / metres, [2.06 / metres]) == pytest.approx(metres)
 
 
 @pytest.mark.parametrize("head_m", [2.0, 2.03, 2.06, 2.1])
 def test_of_two_scales_that_nobody_can_tell_apart_the_metric_one_is_taken(head_m: float) -> None:
     """1:20 in inches is 1:50 in centimetres but for 1.6%, and brings such heads nearer to the usual one."""
-    assert metres_from_heads(2.7 / 0.5, [head_m / 0.5]) == pytest.approx(0.5)
-    assert metres_from_heads(2.7 / 0.381, [head_m / 0.381]) == pytest.approx(0.381)  # 1:15 in inches has no such twin
+    assert unit_from_opening_heads(2.7 / 0.5, [head_m / 0.5]) == pytest.approx(0.5)
+    assert unit_from_opening_heads(2.7 / 0.381, [head_m / 0.381]) == pytest.approx(
+        0.381
+    )  # 1:15 in inches has no such twin

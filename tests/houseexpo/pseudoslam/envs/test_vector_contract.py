@@ -16,7 +16,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-from houseexpo.pseudoslam.envs import batch
+from houseexpo.pseudoslam.envs import episode_batch
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.step_kernels import choose_kernel
 from tests.builders.simulations import GIVEN, SMALL, assert_same, assert_same_step, explorers, native
@@ -119,7 +119,7 @@ def test_a_step_is_one_compiled_call_and_no_more_python_for_more_of_them(
         kernel = choose_kernel(*given, **named)
         return lambda *arrays: (steps.append(arrays[-2:]), kernel(*arrays))
 
-    monkeypatch.setattr(batch, "choose_kernel", noted)
+    monkeypatch.setattr(episode_batch, "choose_kernel", noted)
     for number in (4, 64):
         env = native(task, number, threads=1, **GIVEN, **({"success_coverage": None} if task == "Exploration" else {}))
         env.reset(seed=0)

@@ -12,7 +12,7 @@ from gymnasium.utils import seeding
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import StartConfig
-from houseexpo.pseudoslam.envs import batch
+from houseexpo.pseudoslam.envs import episode_batch
 from tests.builders.simulations import GIVEN, HUTS, SMALL, assert_same, explorers
 
 
@@ -162,7 +162,7 @@ def test_an_interrupted_reset_can_be_made_again(monkeypatch: pytest.MonkeyPatch)
     """As by Ctrl-C while kernels are compiled for the first time."""
     env = explorers(2)
     with monkeypatch.context() as patched:
-        patched.setattr(batch.Batch, "step", interrupted)
+        patched.setattr(episode_batch.EpisodeBatch, "step", interrupted)
         with pytest.raises(KeyboardInterrupt):
             env.reset(seed=0)
     found, _ = env.reset(seed=0)

@@ -12,14 +12,14 @@ from houseexpo.pseudoslam.config import NoiseConfig, Odometry, SimulatorConfig, 
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
 from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
 from houseexpo.pseudoslam.kernels.types import Errors
-from houseexpo.pseudoslam.step_kernels import make_errors
+from houseexpo.pseudoslam.step_kernels import make_noise_params
 
 PPM, DRAWS, SECONDS = 20.0, 4000, 0.5
 
 
 def draws(noise: NoiseConfig, turn: float, way_m: float, *, arc: bool) -> np.ndarray:
     """(draws, 4): the errors of a step, radians and metres."""
-    errors, counts, readings = make_errors(noise, PPM), np.zeros(1, COUNTS)[0], np.zeros(1, READINGS)[0]
+    errors, counts, readings = make_noise_params(noise, PPM), np.zeros(1, COUNTS)[0], np.zeros(1, READINGS)[0]
     counts.key = 77
     found = []
     for step in range(1, DRAWS + 1):
@@ -97,7 +97,7 @@ def test_wheels_err_as_the_root_of_how_far_they_roll(arc: bool) -> None:
 
 
 def test_a_bias_walks_and_the_heading_drifts_by_its_integral() -> None:
-    errors, deviation, n = make_errors(NoiseConfig(odometry_bias_deg_s=0.3), PPM), math.radians(0.3), 30
+    errors, deviation, n = make_noise_params(NoiseConfig(odometry_bias_deg_s=0.3), PPM), math.radians(0.3), 30
     ends = []
     for key in range(2000):
         counts, readings, heading = np.zeros(1, COUNTS)[0], np.zeros(1, READINGS)[0], 0.0
@@ -116,12 +116,12 @@ def test_a_bias_walks_and_the_heading_drifts_by_its_integral() -> None:
 
 
 def test_slip_is_a_uniform_share() -> None:
-    errors = make_errors(NoiseConfig(slip=0.2), PPM)
+    errors = make_noise_params(NoiseConfig(slip=0.2), PPM)
     lost = np.array([1.0 - grip_share(errors, 5, step) for step in range(DRAWS)])
     assert lost.mean() == pytest.approx(0.2, abs=0.01)
     assert lost.std() == pytest.approx(0.4 / math.sqrt(12), rel=0.05)
     assert 0.0 <= lost.min() < lost.max() <= 0.4
-    assert grip_share(make_errors(NoiseConfig(), PPM), 5, 3) == 1.0
+    assert grip_share(make_noise_params(NoiseConfig(), PPM), 5, 3) == 1.0
 
 
 @pytest.mark.parametrize("model", [None, Velocity(), Odometry(), Wheels()])
@@ -135,7 +135,7 @@ def test_lengths_are_metres_on_any_grid() -> None:
     for model in (Velocity(*[0.1] * 6), Odometry(*[0.1] * 4), Wheels(0.3, 1.1, 1.1, 0.02, 0.03)):
         found = []
         for ppm in (10.0, 40.0):
-            errors: Errors = make_errors(NoiseConfig(odometry_model=model), ppm)
+            errors: Errors = make_noise_params(NoiseConfig(odometry_model=model), ppm)
             counts, readings = np.zeros(1, COUNTS)[0], np.zeros(1, READINGS)[0]
             counts.key, counts.steps = 4, 9
             first, turn, way, last = draw_odometry_errors(errors, counts, readings, 0.4, 0.3 * ppm, True, SECONDS)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from houseexpo.pseudoslam.worlds.world import find_standing_pieces, traversable_cells
+from houseexpo.pseudoslam.worlds.world import free_pieces_with_standing_cells, traversable_cells
 
 
 def walls(seed: int) -> np.ndarray:
@@ -71,4 +71,4 @@ def test_free_pieces_count_where_the_robot_stands_in_them() -> None:
         standing = ((rng.random(occupied.shape) < 0.003) & (occupied == 0)).astype(np.uint8)
         here = set(map(tuple, np.argwhere(standing).tolist()))
         expected = set().union(*(piece for piece in pieces(occupied == 0) if piece & here))
-        assert set(map(tuple, np.argwhere(find_standing_pieces(standing, occupied)).tolist())) == expected
+        assert set(map(tuple, np.argwhere(free_pieces_with_standing_cells(standing, occupied)).tolist())) == expected

@@ -90,7 +90,7 @@ def test_whatever_fails_at_the_end_is_said_and_ends_it(begun: Begun, monkeypatch
     def broken(*_: object) -> None:
         raise ValueError("odd bytes")
 
-    monkeypatch.setattr("houseexpo.service.review.rebuild.decision_outcomes", broken)
+    monkeypatch.setattr("houseexpo.service.review.rebuild.compare_decided_plans", broken)
     building = begun("exit 0")
     assert ended(building) == "failed"
     assert building.status()["lines"] == ["ValueError: odd bytes"]

@@ -14,7 +14,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.sensing.sector import box_scan
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, mark_visible_cells
-from houseexpo.pseudoslam.worlds.world import new_scan_buffers, traversable_cells, visible_cells
+from houseexpo.pseudoslam.worlds.world import find_observable_cells, new_scan_buffers, traversable_cells
 from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
@@ -42,7 +42,7 @@ def test_behind_gaps_it_is_what_a_look_from_everywhere_finds(seed: int, radius_p
     occupied = rooms_behind_gaps(np.random.default_rng(seed))
     traversable = traversable_cells(occupied, radius_px)
     expected = slow_visible(occupied, traversable, range_px)
-    np.testing.assert_array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected)
+    np.testing.assert_array_equal(find_observable_cells(occupied, traversable, radius_px, range_px), expected)
 
 
 def test_the_houses_of_these_tests_have_pockets() -> None:
@@ -52,7 +52,7 @@ def test_the_houses_of_these_tests_have_pockets() -> None:
         occupied = rooms_behind_gaps(np.random.default_rng(seed))
         traversable = traversable_cells(occupied, 2.5)
         seen = slow_visible(occupied, traversable, 40.0)
-        beyond = visible_cells(occupied, traversable, 2.5, 3.0)  # what needs no window
+        beyond = find_observable_cells(occupied, traversable, 2.5, 3.0)  # what needs no window
         shares.append((int((seen > beyond).sum()), int(((occupied == 0) & (seen == 0)).sum())))
     assert all(np.median(shares, axis=0) > 20)
 
@@ -126,9 +126,9 @@ def test_a_gap_of_one_cell_shows_a_beam() -> None:
     occupied[5, 10] = 0
     traversable = np.zeros_like(occupied)
     traversable[5, 5] = 1
-    seen = visible_cells(occupied, traversable, 2.0, 30.0)
+    seen = find_observable_cells(occupied, traversable, 2.0, 30.0)
     assert np.flatnonzero(seen[:, 12:20].any(axis=1)).tolist() == [4, 5, 6]
     assert seen[5, 11:20].all()
     traversable[:] = 0
     traversable[2, 2] = 1
-    assert not visible_cells(occupied, traversable, 1.0, 8.0)[:, 11:].any()
+    assert not find_observable_cells(occupied, traversable, 1.0, 8.0)[:, 11:].any()

@@ -21,10 +21,10 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
     registration_error,
 )
 from houseexpo.pseudoslam.kernels.types import Errors, Sensor
-from houseexpo.pseudoslam.step_kernels import make_errors
+from houseexpo.pseudoslam.step_kernels import make_noise_params
 from tests.builders.scans import UNASKED
 
-NONE = make_errors(NoiseConfig(), 25.0)
+NONE = make_noise_params(NoiseConfig(), 25.0)
 BEAMS = 180
 Cell = tuple[int, int]
 

@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, find_nearest_standing_cells, mark_seen_from_nearest
-from houseexpo.pseudoslam.worlds.world import make_world_from_raster, traversable_cells, visible_cells
+from houseexpo.pseudoslam.worlds.world import find_observable_cells, make_world_from_raster, traversable_cells
 from tests.builders.scans import slow_visible
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
@@ -35,7 +35,7 @@ def test_all_that_is_seen_from_somewhere_counts_and_nothing_else(radius_px: floa
         traversable = traversable_cells(occupied, radius_px)
         assert traversable.any()
         expected = slow_visible(occupied, traversable, range_px)
-        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected)
+        assert np.array_equal(find_observable_cells(occupied, traversable, radius_px, range_px), expected)
         shares.append(expected.sum() / (occupied == 0).sum())
     assert 0.0 < min(shares) < 1.0
 
@@ -49,7 +49,7 @@ def test_no_sight_is_a_matter_of_rounding() -> None:
         traversable = traversable_cells(occupied, radius_px)
         tried += int(traversable.any())
         expected = slow_visible(occupied, traversable, range_px)
-        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px), expected), seed
+        assert np.array_equal(find_observable_cells(occupied, traversable, radius_px, range_px), expected), seed
     assert tried > 0
 
 
@@ -67,7 +67,9 @@ def test_of_what_was_seen_before_obstacles_came_the_rest_is_found(radius_px: flo
             traversable_cells(occupied, radius_px) & empty.traversable
         )  # as after obstacles: what is lost stays lost
         expected = slow_visible(occupied, traversable, range_px)
-        assert np.array_equal(visible_cells(occupied, traversable, radius_px, range_px, empty=empty), expected), seed
+        assert np.array_equal(
+            find_observable_cells(occupied, traversable, radius_px, range_px, empty=empty), expected
+        ), seed
         shares.append(expected.sum() / empty.observable.sum())
     assert min(shares) < 1.0
     assert max(shares) > 0.5

@@ -1,4 +1,4 @@
-"""Hold many episodes in common arrays, and step them by compiled calls on several threads; for vector environments."""
+"""Hold many episodes in common arrays, and step them all by compiled calls on threads, for vector environments."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _BLOCKS = 4  # per thread, so that threads finish at about the same time
 _NOTHING = np.empty(0, np.uint8)
 
 
-class Batch:
+class EpisodeBatch:
     """N episodes in pools: each array of ``Episode`` with an additional first axis.
 
     Rasters and distances to goals are flat, with room for the largest house so far; untouched memory is not allocated.
@@ -67,7 +67,7 @@ class Batch:
         parts = min(_BLOCKS * self.threads, number) if self._executor else 1
         self._blocks = list(pairwise((np.arange(parts + 1) * number // parts).tolist()))
 
-    def __reduce__(self) -> tuple[Callable[..., Batch], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., EpisodeBatch], tuple[Any, ...]]:
         """Pickle and copy the episodes; the copy has its own pools and threads."""
         states = {i: self.state(i) for i in self._rest}
         return _batch_of, (self._number, self._config, self._params, self.threads, self._moves, states)
@@ -180,9 +180,9 @@ def _run(work: Callable[[Scratch, int, int], None], scratch: Scratch, blocks: It
 
 def _batch_of(  # noqa: PLR0917  # what a batch is made of
     number: int, config: SimulatorConfig, params: StepParams, threads: int, moves: bool | None, states: dict[int, State]
-) -> Batch:
+) -> EpisodeBatch:
     """Return a batch with these episodes in their places, and the last view of each."""
-    batch = Batch(number, config, params, threads, moves=moves)
+    batch = EpisodeBatch(number, config, params, threads, moves=moves)
     for i, state in states.items():
         batch.put(i, state)
     for i, state in states.items():
