@@ -43,7 +43,7 @@ def hash_package(package: Path) -> str:
     return found.hexdigest()
 
 
-def is_uncached(kernel: Any) -> bool:
+def still_needs_compiling(kernel: Any) -> bool:
     """Return whether a kernel should be cached on disk for other processes but is not there yet."""
     kept = kernel._cache  # noqa: SLF001  # numba offers no other way to ask
     return not isinstance(kept._impl.locator, _OfThisProcess) and kept._cache_file.is_empty()  # noqa: SLF001

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.batch.disk import printable
-from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_data_sets
+from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_or_exit
 from pipeline.cli_cluster import assemble_and_show
 from pipeline.cli_common import (
     end_cleanly,
@@ -180,7 +180,7 @@ def build(
     An interrupted build continues where it stopped. The exit code is 4 if nothing became a plan.
     """
     if verify:
-        verify_data_sets([*(sources or ()), *([out] if out else [])])
+        verify_or_exit([*(sources or ()), *([out] if out else [])])
         return
     if out is None:
         raise typer.BadParameter("missing; expected the folder of the data set", param_hint="--out")

@@ -154,7 +154,7 @@ def build_one_shard(work: BuildRequest, shard: str, check: Callable[[], None]) -
     asked = Shard.of(shard)
     overrides = load_overrides(work.config, work.overrides, None if "://" in work.out else Path(work.out))
     begun = begin_shards(load_build_config(work.config, work.given), work.out, asked.count, overrides)
-    write_shards_record(out=work.out, record=work.record(add=False))
+    write_build_command(out=work.out, record=work.record(add=False))
     with make_display(check) as display:
         done = build_shard(
             begun,
@@ -174,7 +174,7 @@ def build_one_shard(work: BuildRequest, shard: str, check: Callable[[], None]) -
     return NOT_DONE if done.not_done else 0
 
 
-def write_shards_record(out: str, record: BuildRecord) -> None:
+def write_build_command(out: str, record: BuildRecord) -> None:
     """Keep the record where shards are built: when they are assembled, the data set says how it can be built again."""
     from houseexpo.dataset.build_record import FILE, encode_build_record, remember_own_build
     from pipeline.batch.result_store import FolderStore, open_store
@@ -188,7 +188,7 @@ def write_shards_record(out: str, record: BuildRecord) -> None:
     store.put(FILE, data)
 
 
-def verify_data_sets(places: list[str]) -> None:
+def verify_or_exit(places: list[str]) -> None:
     """Check data sets; exit with 1 if something is damaged."""
     from pipeline.batch.result_store import is_url
     from pipeline.batch.verify import find_damaged_files

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from houseexpo.commands.printing import make_console, print_name_and_text, running_command_line
+from houseexpo.commands.printing import current_command_line, make_console, print_name_and_text
 from houseexpo.errors import INTERRUPTED, NO_PLAN
 from houseexpo.progress import is_quiet, is_verbose
 from pipeline.batch.disk import find_transient_fault
@@ -56,7 +56,7 @@ def end_cleanly() -> Iterator[Callable[[], None]]:
 
     Yields ``handle_ctrl_c``'s function.
     """
-    goes_on = f"what is done is kept, and this goes on with the rest: {running_command_line()}"
+    goes_on = f"what is done is kept, and this goes on with the rest: {current_command_line()}"
     last_words = f"interrupted; {goes_on}"
     try:
         with handle_ctrl_c(last_words) as check:

@@ -92,17 +92,27 @@ def score_quality(grounds: Mapping[str, float], *, marked: bool = False) -> Qual
 
     ``marked``: the source marks each door (SUNCG, homes that the project makes), so little of such a plan is a guess.
     """
-    bias, weights = (MARKED_BIAS, MARKED) if marked else (BIAS, {ground.name: ground.weight for ground in GROUNDS})
-    exponent = bias + sum(weight * grounds.get(name, 0.0) for name, weight in weights.items())
     kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}
-    return Quality(round(1 / (1 + math.exp(-exponent)), _DIGITS), kept)
+    return Quality(_score(grounds, *_MODELS[marked]), kept)
+
+
+_MODELS: Final = ((BIAS, {ground.name: ground.weight for ground in GROUNDS}), (MARKED_BIAS, MARKED))
+
+
+def _score(grounds: Mapping[str, float], bias: float, weights: Mapping[str, float]) -> float:
+    exponent = bias + sum(weight * grounds.get(name, 0.0) for name, weight in weights.items())
+    return round(1 / (1 + math.exp(-exponent)), _DIGITS)
 
 
 def main_grounds_in_words(quality: Quality, most: int = 3) -> list[str]:
-    """Return the grounds that speak most against a plan, in words, the weightiest first."""
-    against = [(ground.weight * quality.grounds.get(ground.name, 0.0), ground) for ground in GROUNDS]
+    """Return the grounds that speak most against a plan, in words, the weightiest first.
+
+    Their weights are those of the model that gives the plan's score, or the nearest to it.
+    """
+    _, weights = min(_MODELS, key=lambda model: abs(_score(quality.grounds, *model) - quality.score))
+    against = [(weight * quality.grounds.get(name, 0.0), name) for name, weight in weights.items()]
     heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
-    return [f"{ground.about}: {quality.grounds[ground.name]:.2f}" for _, ground in heaviest]
+    return [f"{explanations.GROUNDS[name]}: {quality.grounds[name]:.2f}" for _, name in heaviest]
 
 
 def check_quality(plan: FloorPlan, least: float) -> None:

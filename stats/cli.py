@@ -59,7 +59,7 @@ def stats(
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import CommandOutput
     from stats.html_report import check_report_paths, write_report
-    from stats.measure import measure_data_set
+    from stats.measure import open_and_measure
     from stats.report import Report
     from stats.terminal_tables import report_tables
     from stats.unusable_list import compare_with_list, read_list
@@ -72,7 +72,7 @@ def stats(
     with ExitStack() as opened:
         for path in files:
             opened.enter_context(CommandOutput(path, [dataset, compare, unusable], replace=replace))
-        one = opened.enter_context(measure_data_set(dataset, geometry=geometry, workers=workers))
+        one = opened.enter_context(open_and_measure(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:
             _list_bad(one, radius or ROBOT_M, workers, json=json)
@@ -83,7 +83,7 @@ def stats(
         other = (
             None
             if compare is None
-            else opened.enter_context(measure_data_set(compare, geometry=geometry, workers=workers))
+            else opened.enter_context(open_and_measure(compare, geometry=geometry, workers=workers))
         )
         verdict = None if listed is None or unusable is None else compare_with_list(one.records, listed, unusable.name)
         report = Report(one.total(), None if other is None else other.total(), verdict, one.broken)

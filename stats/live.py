@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from houseexpo.dataset import Dataset
 from stats.html_report import report_html
-from stats.measure import measure_and_add_up
+from stats.measure import summarise_data_set
 from stats.report import Report
 
 
 def report_of(data: Dataset) -> str:
     """Return the statistics of a data set or a selection as an HTML page; plans are measured in this process."""
-    return report_html(Report(measure_and_add_up(data, workers=1)))
+    return report_html(Report(summarise_data_set(data, workers=1)))

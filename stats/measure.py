@@ -1,4 +1,4 @@
-"""Measure every plan of a data set once, in several processes, cache the records, and add them up."""
+"""Measure each readable plan of a data set, in several processes, cache the records, and sum them up."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ class MeasuredDataSet:
 
     def total(self) -> DataSetSummary:
         """Return the sum of the records."""
-        found = add_up_records(self.data_set, self.records, geometry=self.geometry)
+        found = summarise_records(self.data_set, self.records, geometry=self.geometry)
         found.name = self.name
         return found
 
 
 @contextmanager
-def measure_data_set(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[MeasuredDataSet]:
+def open_and_measure(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[MeasuredDataSet]:
     """Open a data set and measure its readable plans; the others are listed.
 
     The parameters are those of ``measure_plans``. The data set exists until the context ends.
@@ -109,12 +109,12 @@ def measure_plans(data_set: Dataset, *, geometry: bool = False, workers: int | N
     return [msgspec.convert(values, Record) for values in found]
 
 
-def measure_and_add_up(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> DataSetSummary:
+def summarise_data_set(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> DataSetSummary:
     """Measure every plan and add up the records; the parameters are those of ``measure_plans``."""
-    return add_up_records(data_set, measure_plans(data_set, geometry=geometry, workers=workers), geometry=geometry)
+    return summarise_records(data_set, measure_plans(data_set, geometry=geometry, workers=workers), geometry=geometry)
 
 
-def add_up_records(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = False) -> DataSetSummary:
+def summarise_records(data_set: Dataset, measured: Iterable[Record], *, geometry: bool = False) -> DataSetSummary:
     """Add up the records of a data set's plans, in total and for each list that comes with it."""
     lists = {name: frozenset(ids) for name, ids in data_set.splits.items()}
     total = DataSetSummary(data_set.path.name, geometry, listed={name: len(ids) for name, ids in lists.items()})

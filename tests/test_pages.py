@@ -36,6 +36,18 @@ def test_forms_for_issues_ask_for_something() -> None:
         assert any(part.get("validations", {}).get("required") for part in said["body"]), form.name
 
 
+def test_files_that_pages_on_the_code_name_exist() -> None:
+    known = {
+        path.name
+        for root in ("houseexpo", "pipeline", "stats", "research", "tests")
+        for path in (ROOT / root).rglob("*.*")
+    }
+    for name in ("architecture.md", "algorithm.md", "simulator.md"):
+        named = set(re.findall(r"`(?:[\w/]+/)?(\w+\.(?:py|toml|css|js))`", (ROOT / "docs" / name).read_text()))
+        assert len(named) > 5 or name != "architecture.md"
+        assert named - {"pyproject.toml"} <= known, (name, sorted(named - known))
+
+
 def test_links_of_the_pages_lead_somewhere() -> None:
     for name in ("CONTRIBUTING.md", "SECURITY.md"):
         for place in re.findall(r"\]\(([^)#:]+)", (ROOT / name).read_text()):

@@ -18,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from houseexpo import __version__
-from houseexpo.commands.printing import discard_output, running_command_line
+from houseexpo.commands.printing import current_command_line, discard_output
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 from houseexpo.words import suggest_name
 
@@ -55,7 +55,7 @@ class _Commands(TyperGroup):
             discard_output()
             raise typer.Exit(0) from None
         except KeyboardInterrupt:
-            typer.echo(f"interrupted; the same command again: {running_command_line()}", err=True)
+            typer.echo(f"interrupted; the same command again: {current_command_line()}", err=True)
             raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {_message_of(error)}", fg=typer.colors.RED, err=True)

@@ -101,7 +101,7 @@ def print_json(value: Any) -> None:  # any value that json accepts
     sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
 
 
-def running_command_line() -> str:
+def current_command_line() -> str:
     """Return the running command as a line for a shell."""
     by_module = Path(sys.argv[0]).name == "__main__.py"
     return shlex.join(sys.orig_argv if by_module else ["houseexpo", *sys.argv[1:]])

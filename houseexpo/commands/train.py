@@ -48,7 +48,7 @@ def train(
     policy.pt and policy.json, the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is
     trained by a search over whole explorations, without PyTorch; its folder contains weights.json.
     """
-    from houseexpo.commands.printing import running_command_line
+    from houseexpo.commands.printing import current_command_line
 
     if data is not None and dataset is not None and data != dataset:
         raise ConfigError(f"expected one data set, found {data} and --dataset {dataset}")
@@ -63,7 +63,7 @@ def train(
         else:
             _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume)
     except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
-        again = running_command_line() + ("" if resume else " --resume")
+        again = current_command_line() + ("" if resume else " --resume")
         typer.echo(f"interrupted; it goes on by: {again}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 

@@ -24,7 +24,7 @@ PAPER: Final = "#ffffff"
 WALL: Final = "#454b54"
 FLOOR: Final = "#f6f4ef"
 FURNITURE: Final = "#e2ddd3"
-_UNSURE: Final = "#8d8778"
+_UNSURE_ROOM: Final = "#8d8778"
 FURNITURE_EDGE: Final = "#a9a294"
 # blue, light blue, amber, magenta: distinguishable by colour-blind readers
 DOOR_COLOURS: Final[dict[DoorKind, str]] = {
@@ -208,7 +208,7 @@ def _hatches(plan: PlanData) -> Iterator[FilledArea]:
         lines = [shapely.LineString([(k * apart - y1, y1), (k * apart - y2, y2)]) for k in steps]
         bands = shapely.buffer(shapely.union_all(lines), thick / 2).intersection(room.polygon)
         for part in shapely.get_parts(bands):
-            yield FilledArea(part, _UNSURE)
+            yield FilledArea(part, _UNSURE_ROOM)
 
 
 def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines | None:
@@ -270,7 +270,7 @@ def _key(
     occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
     occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
     unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
-    occur |= {"unsure": _UNSURE} if unsure else {}
+    occur |= {"unsure": _UNSURE_ROOM} if unsure else {}
     for name, fill in occur.items():
         left = entries[-1][1] + load_font(size).getlength(entries[-1][0]) / scale + 1.2 * em
         steps = ((0.0, 1.0),) if name != "unsure" else ((0.0, 0.2), (0.4, 0.6), (0.8, 1.0))

@@ -23,7 +23,7 @@ import numpy as np
 
 import houseexpo
 from houseexpo.cpu_cores import count_cores
-from houseexpo.kernel_cache import is_uncached
+from houseexpo.kernel_cache import still_needs_compiling
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
@@ -234,7 +234,12 @@ def compile_in_background(kernel: Any) -> None:
     """
     if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # no numba, or compiled
         return
-    if count_cores() > 1 and multiprocessing.parent_process() is None and sys.executable and is_uncached(kernel):
+    if (
+        count_cores() > 1
+        and multiprocessing.parent_process() is None
+        and sys.executable
+        and still_needs_compiling(kernel)
+    ):
         paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
         command = [sys.executable, "-P", "-c", _COMPILE, kernel.__name__]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}

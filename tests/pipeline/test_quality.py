@@ -68,6 +68,13 @@ def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     assert main_grounds_in_words(score_quality({heaviest.name: 0.001})) == []
 
 
+def test_the_main_grounds_of_a_marked_house_have_the_weights_of_its_model() -> None:
+    grounds = {"twin_door_share": 0.9, "roomless_floor_share": 0.8, "guesses": 0.3, "tall": 1.0}
+    said = main_grounds_in_words(score_quality(grounds, marked=True))
+    assert [words.rsplit(": ", 1)[1] for words in said] == ["0.90", "0.80", "0.30"]
+    assert "1.00" in main_grounds_in_words(score_quality(grounds))[0]
+
+
 def test_a_plan_less_sure_than_asked_for_is_refused_with_its_grounds() -> None:
     with pytest.raises(Rejection, match=r"expected a quality of 0.8 or more, found 0.75 .*cuts.*: 0.50") as caught:
         check_quality(plan(Quality(0.75, {"cut_share": 0.5})), 0.8)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from houseexpo.dataset import open_dataset
-from stats.measure import add_up_records, measure_plans
+from stats.measure import measure_plans, summarise_records
 from stats.unusable_list import compare_with_list, read_list
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo"
@@ -20,7 +20,7 @@ def test_the_published_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))
     data_set = open_dataset(DATA / "plans_33717.jsonl.gz")
     measured = measure_plans(data_set)
-    found = add_up_records(data_set, measured).whole.report()
+    found = summarise_records(data_set, measured).whole.report()
     rooms = found["rooms"]
     assert (found["count"], rooms["sum"], rooms["median"], rooms["max"]) == (33_717, 250_041, 7, 73)
     assert rooms["mean"] == pytest.approx(7.416, abs=0.0005)

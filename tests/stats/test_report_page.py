@@ -14,7 +14,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
 from stats.html_report import report_html, write_json
-from stats.measure import DataSetSummary, add_up_records, measure_and_add_up, measure_plans
+from stats.measure import DataSetSummary, measure_plans, summarise_data_set, summarise_records
 from stats.report import Report, count_leaks
 from stats.unusable_list import compare_with_list
 
@@ -43,7 +43,7 @@ class Tags(HTMLParser):
 
 
 def test_a_data_set_in_splits(folder: Path) -> None:
-    found = measure_and_add_up(open_dataset(folder), workers=1)
+    found = summarise_data_set(open_dataset(folder), workers=1)
     assert found.whole.plans == 5
     assert {name: part.plans for name, part in found.splits.items()} == {"train": 3, "test": 2}
     assert found.listed == {"train": 4, "test": 2}
@@ -54,9 +54,9 @@ def test_a_data_set_in_splits(folder: Path) -> None:
 def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
     data_set = open_dataset(folder)
     measured = measure_plans(data_set, workers=1)
-    one, other = add_up_records(data_set, measured[:2]), add_up_records(data_set, measured[2:])
+    one, other = summarise_records(data_set, measured[:2]), summarise_records(data_set, measured[2:])
     other.merge(one)
-    assert Report(other).values() == Report(add_up_records(data_set, measured)).values()
+    assert Report(other).values() == Report(summarise_records(data_set, measured)).values()
 
 
 def test_records_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,8 +69,8 @@ def test_the_page_stands_alone(folder: Path) -> None:
     data_set = open_dataset(folder)
     measured = measure_plans(data_set, workers=1)
     verdict = compare_with_list(measured, frozenset({"h1"}), "bad.txt")
-    one = add_up_records(data_set, measured)
-    html = report_html(Report(one, measure_and_add_up(data_set, workers=1), verdict), {"h1": data_set["h1"]})
+    one = summarise_records(data_set, measured)
+    html = report_html(Report(one, summarise_data_set(data_set, workers=1), verdict), {"h1": data_set["h1"]})
     tags = Tags()
     tags.feed(html)
     assert not tags.open
@@ -85,8 +85,8 @@ def test_the_page_stands_alone(folder: Path) -> None:
 
 def test_the_same_plans_give_the_same_page(folder: Path) -> None:
     data_set = open_dataset(folder)
-    assert report_html(Report(measure_and_add_up(data_set, workers=1))) == report_html(
-        Report(measure_and_add_up(data_set, workers=1))
+    assert report_html(Report(summarise_data_set(data_set, workers=1))) == report_html(
+        Report(summarise_data_set(data_set, workers=1))
     )
 
 
@@ -115,7 +115,7 @@ def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsy
 def test_the_numbers_are_the_same_bytes(folder: Path, tmp_path: Path) -> None:
     data_set = open_dataset(folder)
     for name in ("one.json", "other.json"):
-        write_json(Report(measure_and_add_up(data_set, workers=1)), data_set, tmp_path / name)
+        write_json(Report(summarise_data_set(data_set, workers=1)), data_set, tmp_path / name)
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
 
 

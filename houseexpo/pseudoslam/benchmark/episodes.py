@@ -61,7 +61,7 @@ class EpisodeRunner:
     ----------
     policy_seed
         The seed of the policy; each episode derives its own seed from it and from the case's.
-    player
+    process
         The process of the policy, if it is not in this one.
     prediction
         The predicted map that is scored (``prediction``): "policy", or one of ``PREDICTORS``; "" for none.
@@ -73,11 +73,11 @@ class EpisodeRunner:
         policy: NamedPolicy,
         plans: Houses,
         policy_seed: int = 0,
-        player: PolicyProcess | None = None,
+        process: PolicyProcess | None = None,
         *,
         prediction: str = "",
     ) -> None:
-        self.track, self.policy, self.policy_seed, self.player = track, policy, policy_seed, player
+        self.track, self.policy, self.policy_seed, self.process = track, policy, policy_seed, process
         self.prediction = prediction
         if prediction:
             check_predictor_name(prediction)

@@ -1,4 +1,4 @@
-"""Run a policy in its own process, which gets observations, returns actions, and holds neither environment nor plan.
+"""Run a policy in its own process (no sandbox): it gets observations, returns actions, and has no environment or plan.
 
 R1  The process is started anew, with none of the caller's objects, with the pipe as its only open file beside the
     streams, and with the environment variables of ``KEPT`` only.
@@ -75,7 +75,7 @@ class PolicyProcess:
     ------
     ConfigError
         As ``load_policy`` does.
-    PlayerError
+    PolicyProcessError
         The process ended while the policy was loaded.
     """
 
@@ -120,7 +120,7 @@ class PolicyProcess:
         self._stop_clock, self._start_clock = stop_clock, start_clock
 
     def ask(self, *question: Any) -> dict[str, Any]:
-        """Send a question, and return the answer; raise PlayerError if the policy failed."""
+        """Send a question, and return the answer; raise PolicyProcessError if the policy failed."""
         with suppress(OSError):  # it has died, which is noticed when its answer is read
             self._pipe.send(_share_arrays(question, self._shared))
         said = self._answer()
@@ -129,7 +129,7 @@ class PolicyProcess:
         return said
 
     def predicted_map(self, info: Knowledge) -> Grid:
-        """Return the map (rows, cols) that the policy predicts; raise PlayerError if there is none (R6)."""
+        """Return the map (rows, cols) that the policy predicts; raise PolicyProcessError if there is none (R6)."""
         shape = self.ask("predict", info).get("shape")
         if shape != list(info["map"].shape):
             raise PolicyProcessError(f"predicted_map: expected an array of shape {info['map'].shape}, found {shape}")
@@ -185,35 +185,35 @@ class PolicyProcess:
 class _Factory:
     """The factory of a policy that is in another process."""
 
-    def __init__(self, player: PolicyProcess, interface: Interface, training: Training | None) -> None:
-        self._player, self.interface, self.training = player, interface, training
+    def __init__(self, process: PolicyProcess, interface: Interface, training: Training | None) -> None:
+        self._process, self.interface, self.training = process, interface, training
 
     def __call__(self, robot: Robot, seed: int) -> _Policy:
-        self._player.ask("new", robot, seed)
-        return _Policy(self._player)
+        self._process.ask("new", robot, seed)
+        return _Policy(self._process)
 
 
 class _Policy:
     """A policy that is in another process. ``took_ms`` is the time that it states for its last decision."""
 
-    def __init__(self, player: PolicyProcess) -> None:
-        self._player = player
+    def __init__(self, process: PolicyProcess) -> None:
+        self._process = process
         self.decided = True
         self.took_ms = 0.0
 
     def __call__(self, observation: Any, info: Knowledge) -> Any:
-        said = self._player.ask("act", observation, info)
+        said = self._process.ask("act", observation, info)
         self.decided, took = bool(said.get("decided", True)), said.get("ms", 0.0)
         self.took_ms = float(took) if isinstance(took, int | float) else 0.0
         action = said.get("action")
         return np.array(action) if isinstance(action, list) else action
 
     def predicted_map(self, info: Knowledge) -> Grid:
-        """Return the policy's prediction; raise PlayerError if it makes none, or it is no map."""
-        return self._player.predicted_map(info)
+        """Return the policy's prediction; raise PolicyProcessError if it makes none, or it is no map."""
+        return self._process.predicted_map(info)
 
 
-def _policy_of(said: dict[str, Any], player: PolicyProcess) -> NamedPolicy:
+def _policy_of(said: dict[str, Any], process: PolicyProcess) -> NamedPolicy:
     """Return the policy that a process describes."""
     shown, made = said["interface"], said["training"]
     view = None if shown["view"] is None else ObservationConfig(**shown["view"])
@@ -226,7 +226,7 @@ def _policy_of(said: dict[str, Any], player: PolicyProcess) -> NamedPolicy:
         bool(shown["action_mask"]),
     )
     training = None if made is None else Training(str(made["family"]), int(made["seed"]))
-    return NamedPolicy(str(said["name"]), _Factory(player, interface, training), str(said["source"]), said["sha256"])
+    return NamedPolicy(str(said["name"]), _Factory(process, interface, training), str(said["source"]), said["sha256"])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -87,9 +87,9 @@ def run_benchmark(
     PolicyError
         The policy failed in an episode.
     """
-    with PolicyProcess(policy_name) as player:
-        check_task(player.policy, track)
-        policy = make_policy_record(player.policy, settings.seed)
+    with PolicyProcess(policy_name) as process:
+        check_task(process.policy, track)
+        policy = make_policy_record(process.policy, settings.seed)
     if settings.prediction:
         check_predictor_name(settings.prediction)
         policy = msgspec.structs.replace(policy, prediction=settings.prediction)
@@ -105,8 +105,8 @@ def run_benchmark(
 
 def make_runner(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> EpisodeRunner:
     """Return a runner of episodes for one process, with the policy in a process of its own."""
-    player = PolicyProcess(policy_name)
-    return EpisodeRunner(find_track(track_id), player.policy, plans, seed, player, prediction=prediction)
+    process = PolicyProcess(policy_name)
+    return EpisodeRunner(find_track(track_id), process.policy, plans, seed, process, prediction=prediction)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:

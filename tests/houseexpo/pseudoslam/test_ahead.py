@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from houseexpo.cpu_cores import count_cores
-from houseexpo.kernel_cache import is_uncached
+from houseexpo.kernel_cache import still_needs_compiling
 from houseexpo.pseudoslam import step_kernels as ahead
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
@@ -49,7 +49,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     monkeypatch.setattr(ahead.subprocess, "Popen", start)
     monkeypatch.setattr(ahead, "_running", {})
     monkeypatch.setattr(ahead, "count_cores", lambda: 2)
-    monkeypatch.setattr(ahead, "is_uncached", lambda _: True)
+    monkeypatch.setattr(ahead, "still_needs_compiling", lambda _: True)
     return commands
 
 
@@ -86,7 +86,7 @@ def test_a_kernel_that_is_not_on_disk_is_compiled_once(started: list[list[str]])
 def test_nothing_is_started_where_that_saves_no_time(started: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
     one = Kernel(signatures=[], __name__="step_pool_by_sector")
     ahead.compile_in_background(Kernel(signatures=["one"], __name__="step_pool_by_sector"))
-    for what, instead in (("count_cores", lambda: 1), ("is_uncached", lambda _: False)):
+    for what, instead in (("count_cores", lambda: 1), ("still_needs_compiling", lambda _: False)):
         with monkeypatch.context() as context:
             context.setattr(ahead, what, instead)
             ahead.compile_in_background(one)
@@ -126,13 +126,13 @@ def test_a_kernel_is_missing_where_the_index_is_damaged_or_of_other_sources(tmp_
     index, stamp = file._index_path, file._source_stamp
     try:
         file._index_path = str(tmp_path / "index")
-        assert is_uncached(KERNEL)
+        assert still_needs_compiling(KERNEL)
         file._save_index({"a signature": "a file"})
-        assert not is_uncached(KERNEL)
+        assert not still_needs_compiling(KERNEL)
         file._source_stamp = "of other sources"
-        assert is_uncached(KERNEL)
+        assert still_needs_compiling(KERNEL)
         (tmp_path / "index").write_bytes(b"damaged")
-        assert is_uncached(KERNEL)
+        assert still_needs_compiling(KERNEL)
     finally:
         file._index_path, file._source_stamp = index, stamp
 
