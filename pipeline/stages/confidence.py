@@ -51,7 +51,7 @@ NARROW_M: Final = (0.7, 0.35)
 """Narrower than the first is narrow; by the second is wholly so. The same form below."""
 WIDE_M: Final = (1.1, 1.5)
 DEEP_PASSAGE_M: Final = (0.35, 0.6)
-SMALL_M2: Final = (4.0, 3.0)
+SMALL_ROOM_M2: Final = (4.0, 3.0)
 LARGE_ROOM_M2: Final = (40.0, 120.0)
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
@@ -161,7 +161,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
         edge = shapely.buffer(room, SHEET_M).exterior
         found.append(
             {
-                "small": _ramp(SMALL_M2[0] - room.area, SMALL_M2[1]),
+                "small": _ramp(SMALL_ROOM_M2[0] - room.area, SMALL_ROOM_M2[1]),
                 "large": _ramp(room.area - LARGE_ROOM_M2[0], LARGE_ROOM_M2[1]),
                 "odd": float(is_odd[k]),
                 "jutting_wall": float(jutting[k]),

@@ -48,7 +48,7 @@ USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 STOREY_M: Final = (4.0, 6.0)
 """What reaches higher than the first is tall; by the second more, wholly so. The same form below, of areas of rooms."""
-SMALL_M2: Final = (12.0, 9.0)
+SMALL_PLAN_M2: Final = (12.0, 9.0)
 MANY_RAILS: Final = 0.3
 
 
@@ -86,7 +86,7 @@ def _as_a_storey(level: Level, evidence: Evidence, layout: Layout, rooms: BaseGe
     return {
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
-        "small": _share(max(SMALL_M2[0] - rooms.area, 0.0), SMALL_M2[1]),
+        "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
     }
 
 
