@@ -25,7 +25,7 @@ from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import close_openings
-from pipeline.stages.planes import cut_planes
+from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
 from pipeline.stages.rooms import name_rooms
@@ -54,7 +54,7 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     """
     evidence = gather_evidence(level, config.evidence)
     yield StageResult("evidence", evidence, level.id)
-    planes = cut_planes(level, evidence, config.planes)
+    planes = find_planes(level, evidence, config.planes)
     yield StageResult("planes", planes, level.id)
     layout = close_openings(level, evidence, planes, config.layout)
     yield StageResult("layout", layout, level.id)

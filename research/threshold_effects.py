@@ -69,7 +69,7 @@ ROUNDS = (3, 4, 6, 10, 20, 40)
 """So many levels more a round."""
 MEMORY = 6 << 30
 SAME_AREA = 0.05
-FIRST_STAGES = {"evidence": "gather_evidence", "planes": "cut_planes", "layout": "close_openings"}
+FIRST_STAGES = {"evidence": "gather_evidence", "planes": "find_planes", "layout": "close_openings"}
 """The stages whose results are kept, and the function of ``pipeline.algorithm`` that makes each."""
 WHOLE = ("evidence", "planes", "layout", "doors", "contour", "cells", "isolated")
 """The stages before a level is divided into buildings."""

@@ -1,4 +1,4 @@
-"""Open a data set, on disk or of a service, as a sequence of plans with ids, selections, splits and samples."""
+"""Open a data set, on disk or of a service, as a sequence of plans and as a table; select, split and sample by ids."""
 
 from __future__ import annotations
 

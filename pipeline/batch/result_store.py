@@ -1,4 +1,4 @@
-"""Store a build's results, bytes by name, in a folder or an object store; each is written completely or not at all.
+"""Store a build's results, bytes by name, in a folder or an object store, and publish the finished data set there.
 
 A store is a folder, which several machines may share, or a place in an object store (``s3://bucket/plans``, ``gs://``,
 whatever fsspec knows). What is put under a name is never changed: names hold a hash of what they stand for, or two

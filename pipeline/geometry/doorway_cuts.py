@@ -1,4 +1,4 @@
-"""Find straight doorways to cut through walls between spaces, and places with evidence of a door, likeliest first."""
+"""Cut straight doorways where lines between two points cross walls; find hints of doors in walls, likeliest first."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class CutRules:
     slide_m: float = BLOCK_M
 
 
-def find_cuts_near_lines(
+def cut_walls_along_lines(
     lines: Floats, pieces: list[Polygon], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
 ) -> Iterator[tuple[Floats, Portal]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
@@ -165,16 +165,16 @@ def _shares(strips: list[Portal], shape: BaseGeometry) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class CutPlace:
+class DoorHint:
     """A line (2, 2) across the place of a door that may be, and what speaks for it, in words."""
 
     line: npt.NDArray[np.float64]
     why: str
 
 
-def cut_places(
+def find_door_hints(
     doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Passage]
-) -> Iterator[CutPlace]:
+) -> Iterator[DoorHint]:
     """Yield the places, the likeliest first: doorways, leaves of doors and lintels that no passage uses."""
     ways = shapely.STRtree([p.portal.strip() for p in passages])
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
@@ -185,15 +185,15 @@ def cut_places(
     return chain.from_iterable(_of_kind(why, shapes, ways, leaf) for why, shapes, leaf in kinds)
 
 
-def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[CutPlace]:
+def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[DoorHint]:
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_around_polygon(shape)
         if not DOORWAY_M[0] <= box.width <= DOORWAY_M[1] or len(ways.query(shape, "dwithin", BESIDE_M)):
             continue
-        yield CutPlace(_line(box.centre, box.across, AROUND_M), why)
+        yield DoorHint(_line(box.centre, box.across, AROUND_M), why)
         if leaf:
-            yield CutPlace(_line(box.centre, box.along, box.width / 2 + AROUND_M), why)
+            yield DoorHint(_line(box.centre, box.along, box.width / 2 + AROUND_M), why)
 
 
 def _line(centre: npt.NDArray[np.float64], way: npt.NDArray[np.float64], reach_m: float) -> npt.NDArray[np.float64]:

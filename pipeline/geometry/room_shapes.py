@@ -71,7 +71,7 @@ def are_rooms_misshapen(rooms: list[Polygon]) -> Bools:
     return np.asarray(~sized | ragged | shapely.is_empty(buffer_mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
 
 
-def have_loose_wall_ends(rooms: list[Polygon]) -> Bools:
+def have_jutting_walls(rooms: list[Polygon]) -> Bools:
     """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
     whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
     closed = buffer_mitred(buffer_mitred(whole, WALL_M / 2), -WALL_M / 2)

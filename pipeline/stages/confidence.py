@@ -38,7 +38,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, clip_to_box, intersect, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal
-from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
+from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import score_quality
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
@@ -113,7 +113,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = list(spaces.rooms)
-    room_is_odd, jutting = are_rooms_misshapen(rooms), have_loose_wall_ends(rooms)
+    room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
@@ -149,7 +149,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
-    is_odd, jutting = are_rooms_misshapen(rooms), have_loose_wall_ends(rooms)
+    is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
     given = unite(c.polygon for c in layout.candidates if c.kind in GIVEN)
     patches = unite(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
     mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")

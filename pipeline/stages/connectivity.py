@@ -30,7 +30,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import clip_to_box, intersect, polygons_of, subtract, unite
-from pipeline.geometry.doorway_cuts import CutRules, cut_places, find_cuts_near_lines
+from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines, find_door_hints
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.rejection import Reason, Rejection
@@ -149,8 +149,8 @@ def _at_evidence(
     """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
     rules = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
-    for place in cut_places(doorways, evidence.leaves, evidence.lintels, spaces.passages):
-        for line, cut in find_cuts_near_lines(place.line[None], pieces, floor, spaces.walls, rules):
+    for place in find_door_hints(doorways, evidence.leaves, evidence.lintels, spaces.passages):
+        for line, cut in cut_walls_along_lines(place.line[None], pieces, floor, spaces.walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return line, cut, place.why
     return None
@@ -168,7 +168,7 @@ def _next_cut(
     walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
     for rules in (walls_only, anything):  # R3, R5
-        for pair, cut in find_cuts_near_lines(lines, pieces, floor, walls, rules):
+        for pair, cut in cut_walls_along_lines(lines, pieces, floor, walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
                 return pair, cut, NO_EVIDENCE if rules.only_walls else NO_WALL
     return None

@@ -1,4 +1,4 @@
-"""Cut a level at the door plane P_d and the ground plane P_g (Algorithm 1, lines 1-2), or take both from the evidence.
+"""Return what stands at door height (plane P_d) and near the ground (P_g): sections of the mesh, or from the evidence.
 
 R1  Where doors have sills (SUNCG), P_d is the section at h_d, all that stands in a robot's way, and P_g the section at
     h_g, as in the paper.
@@ -25,7 +25,7 @@ from pipeline.tolerances import SLIVER_M
 from pipeline.values import Evidence, Level, Planes
 
 
-def cut_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes:
+def find_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Planes:
     """Return the two planes of a level; raise Rejection if nothing stands in the door plane."""
     planes = _with_sills(level, config) if level.sills else _from_evidence(evidence)
     if planes.door.is_empty:

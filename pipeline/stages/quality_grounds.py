@@ -38,7 +38,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
 from pipeline.geometry.doorways import box_around_polygon
-from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends
+from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import Evidence, Layout, Level, Passage, Spaces
 
@@ -73,7 +73,7 @@ def measure_quality_grounds(
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(are_rooms_misshapen(list(spaces.rooms)).mean()),
-        "loose_end_share": float(have_loose_wall_ends(list(spaces.rooms)).mean()),
+        "loose_end_share": float(have_jutting_walls(list(spaces.rooms)).mean()),
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),

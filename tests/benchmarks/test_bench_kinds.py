@@ -35,7 +35,7 @@ from pipeline.executors.local import Failure, Limits, run
 from pipeline.stages.confidence import load_models
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import find_closing_candidates
-from pipeline.stages.planes import cut_planes
+from pipeline.stages.planes import find_planes
 from pipeline.values import Level
 from research.confidence_fit import LIMITS as FIT_LIMITS
 from research.confidence_fit import collect_parts, levels_of, of_storey, storeys_of, table_of, zones_of
@@ -141,7 +141,7 @@ def without_candidate(level: Level, doors: Sequence[npt.ArrayLike], zones: Seque
     found: Counter[str] = Counter()
     config = PipelineConfig()
     evidence = gather_evidence(level, config.evidence)
-    planes = cut_planes(level, evidence, config.planes)
+    planes = find_planes(level, evidence, config.planes)
     closing = [each.polygon for each in find_closing_candidates(level, planes, config.layout)]
     shapes = shapely.union_all([*closing, *evidence.leaves, *(d.polygon for d in evidence.doorways)])
     shapes = shapely.transform(shapes, partial(truths.in_source, level))

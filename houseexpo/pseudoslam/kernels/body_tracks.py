@@ -1,4 +1,4 @@
-"""Compute where polygons on trajectories (bodies on tracks) are, draw their cells, and find what they meet.
+"""Compute where polygons on trajectories (bodies on tracks) are, draw their cells, find the first obstacle they hit.
 
 A body on a track is a polygon around its position, enlarged by a radius; a circle is a single enlarged corner.
 """

@@ -1,4 +1,4 @@
-"""Take planners' actions, which are travels of many steps to a place on the map, in some environments of a pool.
+"""Carry out planners' actions (travel to a frontier, graph node or waypoint), then find the next choices; for a pool.
 
 The kernels are those of ``step``, with the same arguments but such an action instead of a step; each is compiled only
 when it is used.

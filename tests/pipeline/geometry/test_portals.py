@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
-from pipeline.geometry.doorway_cuts import CutRules, find_cuts_near_lines
+from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
 from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_portals_in_rows
 from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms, portal_polygons
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
@@ -185,7 +185,7 @@ def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
 ) -> list[Portal]:
     return [
-        cut for _, cut in find_cuts_near_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)
+        cut for _, cut in cut_walls_along_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)
     ]
 
 
@@ -229,7 +229,7 @@ def test_no_wall_is_cut_that_a_robot_gets_around() -> None:
 
 def test_each_cut_comes_with_its_line() -> None:
     lines = np.array([[(2, 0.5), (6, 0.5)], [(2, 2.5), (6, 2.5)], [(2.1, 2.5), (6, 2.5)]])
-    found = list(find_cuts_near_lines(lines, erode_floor(FLOOR, 0.2), FLOOR, WALLS, RULES))
+    found = list(cut_walls_along_lines(lines, erode_floor(FLOOR, 0.2), FLOOR, WALLS, RULES))
     assert [line[0].tolist() for line, _ in found] == [
         [2.0, 0.5],
         [2.0, 2.5],

@@ -7,7 +7,7 @@ import shapely
 from shapely import Polygon, box
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.room_shapes import are_rooms_misshapen, have_loose_wall_ends, subtract_floor_voids
+from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls, subtract_floor_voids
 
 ROOM = box(0, 0, 5, 4)
 
@@ -42,7 +42,7 @@ def test_a_room_with_many_teeth_is_ragged() -> None:
     ],
 )
 def test_a_wall_that_ends_in_the_middle_of_a_room(wall: Polygon, ends: bool) -> None:
-    assert have_loose_wall_ends([ROOM, Polygon(ROOM.difference(wall))]).tolist() == [False, ends]
+    assert have_jutting_walls([ROOM, Polygon(ROOM.difference(wall))]).tolist() == [False, ends]
 
 
 HALL = box(0, 0, 5, 4)

@@ -8,7 +8,7 @@ import pytest
 
 from houseexpo.analysis.shortest_paths import shortest_path
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.doorway_cuts import CutRules, find_cuts_near_lines
+from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
 from pipeline.geometry.walkable_floor import erode_floor, sample_points, walkable_floor
 from pipeline.stages.connectivity import _joins_pieces, _with_cut, connect_rooms
 from pipeline.values import Spaces
@@ -27,7 +27,7 @@ def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, r
             floor = walkable_floor(spaces)
             rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
             pieces = erode_floor(floor, radius)
-            on_line = find_cuts_near_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
+            on_line = cut_walls_along_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
             cut = next((cut for _, cut in on_line if _joins_pieces(cut, pieces, floor, radius)), None)
             if cut is None:  # no clean cut near this line: another pair's will do
                 break

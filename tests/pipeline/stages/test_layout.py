@@ -9,7 +9,7 @@ from pipeline.geometry.areas import OUTSIDE
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import close_openings
-from pipeline.stages.planes import cut_planes
+from pipeline.stages.planes import find_planes
 from pipeline.values import Layout, SourceObject, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
 from tests.builders.meshes import box, joined
@@ -18,7 +18,7 @@ from tests.builders.meshes import box, joined
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
     house = level(parts, **values)
     evidence = gather_evidence(house, EvidenceConfig())
-    return close_openings(house, evidence, cut_planes(house, evidence, PlanesConfig()), config or LayoutConfig())
+    return close_openings(house, evidence, find_planes(house, evidence, PlanesConfig()), config or LayoutConfig())
 
 
 def areas(found: Layout) -> list[float]:

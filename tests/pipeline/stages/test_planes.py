@@ -8,7 +8,7 @@ import trimesh
 from pipeline.config import EvidenceConfig, PlanesConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather_evidence
-from pipeline.stages.planes import cut_planes
+from pipeline.stages.planes import find_planes
 from pipeline.values import Level, Planes, SourceObject
 from tests.builders.houses import Hole, level, sheet_wall, shell, two_rooms, wall, window
 from tests.builders.meshes import Mesh, box, joined
@@ -18,7 +18,7 @@ CONFIG = PlanesConfig()
 
 
 def cut(house: Level, config: PlanesConfig = CONFIG) -> Planes:
-    return cut_planes(house, gather_evidence(house, EvidenceConfig()), config)
+    return find_planes(house, gather_evidence(house, EvidenceConfig()), config)
 
 
 def planes(parts: list, **values: object) -> Planes:
