@@ -42,6 +42,7 @@ from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
+    DOORWAY_M,
     HEAD_M,
     LARGELY,
     MM_M,
@@ -116,8 +117,9 @@ def _without_boards(planes: Planes) -> BaseGeometry:
 def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: BaseGeometry) -> set[int]:
     """Return which spaces lie open for ``OPEN_EDGE`` of their edge to the outside or each other.
 
-    A wide lintel is open below, and the ``edge`` of a floor is open. Where that would be all spaces, none is: a house
-    of glass fronts that nobody drew.
+    A wide lintel is open below, and the ``edge`` of a floor is open. A single opening of a space that is no wider than
+    a door with two leaves is its doorway; two with a post between them are none. Where that would be all spaces, none
+    is: a house of glass fronts that nobody drew.
     """
     wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > SINGLE_DOOR_M[1]]
     area, length = shapely.area(rooms), shapely.length(rooms)
@@ -126,12 +128,15 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
         at_edge = np.zeros(len(rooms))
     outside = {OUTSIDE}
     while True:
-        open_m = at_edge.copy()
+        widths: dict[int, list[float]] = {k: [] for k in range(len(rooms))}
         for portal in wide:
             one, other = portal.sides
             if one != other and (one in outside) != (other in outside):
-                open_m[one if other in outside else other] += portal.width
-        found = {k for k in range(len(rooms)) if open_m[k] > OPEN_EDGE * length[k]} - outside
+                widths[one if other in outside else other].append(portal.width)
+        open_m = [
+            sum(each) if len(each) > 1 or max(each, default=0.0) > DOORWAY_M[1] else 0.0 for each in widths.values()
+        ]
+        found = {k for k in range(len(rooms)) if at_edge[k] + open_m[k] > OPEN_EDGE * length[k]} - outside
         if not found:
             break
         outside |= found

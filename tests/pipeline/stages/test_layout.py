@@ -422,6 +422,14 @@ def test_a_porch_between_posts_is_no_room() -> None:
     assert areas(layout([*house, *sides, *front])) == [24.0]
 
 
+def test_a_small_room_with_one_double_door_is_no_porch() -> None:
+    """A vestibule of 1.2 m x 1.2 m, whose doorway of 1.8 m takes 0.35 of its edge and more."""
+    house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
+    front = wall((0.0, -1.2, 2.3, -1.0), Hole(0.2, 2.1))
+    sides = [*wall((0.0, -1.0, 0.2, -0.2)), *wall((2.1, -1.0, 2.3, -0.2))]
+    assert len(areas(layout([*house, *sides, *front]))) == 2
+
+
 def test_a_terrace_that_ends_at_the_edge_of_the_floor_is_no_room() -> None:
     house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
     floor = shapely.box(0, -3.0, 6, 4)
