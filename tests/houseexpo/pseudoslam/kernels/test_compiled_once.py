@@ -36,7 +36,9 @@ print(json.dumps(found))
 """
 
 
-@pytest.mark.parametrize(("given", "kernel"), [({}, "steps_by_sector"), ({"observation": "scales"}, "draw_pictures")])
+@pytest.mark.parametrize(
+    ("given", "kernel"), [({}, "step_pool_by_sector"), ({"observation": "scales"}, "draw_pictures")]
+)
 def test_no_kernel_is_compiled_for_a_constant(given: dict[str, str], kernel: str, tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run(
@@ -47,5 +49,5 @@ def test_no_kernel_is_compiled_for_a_constant(given: dict[str, str], kernel: str
     assert ("draw_pictures" in {name for name, _ in ours}) == (kernel == "draw_pictures")  # for whom it is asked
     assert len(set(ours)) == len(ours)
     names = [name for name, _ in ours]
-    assert (names.count("count_before"), names.count("nth_cell")) == (1, 1)  # rasters of a house and of an episode
+    assert (names.count("count_before_rows"), names.count("nth_cell")) == (1, 1)  # rasters of a house and of an episode
     assert not [(name, args) for name, args in ours if "Literal" in args]
