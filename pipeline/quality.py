@@ -36,11 +36,6 @@ class QualityGround:
     name: str
     weight: float
 
-    @property
-    def about(self) -> str:
-        """What it says, for people."""
-        return explanations.GROUNDS[self.name]
-
 
 BIAS: Final = 1.73
 GROUNDS: Final = (

@@ -42,5 +42,4 @@ def test_the_reference_has_every_public_name(site: Path) -> None:
     text = (site / "reference" / "houseexpo.html").read_text()
     told = set(re.findall(r'id="houseexpo\.([\w.]+)"', text))
     missing = {name for name in houseexpo.__all__ if name not in told and f"errors.{name}" not in told}
-    old = {"room_mask", "door_mask"}  # names for one more version
-    assert missing <= {"LABELS", "UNLABELLED"} | old  # the format's page lists the labels
+    assert missing <= {"LABELS", "UNLABELLED"}  # the format's page lists the labels

@@ -68,11 +68,12 @@ def read(item: Input) -> Iterator[Level]:
         parts = _stretch_bodies(parts, low, WALL_HEIGHT_M / (high - low))
         guesses = ("wall height",)
         provenance["wall_height"] = f"stretched from {high - low:.2f} m to {WALL_HEIGHT_M} m"
+    named = _named_scene(parts, shift)
     try:
-        levels = find_levels(Mesh(parts.building.vertices - shift, parts.building.faces))
+        levels = find_levels(named.solid)
     except Rejection as rejection:
         raise add_losses(rejection, provenance) from None
-    rooms = divide_among_levels(_named_scene(parts, shift), [level.floor_z for level in levels])
+    rooms = divide_among_levels(named, [level.floor_z for level in levels])
     for number, (level, share) in enumerate(zip(levels, rooms, strict=True)):
         yield Level(
             id=level_id(item.id, number, len(levels)),

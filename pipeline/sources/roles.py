@@ -126,7 +126,7 @@ ROMANCE: Final[Mapping[Role, frozenset[str]]] = {
     """),
     Role.CEILING: _set("""
         plafond toit toiture soffitto tetto techo tejado teto telhado cubierta copertura poutre trave viga
-        tianhuaban tianhua wuding diaoding wumian
+        cieloraso cielorraso tianhuaban tianhua wuding diaoding wumian
     """),
     Role.FURNITURE: _set("""
         meuble meubles mobilier table chaise canape armoire placard etagere bureau fauteuil tabouret lavabo
@@ -216,8 +216,10 @@ def split_words(name: str) -> list[str]:
     for umlaut, spelled in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
         parted = parted.replace(umlaut, spelled)
     plain = unicodedata.normalize("NFKD", parted).encode("ascii", "ignore").decode().lower()
-    joined = re.sub(r"\b(ifc (?=space|opening)|back (?=drop))", lambda found: found[0].strip(), plain)
-    return re.findall(r"[a-z]+", joined)
+    words = " ".join(re.findall(r"[a-z]+", plain))
+    return re.sub(
+        r"\b(ifc (?=space|opening)|back (?=drop)|cielo (?=raso\b))", lambda found: found[0].strip(), words
+    ).split()
 
 
 def word_role(word: str) -> Role | None:

@@ -132,7 +132,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low_headroom=find_low_headroom(level.walls),
-        partial_height=_ending_below_others(full, above, heights, level.ceiling_m),
+        partial_height=_ending_below_ceiling(full, above, heights, level.ceiling_m),
         shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
         heights=heights.as_record,
     )
@@ -145,7 +145,7 @@ def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: fl
     return drop_thin_parts(subtract(above[-1], unite(above[:-1])), SLIVER_M)
 
 
-def _ending_below_others(
+def _ending_below_ceiling(
     full: BaseGeometry, above: list[BaseGeometry], heights: _Heights, ceiling_m: float
 ) -> BaseGeometry:
     """Return the walls that end more than ``HAND_M`` below the ceiling."""

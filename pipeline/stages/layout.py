@@ -238,8 +238,7 @@ def _of_hall(layout: Layout, least_m2: float) -> list[Polygon]:
 
 def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
-    has_leaves = bool(level.leaves)
-    named = [d for d in planes.doorways if level.names_doors or (has_leaves and d.source == "named")]
+    named = [d for d in planes.doorways if level.names_doors or (level.leaves and d.source == "named")]
     before = _before_doorways(named) if named else EMPTY
     lintels = subtract(planes.lintels, before)
     low = subtract(planes.sills, unite([planes.lintels, before]))

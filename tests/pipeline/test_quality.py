@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import Quality
+from houseexpo.plan import Quality, explanations
 from pipeline.overrides import Override
 from pipeline.quality import GROUNDS, check_quality, main_grounds_in_words, score_quality
 from pipeline.rejection import Reason, Rejection
@@ -63,7 +63,7 @@ def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     heaviest = min(GROUNDS, key=lambda ground: ground.weight)
     said = main_grounds_in_words(score_quality({ground.name: 1.0 for ground in GROUNDS}), most=2)
     assert len(said) == 2
-    assert said[0] == f"{heaviest.about}: 1.00"
+    assert said[0] == f"{explanations.GROUNDS[heaviest.name]}: 1.00"
     assert main_grounds_in_words(score_quality({})) == []
     assert main_grounds_in_words(score_quality({heaviest.name: 0.001})) == []
 

@@ -168,14 +168,16 @@ def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
         elif entity.dxftype() in {"LINE", "LWPOLYLINE", "POLYLINE"}:
             lines.append(("wall", entity))
     arcs = [entity for kind, entity in lines if kind == "door"]
-    hinges = {_rounded(arc.dxf.center): {_rounded(arc.start_point), _rounded(arc.end_point)} for arc in arcs}
-    walls = [pair for pair in lines if not (pair[1].dxftype() == "LINE" and _is_leaf(pair[1], hinges))]
-    return walls if len(walls) <= _MOST_GUESSED else []
+    leaves = {_ends(arc.dxf.center, end) for arc in arcs for end in (arc.start_point, arc.end_point)}
+    kept = [
+        pair for pair in lines if pair[1].dxftype() != "LINE" or _ends(pair[1].dxf.start, pair[1].dxf.end) not in leaves
+    ]
+    return kept if len(kept) <= _MOST_GUESSED else []
 
 
-def _is_leaf(line: Any, hinges: dict[tuple[float, float], set[tuple[float, float]]]) -> bool:
-    start, end = _rounded(line.dxf.start), _rounded(line.dxf.end)
-    return end in hinges.get(start, ()) or start in hinges.get(end, ())
+def _ends(start: Any, end: Any) -> frozenset[tuple[float, float]]:
+    """Return the ends of a line, whichever comes first, for comparison."""
+    return frozenset((_rounded(start), _rounded(end)))
 
 
 def _rounded(at: Any) -> tuple[float, float]:
@@ -285,7 +287,7 @@ def _add_line(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> Non
         drawn.room_lines += pairwise(points)
     elif kind in {"door", "opening"} and area is not None:
         drawn.door_areas.append((area, kind == "door"))
-    elif kind in {"door", "opening"} and len(points) == 2 and kind == "opening":
+    elif kind == "opening" and len(points) == 2:
         drawn.door_lines.append((points[0], points[1], False))
     elif kind == "object" and area is not None:
         drawn.objects.append(("object", area, 1.0))

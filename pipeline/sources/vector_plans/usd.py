@@ -138,12 +138,11 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOutPa
             continue
         names = tuple(part for part in reversed(str(prim.GetPath()).split("/")) if part)
         label, words = _label(prim)
-        if body_kind((label, *names) if label else names) == "skipped":
+        kind = body_kind((label, *names) if label else names)
+        if kind == "skipped":
             continue
-        is_furniture = body_kind((label, *names) if label else names) == "furniture" and not canonical(label)
-        made = (body_from_many_triangles if is_furniture and len(faces) > MANY_FACES else body_from_triangles)(
-            names, placed, faces
-        )
+        is_dense = kind == "furniture" and not canonical(label) and len(faces) > MANY_FACES
+        made = (body_from_many_triangles if is_dense else body_from_triangles)(names, placed, faces)
         if made is not None:
             yield SceneBody(names, made.shape, made.low_m, made.high_m, label, words)
 

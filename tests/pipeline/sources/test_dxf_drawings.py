@@ -93,6 +93,19 @@ def test_lines_of_layers_that_say_nothing_are_walls_and_arcs_doors(tmp_path):
     assert kinds(plan) == ["door"]
 
 
+def test_leaves_of_two_doors_with_one_hinge_are_no_walls(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space)
+        space.add_arc((4.1, 1.0), 0.8, 180, 270)
+        space.add_line((3.3, 1.0), (4.1, 1.0))  # drawn towards the hinge
+
+    walls = drawn(tmp_path, draw).walls.vertices
+    for x in (3.6, 4.6):  # halfway along the leaves
+        assert not (
+            (abs(walls[:, 0] - x) < 0.7) & (abs(walls[:, 1] - 1.0) < 0.06) & (abs(walls[:, 0] - 4.05) > 0.1)
+        ).any()
+
+
 def test_layers_are_no_guess_where_one_says_wall(tmp_path):
     def draw(space: Any) -> None:
         two_rooms(space, "WALL")

@@ -179,7 +179,7 @@ def test_ground_beyond_the_house_is_left_out_and_a_ground_plate_is_its_floor(tmp
     assert only_level(write(tmp_path / "wide.glb", wide)).walls.vertices[:, 0].min() == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["Sky_dome", "BackDrop", "Himmel", "cielo", "Scene_background"])
+@pytest.mark.parametrize("name", ["Sky_dome", "BackDrop", "back_drop", "Himmel", "cielo", "Scene_background"])
 def test_a_sky_around_the_house_is_left_out(tmp_path, name):
     dome = trimesh.creation.icosphere(subdivisions=2, radius=40.0)
     nodes = {"Cube": WALLS, "Floor": slab(-0.2, 0.0), name: [dome]}
@@ -204,6 +204,11 @@ def test_the_cube_that_an_editor_begins_with_is_dropped(tmp_path):
     cube = {"Cube": [box((-1, -1, 1, 1), -1, 1)]}
     level = only_level(write(tmp_path / "house.glb", {**nodes, "Floor": slab(-0.2, 0.0), **cube}))
     assert len(level.walls.faces) == 12 * (len(WALLS) + len(L_FLOOR))
+
+
+@pytest.mark.parametrize("name", ["cielo_raso", "Cielo Raso 02", "CieloRaso", "cielorraso"])
+def test_the_word_for_sky_in_the_spanish_word_for_ceiling_is_no_sky(name):
+    assert said(name) is Role.CEILING
 
 
 def said(name: str) -> Role | None:
