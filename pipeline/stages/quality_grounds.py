@@ -2,7 +2,8 @@
 
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
 R2  ``patch_share``: candidates that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
-    the house is open, so that its edge was taken from its floor or from the ends of its walls.
+    the house is open, so that its edge was taken from its floor or from the ends of its walls, or (``EDGE`` among the
+    guesses) from the border of a map.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
     source's covers, or 0 if the source has no floor, or no more than scraps of one.
@@ -40,7 +41,7 @@ from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
-from pipeline.values import Evidence, Layout, Level, Passage, Spaces
+from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
 MAX_GUESSES: Final = 2
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
@@ -65,7 +66,7 @@ def measure_quality_grounds(
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
         "cut_off_share": _cut_off(spaces),
         "patch_share": _share(sum(c.portal is None for c in layout.candidates), len(layout.candidates)),
-        "given_edge": float("boundary" in spaces.notes),
+        "given_edge": float("boundary" in spaces.notes or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level.floor_with_rooms, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
         "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),

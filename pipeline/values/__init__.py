@@ -8,10 +8,21 @@ from pipeline.geometry.closing_candidates import CandidateKind, ClosingCandidate
 from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.rooms_and_passages import JoinedPoints, Passage, Spaces
-from pipeline.values.source import MADE, Input, Level, Reader, RejectedLevel, SourceObject, SourceOpening, SourceRoom
+from pipeline.values.source import (
+    EDGE,
+    MADE,
+    Input,
+    Level,
+    Reader,
+    RejectedLevel,
+    SourceObject,
+    SourceOpening,
+    SourceRoom,
+)
 from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 
 __all__ = [
+    "EDGE",
     "MADE",
     "CandidateKind",
     "ClosingCandidate",

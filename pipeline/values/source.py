@@ -21,6 +21,9 @@ from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.rejection import Rejection
 
+EDGE: Final = "edge"
+"""Among the guesses: nothing in the source ends the rooms."""
+
 
 @dataclass(frozen=True, eq=False)
 class SourceRoom:
@@ -71,7 +74,7 @@ class Level:
     ``ceiling_m`` is the height above the floor up to which walls are examined.
     ``room_count`` is the number of rooms of this level that the source names, or None if it names none. ``n_objects``
     is the number of objects other than walls, which distinguishes a scene with objects only from an empty one.
-    ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels".
+    ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end.
     """
 
     id: str

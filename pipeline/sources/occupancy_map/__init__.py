@@ -8,10 +8,12 @@ R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map s
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
-R6  Where a room ends at unseen space, its edge is a guess; the plan says how much of its edges is, and how many rooms
-    end there for the most part.
+R6  Where a room ends at unseen space or at the picture's border, its edge is a guess; the plan says how much of its
+    edges is, and how many rooms end there for the most part.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
     steps of the cells are straightened.
+R8  Where half of the border or more is free, and all rooms touch it (``rooms``, R7), they are open ground: nothing but
+    the picture ends them. So it is where thresholds make unseen space free, and no wall is closed.
 """
 
 from __future__ import annotations
@@ -37,11 +39,19 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells
-from pipeline.sources.occupancy_map.rooms import DRAWN_ROOM_M2, RoomConnection, Segmentation, label_boxes, segment_rooms
+from pipeline.sources.occupancy_map.rooms import (
+    DRAWN_ROOM_M2,
+    MARGIN,
+    RoomConnection,
+    Segmentation,
+    free_share_of_border,
+    label_boxes,
+    segment_rooms,
+)
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
-from pipeline.values import Input, Level
+from pipeline.values import EDGE, Input, Level
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
@@ -128,6 +138,8 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
+    if not parts.outside and (open_share := free_share_of_border(found.free)) >= MARGIN:  # R8
+        about["open_border"] = round(open_share, 3)
     return DrawnStorey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
         holes=tuple(holes),
@@ -137,10 +149,11 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
 
 
 def _guesses(level: Level) -> tuple[str, ...]:
-    """R6."""
+    """R6, R8."""
     about = level.provenance
     unseen = ("unseen space",) if float(about["unseen_edge"]) > UNSEEN else ()
-    return (*unseen, "rooms seen in part") if about.get("rooms_seen_in_part") else unseen
+    in_part = ("rooms seen in part",) if about.get("rooms_seen_in_part") else ()
+    return (*unseen, *in_part, EDGE) if "open_border" in about else (*unseen, *in_part)
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
@@ -353,15 +366,15 @@ def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: f
 def _unseen_shares(parts: Segmentation, found: RobotMap) -> tuple[float, int]:
     """R6: return which share of the rooms' edges lies beside unseen cells, and of how many rooms most does.
 
-    An occupied cell near an edge says that it was seen.
+    An occupied cell near an edge says that it was seen. Beyond the picture's border, nothing was.
     """
     count = int(parts.label.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)
     is_room[[0, *parts.outside]] = 0
-    rooms = parts.to_cells(is_room[parts.label], found.occupancy.shape).view(bool)
-    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~found.free
+    rooms = np.pad(parts.to_cells(is_room[parts.label], found.occupancy.shape).view(bool), 1)
+    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~np.pad(found.free, 1)
     reach = 2 * round(UNSEEN_M / found.resolution_m) + 1
-    near = cv2.dilate(found.occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
+    near = cv2.dilate(np.pad(found.occupied, 1).view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
     unseen, edge = ring & ~near, int(ring.sum())
     of_room = np.zeros((2, count), np.int64)
     for k, cells in enumerate((unseen, ring)):
@@ -371,9 +384,9 @@ def _unseen_shares(parts: Segmentation, found: RobotMap) -> tuple[float, int]:
 
 
 def _cells_beside_rooms(parts: Segmentation, cells: Bools) -> npt.NDArray[np.int64]:
-    """Return how many of some cells of the map (rows, cols) lie beside each room, by its number."""
+    """Return how many of some cells lie beside each room, by its number: cells (rows + 2, cols + 2) of map and rim."""
     rows, cols = parts.label.shape
-    row, col = np.nonzero(cells)
+    row, col = np.argwhere(cells).T - 1
     beside = np.zeros(len(row), np.int64)
     for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
         at = ((row + down) // parts.scale).clip(0, rows - 1), ((col + right) // parts.scale).clip(0, cols - 1)

@@ -64,6 +64,7 @@ MOST_CELLS = 4_000_000
 """Larger maps are divided into blocks of cells first."""
 MARGIN = 0.5
 """R7: such a share of the border is free."""
+_BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
 EDGE_SHARE = 0.1
 """Where a room's side is: this share of its rows or columns reach at least as far."""
 
@@ -239,12 +240,16 @@ def _parts_a_room(gaps: Floats, label: Labels, cell_m: float) -> Bools:
     return found
 
 
+def free_share_of_border(free: Bools) -> float:
+    """Return which share of the cells on the border of a map (rows, cols) is free."""
+    return float(np.concatenate([free[side] for side in _BORDER]).mean())
+
+
 def _outside(label: Labels, free: Bools) -> frozenset[int]:
     """Return the labels of what lies outside of the house; R7."""
-    sides = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
-    if np.concatenate([free[side] for side in sides]).mean() < MARGIN:
+    if free_share_of_border(free) < MARGIN:
         return frozenset()
-    touching = frozenset(np.concatenate([label[side] for side in sides]).tolist()) - {0}
+    touching = frozenset(np.concatenate([label[side] for side in _BORDER]).tolist()) - {0}
     return touching if len(touching) < int(label.max(initial=0)) else frozenset()
 
 

@@ -200,6 +200,7 @@ def test_a_corner_of_a_thin_margin_is_outside_too(tmp_path: Path) -> None:
 def test_a_room_at_the_border_of_a_cropped_map_stays_a_room(tmp_path: Path) -> None:
     (plan,) = plans_of(saved(tmp_path, two_rooms()[10:, 10:]))
     assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    assert plan.provenance["unseen_edge"] == pytest.approx(10.0 / 27.0, abs=0.06)  # nothing is seen beyond the border
 
 
 def test_a_map_of_open_ground_is_one_space(tmp_path: Path) -> None:
@@ -207,6 +208,31 @@ def test_a_map_of_open_ground_is_one_space(tmp_path: Path) -> None:
     shades = np.full((80, 120), FREE, np.uint8)
     (plan,) = plans_of(saved(tmp_path, shades))
     assert areas(plan) == pytest.approx([24.0], rel=0.03)
+    assert plan.quality.score < 0.5
+    assert plan.provenance["open_border"] == 1.0
+
+
+def without_white(shades: np.ndarray) -> np.ndarray:
+    """What map_saver writes where no cell was marked free: black on 205, which ``free_thresh: 0.25`` makes free."""
+    return np.where(shades == FREE, UNSEEN, shades)
+
+
+def test_black_on_unseen_space_that_the_thresholds_make_free_is_doubtful(tmp_path: Path) -> None:
+    """The walls of two rooms with gaps of 1 m in them, so that nothing is inside and nothing outside."""
+    shades = without_white(two_rooms())
+    shades[32:52, 8:10] = shades[32:52, 154:156] = UNSEEN
+    shades = np.pad(np.where(np.indices(shades.shape)[1] % 60 < 20, UNSEEN, shades), 40, constant_values=UNSEEN)
+    (plan,) = plans_of(saved(tmp_path, shades.astype(np.uint8), free_thresh=0.25))
+    assert plan.quality.score < 0.5
+    assert plan.provenance["open_border"] == 1.0
+    assert plan.provenance["unseen_edge"] > 0.5
+
+
+def test_a_closed_plan_in_black_on_grey_stays_a_plan(tmp_path: Path) -> None:
+    (plan,) = plans_of(saved(tmp_path, without_white(two_rooms()), free_thresh=0.25))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
+    assert plan.quality.score > 0.8
+    assert "open_border" not in plan.provenance
 
 
 def test_a_doorway_at_a_corner_leaves_a_wall_between_the_rooms(tmp_path: Path) -> None:
