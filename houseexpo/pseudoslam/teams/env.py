@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
 from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
-from houseexpo.pseudoslam.teams.team import Team
+from houseexpo.pseudoslam.teams.team import Team, make_team_kernels
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 
@@ -52,6 +52,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             agent: make_observation_space(task, self._env_spec, robots) for agent in self.possible_agents
         }
         self._pictures = self._env_spec.pictures(robots)
+        self._around = make_team_kernels(self._env_spec, self._env_spec.params(), radio)
         self._rng: np.random.Generator | None = None
         self._team: Team | None = None
         self._episode: TeamEpisode
@@ -96,7 +97,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             self._env_spec.choice.start_over()
         self._team, self.agents = None, []
         world = self._env_spec.choice.draw(self._rng, given.get("plan_id"))
-        self._team = Team(self._env_spec, world, len(self.possible_agents), self.radio, self._rng, starts)
+        self._team = Team(self._env_spec, world, len(self.possible_agents), self.radio, self._rng, starts, self._around)
         house = self._env_spec.choice.house(world.plan_id) if self.task.house_matters else None
         self._episode = self.task.begin(self._team, house)
         self.agents = list(self.possible_agents)

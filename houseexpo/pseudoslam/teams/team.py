@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Final
 
 import cv2
@@ -33,7 +32,7 @@ from houseexpo.pseudoslam.kernels.team_step import (
     prepare_commands,
     prepare_motions,
 )
-from houseexpo.pseudoslam.kernels.types import Rows
+from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
@@ -136,6 +135,26 @@ class TeamKernels:
             self._call("prepare", prepare_commands, given)
         else:
             self._call("prepare", prepare_motions, given)
+
+    def step(
+        self,
+        pool: Episode,
+        sizes: npt.NDArray[np.int64],
+        motions: Floats,
+        scratch: Scratch,
+        robot: int,
+        *,
+        moves: bool,
+    ) -> None:
+        """Take the step of one robot of a team alone; ``moves`` is an argument of ``choose_kernel``."""
+        wanted = np.full(len(sizes), SKIP, np.uint8)
+        wanted[robot] = STEP
+        given = pool, sizes, motions, wanted, self._params, scratch, robot, robot + 1
+        name = "step, people" if moves else "step"
+        if name not in self._calls:
+            kernel = choose_kernel(view_episode(pool, 0, (0, 0)), self._params, moves=moves)
+            self._calls[name] = compiled_function(kernel, *given)
+        self._calls[name](*given)
 
     def gather(
         self,
@@ -297,7 +316,6 @@ class Team:
             *disc_sizes_px(self.params),
         )  # fmt: skip
         self._motions = np.zeros((robots, 3 if self._drives else 2))
-        self._steps = [self._kernel(k) for k in range(robots)]
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
@@ -337,17 +355,6 @@ class Team:
 
     def __len__(self) -> int:
         return len(self.states)
-
-    def _kernel(self, robot: int) -> Callable[[], None]:
-        """Return the compiled step of a robot by its motion or command."""
-        wanted = np.full(len(self), SKIP, np.uint8)
-        wanted[robot] = STEP
-        given = self.pool, self.sizes, self._motions, wanted, self.params, self.scratch, robot, robot + 1
-        kernel = choose_kernel(self.states[robot].episode, self.params, moves=self._has_people(robot))
-        return partial(compiled_function(kernel, *given), *given)
-
-    def _has_people(self, robot: int) -> bool:
-        return moves_people(self.spec.config, robot)
 
     def _place(self, robots: int, rng: np.random.Generator, starts: list[Pose | None]) -> None:
         """Start the episodes of all robots, each away from those before it."""
@@ -439,7 +446,8 @@ class Team:
         """Take one robot's step, and add what it saw to what the team knows."""
         part = robot, 0, 1
         self._around.prepare(self.pool, self.sizes, self._motions, self.others, part)
-        self._steps[robot]()
+        moves = moves_people(self.spec.config, robot)
+        self._around.step(self.pool, self.sizes, self._motions, self.scratch, robot, moves=moves)
         self._around.gather(self.pool, self.sizes, self.others, self.shared, part)
 
     def exchange(self) -> None:

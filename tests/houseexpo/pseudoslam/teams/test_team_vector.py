@@ -14,6 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import PeopleConfig, SimulatorConfig, Trajectory, parallel_env, parallel_vector_env
 from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.config.obstacles import Circle
+from houseexpo.pseudoslam.teams import team
 from houseexpo.pseudoslam.teams.radio import Radio
 
 pytest.importorskip("pettingzoo")
@@ -115,6 +116,15 @@ def test_reset_takes_plans_poses_and_a_mask() -> None:
     with pytest.raises(ConfigError, match="options: unknown key 'poses'"):
         envs.reset(options={"poses": []})
     envs.close()
+
+
+@pytest.mark.parametrize("vector", [False, True])
+def test_later_episodes_look_up_no_compiled_functions(vector: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    options: dict[str, Any] = {"robots": 2, "dataset": PLANS, "config": SHORT, "radio": "sight"}
+    env: Any = parallel_vector_env(threads=1, **options) if vector else parallel_env(**options)
+    env.reset(seed=0)
+    monkeypatch.delattr(team, "compiled_function")  # it takes longer than a start
+    env.reset(seed=1)
 
 
 def test_without_texts_infos_hold_numbers_only() -> None:
