@@ -57,6 +57,8 @@ RIDGE = 3.0
 """How strongly weights are kept small: of 1 to 100 the best for kinds and files that were left out of the fit."""
 OF_FEW_FALSE = 15.0
 """The same for entrances and rooms, of which few are false: of 3 and 15 the better for files left out of the fit."""
+DRAWS = 1000
+"""How often the calibration error of a model without fault is drawn."""
 PARTS: tuple[confidence.Part, ...] = get_args(confidence.Part)
 BINS = 10
 
@@ -245,22 +247,32 @@ def weights_of(parts: Sequence[Part]) -> Floats:
 
 
 def measures(scores: Floats, true: npt.NDArray[np.bool_]) -> dict[str, float]:
-    """Area under the curve, Brier score, and the expected calibration error over ``BINS`` bins of equal width."""
-    which = np.minimum((scores * BINS).astype(int), BINS - 1)
-    error = sum(
-        abs(scores[which == k].mean() - true[which == k].mean()) * (which == k).mean() for k in np.unique(which)
-    )
+    """Area under the curve, Brier score, and the expected calibration error over ``BINS`` bins of equal width.
+
+    ``by chance`` is the calibration error that so few parts would show on average if each of them were true with
+    exactly the probability that its score says, and independently of the others.
+    """
+    rng = np.random.default_rng(0)
+    drawn = [_calibration_error(scores, rng.random(len(scores)) < scores) for _ in range(DRAWS)]
     return {
         "area": area_under_curve(scores, true),
         "brier": float(((scores - true) ** 2).mean()),
-        "calibration": float(error),
+        "calibration": _calibration_error(scores, true),
+        "by chance": float(np.mean(drawn)),
     }
+
+
+def _calibration_error(scores: Floats, true: npt.NDArray[np.bool_]) -> float:
+    """Return the mean over all parts of the difference between the mean score of a bin and its share of true parts."""
+    which = np.minimum((scores * BINS).astype(int), BINS - 1)
+    sums = np.bincount(which, scores - true, minlength=BINS)
+    return float(np.abs(sums).sum() / len(scores))
 
 
 def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.LogisticModel]) -> Table:
     """Show how good the models are, a row for each part and group."""
     table = Table(title="Confidence of doors, entrances and rooms")
-    for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error")):
+    for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error", "by chance")):
         table.add_column(heading, justify="right" if k > 1 else "left")
     for part in PARTS:
         for group in sorted({each.group for each in parts}):

@@ -139,7 +139,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
                 "scanned": float(evidence.scanned),
-                **_of_plan(planned.grounds),
+                **_of_plan(planned),
             }
         )
     return found
@@ -177,7 +177,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
                 "furnished": float(_share(room, evidence.furniture) > 0.02),
                 "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
-                **_of_plan(planned.grounds),
+                **_of_plan(planned),
             }
         )
     return found
@@ -199,10 +199,12 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
     }
 
 
-def _of_plan(grounds: Mapping[str, float]) -> Features:
-    """Return the grounds of the plan as features (F5)."""
-    each = {f"plan_{name}": float(value) for name, value in grounds.items()}
-    return {**each, "doubtful_plan": 1.0 - score_quality(grounds).score / score_quality({}).score}
+def _of_plan(planned: FinalBuilding) -> Features:
+    """Return the grounds of the plan, and how doubtful they make it by the model of its kind, as features (F5)."""
+    marked = planned.level.sills
+    score, best = (score_quality(grounds, marked=marked).score for grounds in (planned.grounds, {}))
+    each = {f"plan_{name}": float(value) for name, value in planned.grounds.items()}
+    return {**each, "doubtful_plan": 1.0 - score / best}
 
 
 def _front(portal: Portal, side: int) -> Polygon:

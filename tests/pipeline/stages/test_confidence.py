@@ -16,6 +16,7 @@ from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
+from pipeline.quality import score_quality
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import (
     FinalBuilding,
@@ -169,6 +170,26 @@ def test_real_houses_weigh_as_much_as_all_made_ones() -> None:
     rng = np.random.default_rng(2)
     weight = weights_of([*parts(rng, 300, "solids"), *parts(rng, 20, "corpus 1")])
     assert weight[:300].sum() == pytest.approx(weight[300:].sum())
+
+
+def test_a_marked_house_is_as_doubtful_as_its_own_model_of_quality_says() -> None:
+    grounds = {"cut_share": 0.5}
+    marked, other = (
+        passage_features(replace(planned(passage(), level=replace(LEVEL, sills=sills)), grounds=grounds))[0]
+        for sills in (True, False)
+    )
+    scores = [score_quality(each, marked=True).score for each in (grounds, {})]
+    assert marked["doubtful_plan"] == pytest.approx(1 - scores[0] / scores[1])
+    assert marked["doubtful_plan"] != pytest.approx(other["doubtful_plan"], abs=0.05)
+
+
+def test_few_parts_show_a_calibration_error_by_chance() -> None:
+    scores = np.full(400, 0.8)
+    true = np.arange(400) % 5 > 0
+    few, many = measures(scores[:25], true[:25]), measures(scores, true)
+    assert few["calibration"] == many["calibration"] == pytest.approx(0.0, abs=1e-9)
+    assert few["by chance"] == pytest.approx(np.sqrt(2 / np.pi * 0.8 * 0.2 / 25), rel=0.1)
+    assert many["by chance"] == pytest.approx(few["by chance"] / 4, rel=0.15)
 
 
 def test_entrances_and_rooms_of_a_doubtful_plan_are_less_sure_and_doors_weigh_its_grounds() -> None:
