@@ -18,11 +18,13 @@ import numpy.typing as npt
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.meshes.meshopt import decode_view
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles
 
 Floats = npt.NDArray[np.float64]
 
-COMPRESSED = frozenset({"EXT_meshopt_compression", "KHR_meshopt_compression"})
+MESHOPT = "EXT_meshopt_compression"
+COMPRESSED = frozenset({"KHR_meshopt_compression"})
 _UNPACK = "unpack it (gltfpack -noq -kn -km -i {name} -o plain.glb), or export it without compression or with Draco's"
 """gltfpack reads what it compressed; it writes plain floats (-noq), and keeps named nodes and materials (-kn -km)."""
 MAX_NODES = 1_000_000
@@ -168,7 +170,7 @@ def _name(thing: dict[str, Any]) -> str:
     return str(thing.get("name") or "")
 
 
-# A glTF file's numbers: buffers, accessors (strided, sparse, quantised) and what Draco compressed.
+# A glTF file's numbers: buffers, accessors (strided, sparse, quantised), and what Draco or meshoptimizer compressed.
 
 
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -181,6 +183,7 @@ class AccessorReader:
     def __init__(self, tree: dict[str, Any], binary: bytes, path: Path, max_faces: int) -> None:
         self._tree, self._path, self._most = tree, path, 3 * max_faces
         self._buffers: dict[int, bytes] = {0: binary} if binary else {}
+        self._unpacked: dict[int, bytes] = {}
 
     def numbers(self, index: int, width: int) -> Floats:
         """Return an accessor as (count, width) floats; normalised integers become fractions.
@@ -227,14 +230,30 @@ class AccessorReader:
         view = self._tree["bufferViews"][_index(index)]
         row = width * kind.itemsize
         stride = int(view.get("byteStride", row))
-        start = int(view.get("byteOffset", 0)) + int(offset)
-        data = self._buffer(view["buffer"])
+        start, data = int(view.get("byteOffset", 0)) + int(offset), b""
+        if MESHOPT in view.get("extensions", {}):
+            start, data = int(offset), self._meshopt(index, view["extensions"][MESHOPT])
+        else:
+            data = self._buffer(view["buffer"])
         end = start + stride * (count - 1) + row if count else start
         if start < 0 or stride < row or end > len(data):
             raise ValueError(f"buffer view {index} needs {end:,} bytes of a buffer of {len(data):,}")
         if not count:
             return np.empty((0, width), kind)
         return np.ndarray((count, width), kind, data, start, (stride, kind.itemsize))
+
+    def _meshopt(self, index: int, extension: dict[str, Any]) -> bytes:
+        """Return the bytes of a buffer view that meshoptimizer compressed; each is unpacked once."""
+        if index not in self._unpacked:
+            if int(extension["count"]) > self._most:
+                raise ValueError(f"buffer view {index} announces {int(extension['count']):,} elements")
+            start = int(extension.get("byteOffset", 0))
+            end = start + int(extension["byteLength"])
+            data = self._buffer(extension["buffer"])
+            if start < 0 or end > len(data):
+                raise ValueError(f"buffer view {index} needs {end:,} bytes of a buffer of {len(data):,}")
+            self._unpacked[index] = decode_view(data[start:end], extension)
+        return self._unpacked[index]
 
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:

@@ -13,6 +13,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.collada import load
 from pipeline.sources.meshes.formats import load_scene
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, triangulate_polygons
+from tests.builders.formats.meshopt import TriangleEncoder, encode_attributes
 from tests.builders.meshes import one_level, y_up
 
 GEOMETRY = """
@@ -210,8 +211,35 @@ def test_draco(tmp_path):
     assert scene.mesh.vertices.max(axis=0) == pytest.approx(MESH.vertices.max(axis=0), abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["EXT_meshopt_compression", "KHR_meshopt_compression"])
-def test_meshopt_is_refused_as_what_it_is(tmp_path, name):
+def test_meshopt(tmp_path):
+    """Positions are quantised by the node's scale, as gltfpack does it, and lie in compressed views."""
+    low, size = MESH.vertices.min(axis=0), float(np.ptp(MESH.vertices, axis=0).max())
+    whole = np.zeros((len(MESH.vertices), 4), "<u2")
+    whole[:, :3] = np.round((MESH.vertices - low) / size * 65535)
+    packed = [encode_attributes(whole.view(np.uint8).reshape(-1, 8)), TriangleEncoder(1).write(MESH.faces)]
+    views = [{"mode": "ATTRIBUTES", "byteStride": 8, "count": len(whole)}]
+    views.append({"mode": "TRIANGLES", "byteStride": 4, "count": 3 * len(MESH.faces)})
+    positions = {"bufferView": 0, "componentType": 5123, "count": len(whole), "type": "VEC3", "normalized": True}
+    path = write_gltf(tmp_path / "house.gltf", [positions, INDEX], packed)
+    tree = json.loads(path.read_text())
+    for view, extension in zip(tree["bufferViews"], views, strict=True):
+        own = {key: view[key] for key in ("buffer", "byteOffset", "byteLength")}
+        view["extensions"] = {"EXT_meshopt_compression": {**own, **extension}}
+        view |= {"buffer": 1, "byteOffset": 0, "byteLength": extension["count"] * extension["byteStride"]}
+        view["byteStride"] = extension["byteStride"]
+    tree["bufferViews"][1].pop("byteStride")
+    tree["buffers"].append({"byteLength": 10**6, "extensions": {"EXT_meshopt_compression": {"fallback": True}}})
+    tree["extensionsRequired"] = ["EXT_meshopt_compression", "KHR_mesh_quantization"]
+    tree["nodes"][0] |= {"scale": [size] * 3, "translation": low.tolist()}
+    path.write_text(json.dumps(tree))
+    scene = load_scene(path)
+    assert scene.mesh.vertices.min(axis=0) == pytest.approx(low, abs=1e-3)
+    corners = np.sort(scene.mesh.vertices[scene.mesh.faces].reshape(-1, 9), axis=1)
+    assert corners == pytest.approx(np.sort(MESH.vertices[MESH.faces].reshape(-1, 9), axis=1), abs=1e-3)
+
+
+def test_newer_meshopt_is_refused_as_what_it_is(tmp_path):
+    name = "KHR_meshopt_compression"
     blobs = [MESH.vertices.astype("<f4").tobytes(), INDICES]
     path = write_gltf(tmp_path / "house.gltf", [FLOATS, INDEX], blobs, extensionsRequired=[name])
     with pytest.raises(Rejection, match=name) as caught:
