@@ -107,7 +107,8 @@ def _undo_exponential(elements: Bytes) -> Bytes:
     """Return numbers of an exponent (8 bits) and a mantissa (24 bits, signed) as floats of 4 bytes."""
     words = np.ascontiguousarray(elements).view("<i4")
     mantissa = (words << 8) >> 8
-    return np.ldexp(mantissa.astype(np.float32), words >> 24).astype("<f4").view(np.uint8)
+    floats: npt.NDArray[np.float32] = np.ldexp(mantissa.astype(np.float32), words >> 24).astype("<f4")
+    return floats.view(np.uint8)
 
 
 class _IndexStream:
