@@ -38,6 +38,7 @@ from pipeline.sources.tolerances import (
     INTO_ROOM_M,
     KNEE_M,
     LAP_M,
+    MIN_DEPTH_M,
     OPEN_EDGE,
     OUTER_WALL_M,
     SAME_DOOR,
@@ -253,9 +254,30 @@ def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     near = [wall.shape for wall in walls if wall.shape.intersects(lane)]
     within = shapely.intersection(shapely.union_all(near), lane, grid_size=SAME_M)  # not the face that it runs along
     beside = shapely.buffer(hole.shape, CRACK_M)
-    through: BaseGeometry = shapely.union_all([part for part in polygons_of(within) if part.intersects(beside)])
+    through: BaseGeometry = shapely.union_all(
+        [_without_crossing_wall(part, hole) for part in polygons_of(within) if part.intersects(beside)]
+    )
     shape = shapely.convex_hull(through)
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else None
+
+
+def _without_crossing_wall(part: Polygon, hole: Hole) -> BaseGeometry:
+    """Return what of a wall lies across a hole, without one that crosses it and laps over an end of the hole.
+
+    Such a wall takes little of the hole's breadth and goes on beyond the lane, where the hole's own wall ends.
+    """
+    if not _is_deep(part, hole):
+        return part
+    own = drop_thin_parts(part, MIN_DEPTH_M)
+    return part if _is_deep(own, hole) else own
+
+
+def _is_deep(part: BaseGeometry, hole: Hole) -> bool:
+    """Return whether a wall goes on to an end of the lane through a hole."""
+    across = np.array(hole.across)
+    deep, ends = shapely.get_coordinates(part) @ across, shapely.get_coordinates(hole.shape) @ across
+    far = DEEPEST_WALL_M - LAP_M
+    return bool(len(deep) and (deep.min() < ends.min() - far or deep.max() > ends.max() + far))
 
 
 def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:

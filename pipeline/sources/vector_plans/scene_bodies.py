@@ -6,12 +6,14 @@ R2  A wall is the plan area of its body between its heights: what begins over a 
 R3  A floor with the name of a room, or a number, is a room; one that is only called floor is floor.
 R4  A door is the passage of its body; it goes through the wall there. A window is none.
 R5  Floors more than STOREYS_APART_M apart are storeys.
+R7  Two floors with one name that meet where no wall stands, as the rectangles of an L do, are one room.
+R6  A wall whose faces are sheets, and cover nothing, is SHEET_WALL_M thick.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -21,9 +23,10 @@ import numpy.typing as npt
 import shapely
 import trimesh
 from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import buffer_mitred, polygons_of
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
@@ -33,8 +36,10 @@ from pipeline.sources.drawn_storeys import (
     unite_rooms,
 )
 from pipeline.sources.files import file_inside
+from pipeline.sources.meshes.formats import frame_convention, load_scene
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
+    CRACK_M,
     KNEE_M,
     MIN_DEPTH_M,
     NARROWEST_DOOR_M,
@@ -49,10 +54,11 @@ from pipeline.values import SourceObject, SourceRoom
 
 MANY_FACES: Final = 20_000
 """A piece of furniture with more is read by ``body_from_many_triangles``: to unite their triangles takes minutes."""
+SHEET_WALL_M: Final = 0.05
 CELL_M: Final = 0.02
 MOST_CELLS: Final = 100_000_000
 LARGEST_MESH: Final = 1 << 27
-_MESHES: Final = frozenset({".obj", ".stl"})
+_MESHES: Final = frozenset({".obj", ".stl", ".dae"})
 _KINDS: Final = (
     ("lintel", "wall"),
     ("wall", "wall"),
@@ -112,6 +118,23 @@ def body_from_triangles(
     return SceneBody(names, shape, float(used.min()), float(used.max()))
 
 
+def bodies_from_sheets(
+    names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
+) -> Iterator[SceneBody]:
+    """Yield what upright faces show that cover nothing: walls as thick as a sheet, one for each two heights (R6)."""
+    corners = points[faces]
+    spans: dict[tuple[float, float], list[npt.NDArray[np.float64]]] = {}
+    for triangle in corners:
+        low, high = triangle[:, 2].min(), triangle[:, 2].max()
+        spans.setdefault((round(float(low), 2), round(float(high), 2)), []).append(triangle[[0, 1, 2, 0], :2])
+    for (low, high), rings in spans.items():
+        if high > low:
+            lines = shapely.union_all(shapely.linestrings(rings), grid_size=SAME_M)
+            parts = polygons_of(shapely.buffer(lines, SHEET_WALL_M / 2, cap_style="square", join_style="mitre"))
+            if parts:
+                yield SceneBody(names, parts[0] if len(parts) == 1 else MultiPolygon(parts), low, high)
+
+
 def body_from_many_triangles(
     names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
 ) -> SceneBody | None:
@@ -144,7 +167,9 @@ def body_from_many_triangles(
 
 
 def load_mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Return the points (n, 3) and faces (m, 3) of an .obj or .stl in a scene's folder; nothing else is opened.
+    """Return the points (n, 3) and faces (m, 3) of an .obj, .stl or .dae in a scene's folder; nothing else is opened.
+
+    A .dae comes in metres and z up: COLLADA says its unit and its up axis. The others come as they are.
 
     Raises
     ------
@@ -153,14 +178,23 @@ def load_mesh_beside(folder: Path, name: str) -> tuple[npt.NDArray[np.float64], 
     """
     file = file_inside(folder, name)
     if file is None or file.suffix.lower() not in _MESHES:
-        raise ValueError(f"its mesh {name[:80]!r} is not in the folder, or no .obj or .stl")
+        raise ValueError(f"its mesh {name[:80]!r} is not in the folder, or no .obj, .stl or .dae")
     if file.stat().st_size > LARGEST_MESH:
         raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
     try:
+        if file.suffix.lower() == ".dae":
+            said, points, faces = frame_convention(file), *_scene_triangles(file)
+            points = points * (said.metres or 1.0)
+            return (points[:, [0, 2, 1]] * (1.0, -1.0, 1.0) if said.up == "y" else points), faces
         mesh: Any = trimesh.load_mesh(file, process=False, skip_materials=True)
         return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     except Exception as error:  # noqa: BLE001 - the loader raises whatever broken bytes lead it to
         raise ValueError(f"its mesh cannot be read: {type(error).__name__}") from None
+
+
+def _scene_triangles(file: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    mesh = load_scene(file).mesh
+    return mesh.vertices, mesh.faces
 
 
 def storeys_from_bodies(bodies: Sequence[SceneBody]) -> list[DrawnStorey]:
@@ -201,7 +235,7 @@ def _storey(here: Sequence[tuple[str, SceneBody]], height: float, above: float) 
     ]
     holes = merge_parallel_holes([hole for hole in doors if hole is not None])
     floors = [each for kind, each in here if kind == "floor"]
-    rooms = _rooms(floors)
+    rooms = _join_open_pieces(_rooms(floors), [wall.shape for wall in walls])
     things = tuple(
         SourceObject(
             (each.words or each.names)[:1], extrude_polygon(each.shape, each.low_m - height, each.high_m - height)
@@ -251,6 +285,31 @@ def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
         labels = (label,) if label else labels_for(words)
         rooms.append(SourceRoom(words, tuple(each for each in labels if each), shape))
     return tuple(rooms)
+
+
+def _join_open_pieces(rooms: Sequence[SourceRoom], walls: Sequence[Polygon]) -> tuple[SourceRoom, ...]:
+    """R7."""
+    standing = shapely.buffer(shapely.union_all(list(walls)), CRACK_M)
+    kept: list[SourceRoom] = []
+    for room in rooms:
+        whole = room
+        for other in list(kept):
+            if room.words and other.words == room.words and (shape := _across_open_edge(whole, other, standing)):
+                kept = [each for each in kept if each is not other]
+                whole = replace(room, polygon=shape)
+        kept.append(whole)
+    return tuple(kept)
+
+
+def _across_open_edge(one: SourceRoom, other: SourceRoom, walls: BaseGeometry) -> Polygon | None:
+    """Return two rooms as one where they meet along more than a door's width and no wall stands at most of it."""
+    if one.polygon is None or other.polygon is None:
+        return None
+    edge = shapely.intersection(buffer_mitred(one.polygon, CRACK_M), other.polygon.exterior)
+    if edge.length < NARROWEST_DOOR_M or shapely.difference(edge, walls).length < edge.length / 2:
+        return None
+    whole = buffer_mitred(buffer_mitred(shapely.union(one.polygon, other.polygon), CRACK_M), -CRACK_M)
+    return whole if isinstance(whole, Polygon) else None
 
 
 def _hole(each: SceneBody, height: float, has_door: bool, walls: Sequence[Polygon]) -> Hole | None:

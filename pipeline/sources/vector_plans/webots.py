@@ -7,8 +7,10 @@ R1  ``Wall``, ``Door`` and ``Window`` stand on their translation; ``size`` is (t
     and (width, height, thickness) where y is up. A door has wall over its frame; a window is wall.
 R2  z is up from R2021c on, y before that, but where ``WorldInfo.coordinateSystem`` says otherwise.
 R3  Boxes, planes, cylinders, face sets and grids count by the names of the nodes around them, as bodies of MJCF do. A
-    mesh beside the world is read where it is an .obj or an .stl; nothing is fetched.
+    mesh beside the world is read where it is an .obj, an .stl or a .dae; nothing is fetched. One whose nodes have no
+    name of a part of a house is called after its file.
 R4  The shapes of other PROTO nodes lie in files of their own: such nodes are left out, with a note that counts them.
+R6  A list that is not closed ends where its node does.
 R5  A gap between walls is a passage, with a ``Door`` in it or without: robots drive through both.
 """
 
@@ -36,6 +38,7 @@ from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
+    bodies_from_sheets,
     body_from_triangles,
     body_kind,
     box_mesh,
@@ -59,6 +62,8 @@ HIDDEN: Final = "hidden"
 SIDES: Final = 16
 """Sides of a cylinder."""
 _TOKEN: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|#[^\n]*|([{}\[\]])|([^\s,{}\[\]"#]+)')
+_UNNAMED: Final = re.compile(r"(solid|robot)(\(\d+\))?")
+"""What Webots calls a node to which nobody has given a name."""
 _PLACES: Final = frozenset({"Group", "Transform", "Pose", "Solid", "Robot", "Slot", "Billboard", "SolidReference"})
 _NOT_SHAPES: Final = frozenset(
     {"WorldInfo", "Viewpoint", "Background", "TexturedBackground", "TexturedBackgroundLight", "DirectionalLight"}
@@ -99,7 +104,7 @@ class _Node:
     def names(self) -> tuple[str, ...]:
         """What the node is called: by its DEF, and by its field ``name``."""
         said = [each for each in self.fields.get("name", ()) if isinstance(each, str)]
-        return tuple(each for each in (self.name, *said) if each)
+        return tuple(each for each in (self.name, *said) if each and not _UNNAMED.fullmatch(each))
 
 
 def can_read(path: Path, head: bytes) -> bool:
@@ -209,9 +214,10 @@ class _Parser:
         if self._at("["):
             self._take()
             found: list[Any] = []
-            while not self._at("]"):
+            while not (self._at("]") or self._at("}")):  # R6
                 found.append(self._scalar() if self._is_scalar else self._node(depth + 1))
-            self._take()
+            if self._at("]"):
+                self._take()
             return found
         if self._word is not None and not self._is_scalar:
             return [self._node(depth + 1)]
@@ -335,10 +341,15 @@ class _World:
             elif shape.kind == "ElevationGrid":
                 yield from self._body(names, *self._grid(shape, at))
             elif shape.kind == "Mesh":
-                points, faces = load_mesh_beside(self.folder, " ".join(map(str, shape.fields.get("url", [])[:1])))
-                yield from self._body(names, _move(at, points), faces)
+                yield from self._mesh(" ".join(map(str, shape.fields.get("url", [])[:1])), at, names)
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
             self.left_out.add(f"{shape.kind} {' '.join(names)[:60]}: {error}")
+
+    def _mesh(self, url: str, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
+        points, faces = load_mesh_beside(self.folder, url)
+        if url.lower().endswith(".dae") and not self.z_up:
+            points = points[:, [0, 2, 1]] * (1.0, 1.0, -1.0)
+        yield from self._body((*names, Path(url).stem), _move(at, points), faces)
 
     def _plane(self, at: Floats, x: float, y: float) -> tuple[Floats, Ints]:
         corners = np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0)], np.float64) / 2
@@ -368,8 +379,11 @@ class _World:
             self.left_out.add(f"{' '.join(names)[:60]}: its place is not finite")
             return
         kind = body_kind(names)
-        made = body_from_triangles(names, points @ self._upright.T, faces)
+        upright = points @ self._upright.T
+        made = body_from_triangles(names, upright, faces)
         if made is None:
+            if kind == "wall":
+                yield from bodies_from_sheets(names, upright, faces)
             return
         word = re.sub(r"[_\d()]+", " ", names[0]).strip().capitalize() if names else ""
         if kind == "floor" and labels_for((word,)):

@@ -14,6 +14,7 @@ import shapely
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
 from pipeline.sources.vector_plans.scene_bodies import body_from_many_triangles
 from tests.builders.batch import plans_of
 
@@ -516,6 +517,72 @@ def test_hidden_fields_in_which_webots_saves_states_are_read_over(tmp_path: Path
     saved = "Door {\n  hidden translation_5 0.001 9.87e-11 2.2e-15\n  hidden rotation_1 0 1 0 0.5\n  translation"
     text = world().replace("Door {\n  translation", saved)
     assert sorted(door.kind for door in plan_of_world(tmp_path, text).doors) == ["door", "entrance"]
+
+
+def test_a_list_that_is_not_closed_ends_with_its_node(tmp_path: Path) -> None:
+    text = world(more="Turtle {\n  children [\n\n}\nSofa {\n  translation 1 1 0\n}\n")
+    assert len(plan_of_world(tmp_path, text).rooms) == 2
+
+
+def test_a_wall_that_crosses_at_the_end_of_a_hole_does_not_deepen_it() -> None:
+    """The crossing wall laps over the hole by a centimetre, and goes on to one side."""
+    hole = Hole(shapely.box(0, 0, 1, 0.3), 0.0, 2.0, True, (0.0, 1.0))
+    own, crossing = Wall(shapely.box(-0.3, 0, 3, 0.3), 0.0, 2.5), Wall(shapely.box(-0.3, -3, 0.01, 0.3), 0.0, 2.5)
+    deep = deepen_to_wall_faces(hole, [own, crossing])
+    assert deep is not None
+    assert deep.shape.bounds == pytest.approx((0, 0, 1, 0.3), abs=0.01)
+
+
+def test_floors_of_one_name_that_meet_without_a_wall_are_one_room(tmp_path: Path) -> None:
+    floors = """Solid { translation 2 1.5 0 name "floor" children [
+      DEF LIVING_ROOM_1 Transform { translation -1 0 0 children [ Shape { geometry Plane { size 2, 3 } } ] }
+      DEF LIVING_ROOM_2 Transform { translation 1 0 0 children [ Shape { geometry Plane { size 2, 3 } } ] }
+      DEF LIVING_ROOM_3 Pose { translation 4.2 0 0 children [ Shape { geometry Box { size 4 3 0.01 } } ] } ] }"""
+    plan = plan_of_world(tmp_path, world(more=floors))
+    assert sorted(round(room.area, 1) for room in plan.rooms) == [12.0, 12.0]
+
+
+COLLADA = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+ <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
+ <library_geometries><geometry id="g"><mesh>
+  <source id="p"><float_array id="pa" count="{count}">{points}</float_array><technique_common>
+   <accessor source="#pa" count="{third}" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+   <param name="Z" type="float"/></accessor></technique_common></source>
+  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+  <triangles count="{faces}"><input semantic="VERTEX" source="#v" offset="0"/><p>{index}</p></triangles>
+ </mesh></geometry></library_geometries>
+ <library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
+ </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def sheets(path: Path, corners: list[tuple[float, float]], height: float = 2.5) -> None:
+    """Write upright faces between each two corners and the next two, as COLLADA."""
+    points, index = [], []
+    for (x1, y1), (x2, y2) in zip(corners[::2], corners[1::2], strict=True):
+        k = len(points)
+        points += [(x1, y1, 0), (x2, y2, 0), (x2, y2, height), (x1, y1, height)]
+        index += [k, k + 1, k + 2, k, k + 2, k + 3]
+    numbers = " ".join(str(each) for point in points for each in point)
+    text = COLLADA.format(
+        count=3 * len(points),
+        points=numbers,
+        third=len(points),
+        faces=len(index) // 3,
+        index=" ".join(map(str, index)),
+    )
+    path.write_text(text)
+
+
+def test_meshes_beside_the_world_are_named_by_their_files_and_may_be_sheets(tmp_path: Path) -> None:
+    pytest.importorskip("collada")
+    outer = [(0, 0), (8, 0), (8, 0), (8, 3), (8, 3), (0, 3), (0, 3), (0, 0)]
+    sheets(tmp_path / "walls_1.dae", [*outer, (4, 0), (4, 1), (4, 2), (4, 3)])
+    mesh = 'Shape { geometry Mesh { url [ "walls_1.dae" ] } }'
+    text = f'{Z_UP}\nWorldInfo {{\n}}\nSolid {{ name "solid(7)" children [ {mesh} ] }}\n'
+    plan = plan_of_world(tmp_path, text)
+    assert sorted(round(room.area) for room in plan.rooms) == [12, 12]
+    assert [door.kind for door in plan.doors] == ["opening"]
 
 
 def test_walls_that_are_plain_solids_count_by_their_names(tmp_path: Path) -> None:
