@@ -393,15 +393,14 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
     between two walls is another thing. It is open on two sides; the corner of a room is on one.
     """
     whole = shapely.buffer(shapely.buffer(walls, HAND_M, quad_segs=4), -HAND_M, quad_segs=4)
+    pieces = polygons_of(drop_thin_parts(subtract(whole, walls), LAP_M))
+    small = [p for p in pieces if max(p.bounds[2] - p.bounds[0], p.bounds[3] - p.bounds[1]) <= WALL_M]
+    if not small:
+        return []
     along = shapely.buffer(walls, MM_M, quad_segs=1)
-    found = []
-    for piece in polygons_of(drop_thin_parts(subtract(whole, walls), LAP_M)):
-        x1, y1, x2, y2 = piece.bounds
-        if max(x2 - x1, y2 - y1) <= WALL_M:
-            bare = shapely.difference(piece.exterior, along)
-            if len(shapely.get_parts(shapely.line_merge(bare))) > 1:
-                found.append(piece)
-    return grow_to_overlap(found)
+    bare = shapely.difference([piece.exterior for piece in small], along)
+    sides = [len(shapely.get_parts(shapely.line_merge(edge))) for edge in bare]
+    return grow_to_overlap([piece for piece, count in zip(small, sides, strict=True) if count > 1])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -28,6 +28,7 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
 from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.noding import are_edges_of, node_on_grid
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
@@ -155,8 +156,7 @@ def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
 def _arrange(
     cut: SectionSegments, drawn: npt.NDArray[np.object_], sheet_m: float, solid_m: float, *, sheets: bool
 ) -> WallSection:
-    lines = shapely.get_parts(shapely.union_all(drawn, grid_size=POINT_M))
-    lines = lines[shapely.get_type_id(lines) == 1]
+    lines = node_on_grid(drawn, POINT_M)
     faces = shapely.get_parts(shapely.polygonize(lines))
     thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
     solid = thick.copy()
@@ -167,9 +167,12 @@ def _arrange(
     body = unite([*_not_too_slim(faces[thin], sheet_m), drop_thin_parts(subtract(solids, massive), CRACK_M)])
     if not sheets:
         return WallSection(close_cracks(body), massive)
-    closed = unite([*faces[thin], solids])
-    loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
-    walls = close_cracks(unite([body, thicken_lines(loose, sheet_m)]))
+    if are_edges_of(faces[thin | solid], lines):
+        walls = close_cracks(unite([body, EMPTY]))
+    else:
+        closed = unite([*faces[thin], solids])
+        loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
+        walls = close_cracks(unite([body, thicken_lines(loose, sheet_m)]))
     return WallSection(walls, massive, find_closets(faces[thin], solids, cut.ends))
 
 
@@ -381,6 +384,8 @@ def find_closets(
 def fill_slits_between_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
     """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
     thick = drop_thin_parts(walls, LIKE_A_SHEET * sheet_m)
+    if walls.area - thick.area < SPECK_M2 / 2:
+        return walls
     sheets = drop_thin_parts(subtract(walls, thick), SLIVER_M)  # without the crumbs of corners
     if sheets.area < SPECK_M2:
         return walls
@@ -420,7 +425,8 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 class MeshSections:
     """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
 
-    ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
+    Heights with no vertex between them have the same section where all stands upright and along the axes. It is made
+    once. ``prisms`` says that all stands upright, also askew to the axes: there, two sections may differ by rounding.
     """
 
     cutter: MeshSlicer
@@ -434,38 +440,41 @@ class MeshSections:
 
     def foot(self, height: float) -> BaseGeometry:
         """Return all that stands at a height near the floor, massive bodies included."""
-        found, walls = self._section(height, upright_only=False)
+        found, walls = self._section(height, self._layer(height), upright_only=False)
         return unite([walls, found.solids])
 
-    def _section(self, height: float, *, upright_only: bool) -> tuple[WallSection, BaseGeometry]:
+    def _section(self, height: float, layer: int | None, *, upright_only: bool) -> tuple[WallSection, BaseGeometry]:
         """Return a section, and its walls without the slits between their sheets."""
-        layer = self._layer(height)
         if layer in self._layers:
             return self._layers[layer]
         cut = self.cutter.cut(height, upright_only=upright_only)
         found = section_from_segments(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
         made = found, fill_slits_between_sheets(found.walls, self.sheet_m)
-        if self.prisms:
+        if layer is not None:
             self._layers[layer] = made
         return made
 
-    def _layer(self, height: float) -> int:
-        """Return the number of the layer between two heights of vertices; 0 if not all stands upright."""
-        return int((self.cutter.heights < height).sum()) if self.prisms else 0
+    def _layer(self, height: float) -> int | None:
+        """Return the number of the layer between two vertex heights, or None if sections may differ in it."""
+        same = self.prisms or self.cutter.is_upright_along_axes(height)
+        return int((self.cutter.heights < height).sum()) if same else None
 
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not.
 
-        ``foot`` is the same each time. Where ``prisms`` is set, heights of one layer give one and the same geometry.
+        ``foot`` is the same each time. Heights of a layer with one section give one and the same geometry.
         """
         if height not in self._made:
-            found, walls = self._section(height, upright_only=True)
-            self._closets[height] = found.closets
             layer = self._layer(height)
-            if not (self.prisms and layer in self._of_layers):
+            found, walls = self._section(height, layer, upright_only=True)
+            self._closets[height] = found.closets
+            made = self._of_layers.get(layer) if layer is not None else None
+            if made is None:
                 massive = [part for part in polygons_of(found.solids) if intersect(part, foot).area > MOST * part.area]
-                self._of_layers[layer] = unite([walls, *massive]) if massive else walls
-            self._made[height] = self._of_layers[layer]
+                made = unite([walls, *massive]) if massive else walls
+            if layer is not None:
+                self._of_layers[layer] = made
+            self._made[height] = made
         return self._made[height]
 
     @property
