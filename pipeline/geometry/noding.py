@@ -14,7 +14,7 @@ def node_on_grid(lines: Shapes, grid_m: float) -> Shapes:
 
     With a grid, that takes GEOS seven times as long as without. Most walls meet only in corners that they already
     have. So the ends are put on the grid first. The grid changes nothing more if lines then cut each other only on the
-    grid, and no end lies beside another line.
+    grid, and no end lies beside another line. Only where lines meet within half a cell of 0 may the sign of 0 differ.
     """
     ends = shapely.get_coordinates(lines)
     if len(ends) == 2 * len(lines):
@@ -28,9 +28,9 @@ def node_on_grid(lines: Shapes, grid_m: float) -> Shapes:
 
 
 def _round(points: Floats, grid_m: float) -> Floats:
-    """Round as GEOS does, which leaves a negative sign at 0."""
+    """Round as GEOS does, but for the sign of 0."""
     per_m = 1 / grid_m
-    return np.asarray(np.copysign(np.floor(points * per_m + 0.5) / per_m, points))
+    return np.asarray(np.floor(points * per_m + 0.5) / per_m)
 
 
 def _meet_at_ends(lines: Floats, grid_m: float) -> bool:

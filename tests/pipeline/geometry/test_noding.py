@@ -15,7 +15,7 @@ def plain(lines):
 
 
 def rectangles(rng, count, step_m, turned):
-    """The sides of rectangles that touch, cross and cover each other, on a coarse grid, each cut somewhere."""
+    """The sides of rectangles that touch, cross and cover each other, each cut somewhere, as sections come."""
     low = rng.integers(-6, 6, (count, 2)) * step_m
     high = low + rng.integers(1, 6, (count, 2)) * step_m
     corners = np.array([[(x, y), (u, y), (u, v), (x, v)] for (x, y), (u, v) in zip(low, high, strict=True)])
@@ -23,7 +23,7 @@ def rectangles(rng, count, step_m, turned):
     cut = sides[:, 0] + rng.uniform(0.1, 0.9, (len(sides), 1)) * (sides[:, 1] - sides[:, 0])
     halves = np.concatenate([np.stack([sides[:, 0], cut], axis=1), np.stack([cut, sides[:, 1]], axis=1)])
     spin = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
-    return shapely.linestrings(halves @ spin)
+    return shapely.linestrings((np.floor(halves @ spin / GRID_M) + 0.363) * GRID_M)
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.3])
