@@ -290,7 +290,10 @@ def _ends_of(walls: OutlineCorners, thickest_m: float = THICK_WALL_M) -> Iterato
 
 
 def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
-    """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``."""
+    """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``.
+
+    Where that wall ends right there, some of the end's breadth may point past it: what stands beyond is another wall.
+    """
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
     inner = (end.a + aside, end.b - aside) if dot_product(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
     far = []
@@ -301,7 +304,8 @@ def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Po
             far.append(float(np.min(dot_product(shapely.get_coordinates(hit) - point, end.out))))
     if not far:
         return None
-    step = end.out * (max(far) + 0.01)  # a little into the wall that it meets, so that they touch
+    met = max(each for each in far if each < min(far) + THICK_WALL_M)
+    step = end.out * (met + 0.01)  # a little into the wall that it meets, so that they touch
     back = end.out * -0.005
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 

@@ -155,6 +155,14 @@ def test_the_gap_reaches_into_the_wall_it_points_at() -> None:
     assert gap_beyond_wall_end(end, two, 0.9) is None
 
 
+def test_the_gap_ends_at_the_end_of_a_crossing_wall_that_takes_part_of_its_breadth() -> None:
+    crossing = walls((0, 0, 2, 0.2), (3, -3, 3.2, 0.12), (8, -3, 8.2, 3))
+    end = next(e for e in wall_ends(crossing) if e.out[0] > 0.9)
+    gap = gap_beyond_wall_end(end, crossing, 8.0)
+    assert gap is not None
+    assert gap.bounds[2] == pytest.approx(3.0, abs=0.02)
+
+
 @pytest.mark.parametrize(("width", "found"), [(0.025, 1), (0.9, 1), (1.2, 1), (1.6, 0)])
 def test_a_gap_in_a_wall_is_one_up_to_its_widest(width: float, found: int) -> None:
     two = walls((0, 0, 2, 0.2), (2 + width, 0, 6, 0.2))
