@@ -1,22 +1,36 @@
-"""Split a level into one level with its spaces for each building, so that no cut connects two buildings.
+"""Split a level into one level with its spaces for each building or dwelling, so that no cut connects two of them.
 
 R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building; but not those that each
     have an entrance of their own, and air between them that no wall is thick enough to fill.
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
+R3  If asked for (``dwellings``), dwellings wall to wall are buildings of their own, too, where the source names its
+    doors: parts of ``DWELLING_M2`` and ``DWELLING_ROOMS`` or more between which no door leads, each of which has a way
+    of its own from outside, an entrance, or on an upper storey the void of a stair. Smaller parts belong to the
+    dwelling that is nearest.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 import networkx as nx
 import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import IsolatedConfig
-from pipeline.tolerances import AROUND_M, SHEET_M
+from pipeline.geometry.areas import intersect, polygons_of, subtract, unite
+from pipeline.geometry.rooms_and_passages import connected_rooms
+from pipeline.tolerances import AROUND_M, HAND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
+
+DWELLING_M2: Final = 25.0
+DWELLING_ROOMS: Final = 3
+STAIR_M2: Final = 1.0
 
 
 def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
@@ -33,7 +47,7 @@ def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> 
     )
     groups = [sorted(group) for group in nx.connected_components(near)]  # R1
     if len(groups) < 2:
-        return [(level, spaces)]
+        return _separate_dwellings(level, spaces) if config.dwellings else [(level, spaces)]
     groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2
     found = []
     for number, group in enumerate(groups, start=1):
@@ -49,6 +63,62 @@ def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> 
         count = len(rooms) if level.room_count is not None else None
         found.append((replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count), part))
     return found
+
+
+def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
+    """R3, in one building."""
+    parts = connected_rooms(spaces)
+    if not level.names_doors or len(parts) < 2:
+        return [(level, spaces)]
+    named: list[list[SourceRoom]] = [[] for _ in parts]
+    for room in level.rooms:
+        named[_nearest(room, spaces, parts)].append(room)
+    entered = {side for p in spaces.passages if p.leads_outside and p.closed_by == "door" for side in p.portal.sides}
+    stairs = _stair_voids(level, spaces)
+    dwellings = [
+        k
+        for k, part in enumerate(parts)
+        if sum(spaces.rooms[room].area for room in part) >= DWELLING_M2
+        and len(named[k] if level.rooms else part) >= DWELLING_ROOMS
+        and (entered.intersection(part) or any(spaces.rooms[r].distance(v) < SHEET_M for r in part for v in stairs))
+    ]
+    shapes = [unite([spaces.rooms[room] for room in part]) for part in parts]
+    doors = [each.polygon for each in level.openings if each.has_door]
+    if len(dwellings) < 2 or any(_stands_between(door, [shapes[k] for k in dwellings]) for door in doors):
+        return [(level, spaces)]
+    home = [min(dwellings, key=lambda k: (shape.distance(shapes[k]), k)) for shape in shapes]
+    dwellings.sort(key=lambda k: shapes[k].bounds[:2])  # R2
+    found = []
+    for number, dwelling in enumerate(dwellings, start=1):
+        inside = sorted(room for k, part in enumerate(parts) if home[k] == dwelling for room in part)
+        rooms = tuple(room for k in range(len(parts)) if home[k] == dwelling for room in named[k])
+        count = len(rooms) if level.room_count is not None else None
+        part = replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count)
+        found.append((part, spaces.keeping(inside)))
+    return found
+
+
+def _nearest(room: SourceRoom, spaces: Spaces, parts: Sequence[Sequence[int]]) -> int:
+    """Return the part of a building that a room of the source lies in, or that is nearest to it."""
+    shape = room.polygon if room.polygon is not None else shapely.box(*room.box) if room.box is not None else None
+    if shape is None:
+        return 0
+    point = shape.representative_point()
+    return min(range(len(parts)), key=lambda k: min(spaces.rooms[each].distance(point) for each in parts[k]))
+
+
+def _stair_voids(level: Level, spaces: Spaces) -> list[Polygon]:
+    """Return where one looks down, between walls that hold no room there."""
+    if level.below is None:
+        return []
+    free = subtract(unite(spaces.outlines), unite([spaces.walls, *spaces.rooms]))
+    return [void for void in polygons_of(intersect(free, level.below)) if void.area > STAIR_M2]
+
+
+def _stands_between(door: Polygon, parts: Sequence[BaseGeometry]) -> bool:
+    """Return whether a door stands between two parts: the source names a way there that was not found."""
+    box = shapely.buffer(door, HAND_M, join_style="mitre")
+    return sum(bool(part.intersects(box)) for part in parts) > 1
 
 
 def _outlines_with_entrance(spaces: Spaces) -> set[int]:

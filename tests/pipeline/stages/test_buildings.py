@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import shapely
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
-from pipeline.config import PipelineConfig
+from pipeline.config import IsolatedConfig, PipelineConfig
 from pipeline.stages.buildings import building_id
+from pipeline.values import Level, SourceOpening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
 
 DOOR = Hole(1.0, 1.9)
@@ -35,6 +39,37 @@ def test_houses_wall_to_wall_are_one_building_joined_through_their_wall() -> Non
     (plan,) = plans([*shell((0, 0, 4, 4)), *shell((4.2, 0, 8.2, 4))])
     assert plan.id == "row_L1"
     assert [door.kind for door in plan.doors] == ["cut"]
+
+
+def semi_detached(inner: list[Hole], *named: tuple[float, float, float, float]) -> Level:
+    """Two dwellings of 9 x 4 m in three rooms, x from 0 to 9 and 9.3 to 18.3, each with an entrance in the front.
+
+    ``inner`` are holes in the party wall, ``named`` more openings with a door.
+    """
+    fronts = [Hole(1.0, 1.9), Hole(11.3, 12.2)]
+    parts = [*shell((0, 0, 18.3, 4), front=fronts), *wall((9.0, 0, 9.3, 4), *inner)]
+    between = (2.9, 5.9, 12.2, 15.2)
+    for x in between:
+        parts += wall((x, 0, x + 0.2, 4), DOOR)
+    boxes = [(x, 1.0, x + 0.2, 1.9) for x in between] + [(hole.start, -0.2, hole.end, 0.0) for hole in fronts]
+    openings = tuple(SourceOpening(shapely.box(*each), True) for each in (*boxes, *named))
+    return level(parts, id="row_L0", named_openings=True, openings=openings)
+
+
+@pytest.mark.parametrize("dwellings", [False, True])
+def test_dwellings_wall_to_wall_are_buildings_if_asked_for(dwellings: bool) -> None:
+    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=dwellings))
+    found = plan_level(semi_detached([]), config, np.random.default_rng(0))
+    plans = [each for each in found if isinstance(each, FloorPlan)]
+    assert [plan.id for plan in plans] == (["row_B1_L0", "row_B2_L0"] if dwellings else ["row_L0"])
+    assert [len(plan.rooms) for plan in plans] == ([3, 3] if dwellings else [6])
+    assert [door.kind for plan in plans for door in plan.doors].count("cut") == (not dwellings)
+
+
+def test_a_door_in_the_party_wall_makes_them_one_dwelling() -> None:
+    house = semi_detached([DOOR], (9.0, 1.0, 9.3, 1.9))
+    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=True))
+    assert [plan.id for plan in plan_level(house, config, np.random.default_rng(0))] == ["row_L0"]
 
 
 def test_what_no_wall_joins_is_left_out_with_a_note() -> None:
