@@ -9,9 +9,10 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that lies
     open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to the
     outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the floor
-    counts for nothing where rooms at it are most of the house, which then is cut open. Nor is one under the sky that
-    a fence or a lower wall bounds and that is larger than all the others together (a garden), nor one too low to
-    stand in (a void under a roof). A room that the source names is one. What a person says is no room
+    counts for nothing where rooms at it are most of the house, which then is cut open; and a space to which two rooms
+    or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall. Nor is one
+    under the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor
+    one too low to stand in (a void under a roof). A room that the source names is one. What a person says is no room
     (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
@@ -21,6 +22,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Final
 
+import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -140,7 +142,23 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
         if not found:
             break
         outside |= found
-    return outside - {OUTSIDE} if len(outside) <= len(rooms) else set()
+    found = outside - {OUTSIDE}
+    return {k for k in found if not _joins_rooms(k, rooms, candidates, found)} if len(found) < len(rooms) else set()
+
+
+def _joins_rooms(place: int, rooms: list[Polygon], candidates: list[ClosingCandidate], outside: set[int]) -> bool:
+    """Return whether two rooms or more open wide to a place, and nothing but it joins them."""
+    joined = nx.Graph()
+    joined.add_nodes_from(set(range(len(rooms))) - outside)
+    open_to: set[int] = set()
+    for portal in (c.portal for c in candidates if c.portal is not None):
+        if place not in portal.sides and not outside & set(portal.sides):
+            joined.add_edge(*portal.sides)
+        elif portal.width > SINGLE_DOOR_M[1]:
+            open_to |= set(portal.sides) - outside
+    joined.remove_nodes_from([OUTSIDE] if OUTSIDE in joined else [])
+    parts = [part for part in nx.connected_components(joined) if part & open_to]
+    return len(parts) > 1
 
 
 def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[int]:

@@ -13,7 +13,8 @@ R3  An open or half-open house gets its boundary from the floor slab where the s
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
-    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most.
+    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
+    nothing but pillars between them are one opening.
 R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -31,7 +32,9 @@ R12 Where all that leaves no room, and walls surround one place nearly all round
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
 R15 A slit between two walls, too narrow for anybody, parts the rooms at its ends.
-R8  What encloses less than ``area_m2`` after all this has no layout.
+R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
+    ``TWO_SIDES`` of the edges of all rooms together, and no room has a name, there is no layout.
+R8  Nor has what encloses less than ``area_m2`` after all this.
 """
 
 from __future__ import annotations
@@ -82,6 +85,7 @@ from pipeline.stages.habitable import clip_rooms_to_floor, keep_habitable_spaces
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
+    CRACK_M,
     GROUP,
     HAIR_M,
     HAND_M,
@@ -90,6 +94,7 @@ from pipeline.tolerances import (
     MOST,
     MOSTLY,
     NEARLY_ALL,
+    PARALLEL,
     PASSABLE_M,
     SOME,
     SPECK,
@@ -101,6 +106,9 @@ EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
+# two walls and their diagonal leave 0.36 open or more, two walls of a rectangle nearly 0.5; three seldom over 0.33
+TWO_SIDES = 0.35
+PILLAR_M = 0.6  # a wider piece of wall between two openings is no pillar
 
 
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -153,7 +161,26 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2",
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
+    is_named = any(room.polygon is not None for room in level.rooms)
+    if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > TWO_SIDES:  # R20
+        raise Rejection(
+            "layout",
+            Reason.NOT_ENCLOSED,
+            f"nothing stands along {open_share:.0%} of the edge of the rooms: walls on two sides are no room",
+            "draw the walls that are missing, or give the rooms names",
+        )
     return found
+
+
+def _open_share(found: Layout) -> float:
+    """Return the share of the edges of all rooms that only guesses close (R20)."""
+    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"}])
+    if guessed.is_empty:
+        return 0.0
+    near = shapely.buffer(guessed, CRACK_M, quad_segs=2)
+    bare = shapely.difference(near, shapely.buffer(found.door, 2 * HAND_M, quad_segs=2))
+    edges = [room.exterior for room in found.rooms]
+    return float(shapely.length(shapely.intersection(edges, bare)).sum() / shapely.length(edges).sum())
 
 
 def _at_doorless_openings(
@@ -359,7 +386,7 @@ def _keep_separating(
         plane, rooms = enclosed_pieces(close_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
         useless = {
-            k for k, strip in enumerate(strips) if _parts_nothing(strip, rooms, door, shallow_headers, config)
+            k for k, strip in enumerate(strips) if _parts_nothing(strip, strips, rooms, (door, shallow_headers), config)
         }  # R5
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R6
@@ -377,11 +404,13 @@ def _keep_separating(
 
 def _parts_nothing(
     candidate: ClosingCandidate,
+    strips: Sequence[ClosingCandidate],
     rooms: list[Polygon],
-    door: BaseGeometry,
-    shallow_headers: BaseGeometry,
+    planes: tuple[BaseGeometry, BaseGeometry],
     config: LayoutConfig,
 ) -> bool:
+    """R5: ``planes`` are the walls of the door plane and the shallow headers."""
+    door, shallow_headers = planes
     portal = candidate.portal
     if portal is None or portal.sides[0] == portal.sides[1]:
         return portal is not None
@@ -394,25 +423,53 @@ def _parts_nothing(
         shallow = intersect(candidate.polygon, shallow_headers)
         if shallow.area > MOST * candidate.polygon.area:
             return True
-    if portal.width <= config.beam_m:
-        return False
-    return not portal.has_jamb(door) or (is_lintel and _is_as_broad(portal, rooms))
+    is_beam = portal.width > config.beam_m and not portal.has_jamb(door)
+    return is_beam or (is_lintel and _stands_on_pillars(portal, strips, rooms, config))
 
 
-def _is_as_broad(portal: Portal, rooms: list[Polygon]) -> bool:
-    """Return whether a portal takes ``WHOLE_BREADTH`` of the rooms right behind it, on both sides (R5)."""
-    broad = 2 * portal.width
-    for side, way in zip(portal.sides, (-1.0, 1.0), strict=True):
-        face = portal.centre + way * portal.across * portal.depth / 2
-        ahead, aside = way * portal.across * AROUND_M, portal.along * broad
-        window = Polygon([face - aside, face + aside, face + aside + ahead, face - aside + ahead])
-        near = shapely.points(face + ahead / 10)
-        seen = [
-            piece for piece in polygons_of(intersect(rooms[side], window)) if shapely.dwithin(piece, near, BESIDE_M)
-        ]
-        if portal.width < WHOLE_BREADTH * sum(piece.area for piece in seen) / AROUND_M:
-            return False
-    return True
+def _stands_on_pillars(
+    portal: Portal, strips: Sequence[ClosingCandidate], rooms: list[Polygon], config: LayoutConfig
+) -> bool:
+    """Return whether a lintel is part of a beam over one bay or several, as broad as the rooms at both sides (R5)."""
+    bays = [c.portal for c in strips if c.kind == "lintel" and c.portal is not None]
+    rows = [_row_of_bays(portal, [bay for bay in bays if side in bay.sides], config.header_m) for side in portal.sides]
+    sides = zip(rows, portal.sides, (-1.0, 1.0), strict=True)
+    return all(row.width > config.beam_m and _is_as_broad(row, portal, way, rooms[side]) for row, side, way in sides)
+
+
+def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Portal:
+    """Return the opening that a bay, wider than ``least_m``, makes with those in line beside it, pillars and all (R5).
+
+    Between two bays stands at most ``PILLAR_M`` of wall.
+    """
+    if portal.width <= least_m:
+        return portal
+    start, end = portal.width / -2, portal.width / 2
+    spans = []
+    for bay in bays:
+        away = bay.centre - portal.centre
+        in_line = abs(float(bay.along @ portal.along)) > PARALLEL and abs(float(away @ portal.across)) < portal.depth
+        if in_line and bay.width > least_m:
+            middle = float(away @ portal.along)
+            spans.append((middle - bay.width / 2, middle + bay.width / 2))
+    for low, high in sorted(spans, key=lambda span: abs(span[0] + span[1])):  # the nearest first
+        if low - end < PILLAR_M and start - high < PILLAR_M:
+            start, end = min(start, low), max(end, high)
+    return portal.part_between(start, end)
+
+
+def _is_as_broad(row: Portal, bay: Portal, way: float, room: Polygon) -> bool:
+    """Return whether a row takes ``WHOLE_BREADTH`` of the room right behind one of its bays (R5).
+
+    The room lies on the side ``way`` (-1 or 1) of the row.
+    """
+    out = way * row.across * row.depth / 2
+    ahead, aside = way * row.across * AROUND_M, row.along * 2 * row.width
+    face = row.centre + out
+    window = Polygon([face - aside, face + aside, face + aside + ahead, face - aside + ahead])
+    near = shapely.points(bay.centre + out + ahead / 10)
+    seen = [piece for piece in polygons_of(intersect(room, window)) if shapely.dwithin(piece, near, BESIDE_M)]
+    return bool(row.width >= WHOLE_BREADTH * sum(piece.area for piece in seen) / AROUND_M)
 
 
 def _around_no_room(candidates: list[ClosingCandidate], rooms: list[Polygon], walled: float) -> set[int]:

@@ -195,6 +195,13 @@ def test_a_beam_between_pillars_parts_rooms_only_where_one_is_broader(beyond: fl
     assert len(found.rooms) == rooms
 
 
+@pytest.mark.parametrize(("pier_m", "rooms"), [(0.4, 1), (1.0, 2)])
+def test_a_beam_over_a_row_of_pillars_parts_no_hall(pier_m: float, rooms: int) -> None:
+    """Three bays of 2.8 m and more, none of them as wide as a beam; between broader piers they are doorways."""
+    bays = [Hole(0.3, 3.3 - pier_m / 2), Hole(3.3 + pier_m / 2, 6.7 - pier_m / 2), Hole(6.7 + pier_m / 2, 9.7)]
+    assert len(layout([*shell((0, 0, 12, 10)), *wall((6.0, 0.0, 6.4, 10.0), *bays)]).rooms) == rooms
+
+
 def parapet(height: float, x: float = 4.0) -> Parts:
     """Walls of a balcony below the house: 4 x 1.6 m."""
     return [
@@ -274,6 +281,14 @@ def test_an_open_front_without_a_floor_is_closed_between_its_walls() -> None:
     found = layout(U_SHAPE)
     assert sum(areas(found)) == pytest.approx(21.0, abs=0.5)
     assert {c.kind for c in found.candidates} == {"wall_ends"}
+
+
+def test_walls_on_two_sides_are_no_room() -> None:
+    floor, corner = shapely.box(0, 0, 5, 4), [*wall((-0.2, 0.0, 0.0, 4.2)), *wall((0.0, 4.0, 5.0, 4.2))]
+    with pytest.raises(Rejection, match="walls on two sides are no room") as caught:
+        layout(corner, floor=floor)
+    assert caught.value.reason is Reason.NOT_ENCLOSED
+    assert areas(layout([*corner, *wall((5.0, 0.0, 5.2, 4.2))], floor=floor)) == [20.0]
 
 
 def test_a_house_that_is_half_open() -> None:
@@ -440,6 +455,17 @@ def test_rooms_at_the_edge_of_the_floor_are_rooms_where_the_house_is_cut_open() 
     walls = [*wall((-0.2, 4, 9.2, 4.2)), *wall((-0.2, 0, 0, 4)), *wall((9, 0, 9.2, 4)), *wall((6, 0, 6.2, 4))]
     found = layout([*walls, *wall((6.2, 0, 9, 0.2))], floor=shapely.box(0, 0, 9, 4))
     assert len(found.rooms) == 2
+
+
+@pytest.mark.parametrize(("width", "rooms"), [(4.0, 3), (0.9, 2)])
+def test_the_hall_to_which_two_rooms_lie_open_is_no_terrace(width: float, rooms: int) -> None:
+    """Its own sides lie open at the edge of the floor. Behind doors, it may be a terrace."""
+    outline = [(-0.2, 0.0, 0.0, 3.0), (8.2, 6.0, 16.4, 6.2), (16.2, 0.0, 16.4, 6.0), (8.2, -0.2, 16.4, 0.0)]
+    outline += [(-0.2, -8.2, 0.0, -0.2), (0.0, -8.2, 8.2, -8.0), (8.0, -8.0, 8.2, -0.2)]
+    house = [part for rectangle in outline for part in wall(rectangle)]
+    house += [*wall((8.0, 0.0, 8.2, 6.2), Hole(1, 1 + width)), *wall((-0.2, -0.2, 8.2, 0.0), Hole(2, 2 + width))]
+    floor = shapely.union_all([shapely.box(0, -8, 8, 6), shapely.box(8, 0, 16.2, 6)])
+    assert len(layout(house, floor=floor).rooms) == rooms
 
 
 def test_boards_along_the_walls_are_no_railing() -> None:
