@@ -8,7 +8,8 @@ R18 Where the source names its openings, or its doors, what hangs or stands righ
 R19 Cracks of a hand's breadth between walls that nearly meet are closed.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
-    that walls bound for the most part: a low front with an entrance in it.
+    that walls bound for the most part: a low front with an entrance in it. In a house without roofs, two doors or more
+    lead from rooms into such a place, and walls, windows and doors bound ``LARGELY`` of it.
 R3  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
@@ -305,20 +306,38 @@ def _gates_of_railings(
     if not found:
         return []
     fenced = unite([ground, planes.rails])
-    known = unite(enclosed_pieces(fenced)[1])
-    beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
+    closed = enclosed_pieces(fenced)[1]
+    known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
+    beside, house = (shapely.buffer(walls, BESIDE_M, quad_segs=2) for walls in (planes.tall, ground))
     new = [
         room
         for room in enclosed_pieces(unite([fenced, *grow_to_overlap(found)]))[1]
         if room.area >= config.area_m2
         and not room.representative_point().intersects(known)
-        and intersect(room, part_under_cover(room, level)).area > MOST * room.area
         and shapely.intersection(room.exterior, beside).length > MOST * room.length
+        and (
+            _is_covered(room, level)
+            or (
+                roofless
+                and shapely.intersection(room.exterior, house).length > LARGELY * room.length
+                and sum(_leads_into(piece, room, known) for piece in pieces) > 1
+            )
+        )
     ]
     if not new:
         return []
     around = shapely.buffer(unite(new), BESIDE_M)
     return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
+
+
+def _is_covered(room: Polygon, level: Level) -> bool:
+    return bool(intersect(room, part_under_cover(room, level)).area > MOST * room.area)
+
+
+def _leads_into(piece: ClosingCandidate, place: Polygon, rooms: BaseGeometry) -> bool:
+    """Return whether a door or a lintel stands between a place and a room."""
+    near = shapely.buffer(piece.polygon, BESIDE_M)
+    return piece.kind in {"door", "opening", "lintel"} and bool(near.intersects(place) and near.intersects(rooms))
 
 
 def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
