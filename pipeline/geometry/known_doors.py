@@ -19,6 +19,7 @@ from pipeline.geometry.areas import (
     drop_thin_parts,
     intersect,
     polygons_of,
+    subtract,
     unite,
 )
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, doorway_around_leaf, fit_into_wall
@@ -31,9 +32,11 @@ from pipeline.tolerances import (
     HAND_M,
     HEAD_M,
     IN_ONE_LINE,
+    LAP_M,
     LARGELY,
     LOOKS,
     MOST,
+    NEARLY_ALL,
     PARALLEL,
     PARTITION_M,
     SHEET_M,
@@ -364,6 +367,7 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
 # R5  A leaf that is one body with its wall shows by the recess under its lintel, as above.
 # R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+#     Where the wall leans or bulges, what is left of it before a face of the doorway, thinner than a sheet, goes too.
 # R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
 #     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
 #     doorway.
@@ -464,8 +468,38 @@ def find_known_doorways(
         if way is not None:
             found.append(Doorway(box_polygon(way), "named"))
     found += judged.doorways
+    found = [replace(each, polygon=_through_wall(each.polygon, walls)) for each in found]
     found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
+
+
+def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
+    """Return a doorway, so much deeper that no wall thinner than ``SHEET_M``, nor a hair of it, shuts it (R6)."""
+    box = box_around_polygon(doorway)
+    x1, y1, x2, y2 = doorway.bounds
+    rest = subtract(clip_to_box(walls, x1 - WALL_M, y1 - WALL_M, x2 + WALL_M, y2 + WALL_M), doorway)
+
+    def left(sign: float, start_m: float) -> tuple[float, float]:
+        """Return the share of the width that wall shuts in a layer of ``SHEET_M``, and how far it reaches, metres."""
+        middle = box.centre + sign * box.across * (box.thickness / 2 + start_m + SHEET_M / 2)
+        strip = box_polygon(replace(box, centre=middle), width=box.width - 2 * CRACK_M, depth=SHEET_M)
+        shut, far = 0.0, 0.0
+        for part in shapely.get_parts(shapely.intersection(strip, rest)):
+            if part.is_empty:
+                continue
+            corners = shapely.get_coordinates(part) - box.centre
+            shut += float(np.ptp(dot_product(corners, box.along)))
+            far = max(far, float(dot_product(corners, sign * box.across).max()) - box.thickness / 2)
+        return shut / box.width, far
+
+    grown = []
+    for sign in (-1.0, 1.0):
+        shut, far = left(sign, -LAP_M)
+        grown.append(far + LAP_M if shut > NEARLY_ALL and left(sign, SHEET_M)[0] < SOME else 0.0)
+    if box.width < DOORWAY_M[0] or not any(grown):
+        return doorway
+    middle = box.centre + box.across * (grown[1] - grown[0]) / 2
+    return box_polygon(replace(box, centre=middle), depth=box.thickness + sum(grown))
 
 
 def _each_once(doorways: list[Doorway]) -> list[Doorway]:

@@ -56,7 +56,7 @@ GERMANIC: Final[Mapping[Role, frozenset[str]]] = {
         zwischenwand muur raam kozijn kolom zuil pilaar leuning chimney kamin schornstein
     """),
     Role.DOOR: _set("""
-        door doors doorleaf doorframe doorpanel frontdoor backdoor maindoor sidedoor slidingdoor garagedoor
+        door doors doorway doorleaf doorframe doorpanel frontdoor backdoor maindoor sidedoor slidingdoor garagedoor
         roomdoor entrydoor glassdoor innerdoor tuer tueren tuerblatt tuerrahmen tuerfluegel zarge tuerzarge
         haustuer deur deuren voordeur achterdeur binnendeur deurblad deurkozijn
     """),

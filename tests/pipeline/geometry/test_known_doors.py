@@ -5,9 +5,16 @@ import pytest
 import shapely
 import trimesh
 
+from pipeline.geometry.areas import EMPTY
 from pipeline.geometry.doorways import doorway_around_leaf
-from pipeline.geometry.known_doors import cubicle_leaves, find_leaves, leaves_in_recesses
-from pipeline.geometry.meshes import Bodies, Box
+from pipeline.geometry.known_doors import (
+    JudgedLeaves,
+    cubicle_leaves,
+    find_known_doorways,
+    find_leaves,
+    leaves_in_recesses,
+)
+from pipeline.geometry.meshes import Bodies, Box, Mesh
 from pipeline.values import SourceObject
 from tests.builders.houses import CEILING, Hole, Parts, gap, kinds, level, plan_of, two_rooms, wall
 from tests.builders.meshes import box, joined
@@ -165,3 +172,16 @@ def test_a_leaf_in_its_frame_is_a_door_in_the_thinnest_wall(proud: float) -> Non
 def test_a_stretch_of_the_partition_without_a_frame_is_wall() -> None:
     stretch = wall((X1, 1.8, X2, 2.7), top=2.1)
     assert kinds(plan_of([*partition(), *stretch])) == ["opening"]
+
+
+@pytest.mark.parametrize("bulge_m", [1e-7, 0.01, 0.03])
+def test_a_named_door_in_a_wall_that_bulges_goes_through_all_of_it(bulge_m: float) -> None:  # R6
+    """The wall is flush with the door's frame at its ends, and thicker between them."""
+    ring = [(0, 0), (1.5, 0), (1.52, -bulge_m), (2.48, -bulge_m), (2.5, 0), (4, 0), (4, 0.2), (0, 0.2)]
+    walls = shapely.Polygon(ring)
+    leaf_ = box((1.5, 0.05, 2.5, 0.1), 0.0, 2.0)
+    door = Mesh(np.asarray(leaf_.vertices), np.asarray(leaf_.faces))
+    doorways, _ = find_known_doorways([], [door], walls, EMPTY, JudgedLeaves((), (), (), EMPTY))
+    assert len(doorways) == 1
+    left = shapely.difference(walls, doorways[0].polygon)
+    assert len(shapely.get_parts(left)) == 2

@@ -303,6 +303,8 @@ def test_a_part_is_called_by_its_own_name_before_its_group_and_material():
     assert role_from_part(PartNames(("TV Console",), "", "Green Door")).role is Role.FURNITURE
     assert role_from_part(PartNames(("Cube.003",), "", "Green Door")).role is Role.DOOR
     assert role_from_part(PartNames(("Walls",), "", "door_wood")).role is Role.DOOR
+    assert role_from_part(PartNames(("doorway",), "Cube.012")).role is Role.DOOR
+    assert role_from_part(PartNames(("Wall_Doorway",), "Cube.012")).role is Role.WALL
 
 
 def test_a_group_hands_down_no_floor_and_a_material_no_furniture():
