@@ -12,8 +12,9 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     counts for nothing where rooms at it are most of the house, which then is cut open; and a space to which two rooms
     or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall. Nor is one
     under the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor
-    one too low to stand in (a void under a roof). A room that the source names is one. What a person says is no room
-    (``overrides.toml``) is none.
+    one too low to stand in (a void under a roof), nor, without a way to another space, one that lies over the floor of
+    a lower level for the most part (the upper part of a hall, a lantern over it). A room that the source names is one.
+    What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
@@ -88,6 +89,8 @@ def keep_habitable_spaces(
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= _under_the_sky(rooms, railed, level)
+    below = _shares(rooms, level.below)
+    outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
     if len(fenced) == len(rooms):
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)

@@ -559,6 +559,13 @@ def test_over_a_void_in_the_floor_is_no_free_space(values: dict[str, object], ar
     assert room.area == pytest.approx(area, abs=0.2)
 
 
+@pytest.mark.parametrize(("below", "rooms"), [(None, 2), (shapely.box(6, 0, 11, 4), 1)])
+def test_the_upper_part_of_a_hall_is_no_room(below: shapely.Polygon | None, rooms: int) -> None:
+    """Walls close a space without a door. Only where one looks down on a floor from it does it belong to the hall."""
+    house = [*shell((0, 0, 2, 2)), *shell((6, 0, 11, 4))]
+    assert len(layout(house, floor=shapely.box(-0.2, -0.2, 2.2, 2.2), below=below).rooms) == rooms
+
+
 def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
     house = {"floor": shapely.box(0, 0, 4, 3), "below": shapely.box(4.2, 0, 7.2, 3)}
     assert len(layout(two_rooms(Hole(1, 1.9)), **house).rooms) == 1
