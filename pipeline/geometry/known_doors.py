@@ -227,7 +227,6 @@ def _in_row(one: Box, other: Box) -> bool:
 # ---------------------------------------------------------------------------------------------------------------------
 
 MIN_M = 1.2
-CUBICLE_HIGHEST_M = 2.4
 
 
 def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
@@ -255,8 +254,7 @@ def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
     """R2."""
     low, high = bodies.low, bodies.high
     near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
-    top = min(ceiling_m - HAND_M, CUBICLE_HIGHEST_M)
-    near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= top) & (low[:, 2] < box.high)
+    near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= ceiling_m - HAND_M) & (low[:, 2] < box.high)
     partitions = [box_polygon(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.geometry.meshes import Mesh, are_pieces_closed, label_pieces
-from pipeline.tolerances import FOOT_M, HALF_CM_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M, SPECK
+from pipeline.tolerances import FOOT_M, HALF_CM_M, HAND_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -25,9 +25,6 @@ from pipeline.tolerances import FOOT_M, HALF_CM_M, HEAD_M, LAP_M, LARGELY, PARTI
 
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
-
-LYING = 1e-3
-"""A face whose unit normal has |z| above this may be a body's top or bottom."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +140,7 @@ class MeshSlicer:
     @cached_property
     def caps(self) -> EndCaps:
         """The faces that are not upright."""
-        lying = np.abs(self._normals[:, 2]) > LYING
+        lying = np.abs(self._normals[:, 2]) > SPECK  # a body's top or bottom
         return EndCaps(self.mesh.vertices[self.mesh.faces[lying]])
 
 
@@ -321,17 +318,13 @@ def height_or_middle_of_widest_gap(wanted: float, z: npt.NDArray[np.float64]) ->
     return float(edges[widest] + edges[widest + 1]) / 2
 
 
-CLEAR_STEPS = 20
-"""A height that is free of vertices is looked for in such steps up and down, and in so many."""
-
-
 def nearest_clear_height(wanted: float, z: npt.NDArray[np.float64]) -> float:
-    """Return the height nearest to ``wanted``, in steps, that keeps its distance from every vertex height.
+    """Return the height nearest to ``wanted``, in steps and within ``HAND_M``, that keeps off every vertex height.
 
     A scan has a vertex at every height: there ``wanted`` itself is as good as any.
     """
-    near_by = z[np.abs(z - wanted) < (CLEAR_STEPS + 1) * HALF_CM_M]
-    for k in range(CLEAR_STEPS):
+    near_by = z[np.abs(z - wanted) < HAND_M + HALF_CM_M]
+    for k in range(round(HAND_M / HALF_CM_M)):
         for height in (wanted - k * HALF_CM_M, wanted + k * HALF_CM_M):
             if not near_by.size or np.abs(near_by - height).min() >= LAP_M:
                 return height

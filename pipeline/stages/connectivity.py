@@ -34,12 +34,10 @@ from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines, find
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.rejection import Reason, Rejection
-from pipeline.tolerances import BLOCK_M, PLACE_M, STONE_WALL_M, TINY_M2
+from pipeline.tolerances import AROUND_M, BLOCK_M, PLACE_M, STONE_WALL_M, TINY_M2
 from pipeline.values import Evidence, JoinedPoints, Passage, Spaces
 
 MAX_PAIRS = 300
-AROUND = 4.0
-"""So many radii of the disc beyond a cut the floor is looked at."""
 NO_EVIDENCE = "no evidence: the nearest wall"
 NO_WALL = "no evidence: the nearest way, through more than wall"
 UNKNOWN = "unknown: the source shows no door inside this storey"
@@ -187,7 +185,7 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     """Return whether the disc can pass from one piece to another through the cut. Only floor near the cut counts."""
     strip = cut.strip(deeper_m=0.01)
     x1, y1, x2, y2 = strip.bounds
-    reach = AROUND * radius_m
+    reach = AROUND_M + radius_m
     near = clip_to_box(floor, x1 - reach, y1 - reach, x2 + reach, y2 + reach)
     parts = erode_floor(unite([near, strip]), radius_m)
     return any((shapely.area(shapely.intersection(part, pieces)) > TINY_M2).sum() > 1 for part in parts)

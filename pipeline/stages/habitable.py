@@ -63,7 +63,6 @@ from pipeline.tolerances import (
 from pipeline.values import ClosingCandidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
-SEVERAL = 2
 OPEN_EDGE = 0.35
 
 
@@ -105,7 +104,7 @@ def keep_habitable_spaces(
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
-        around = over if into[k] >= SEVERAL else walls
+        around = over if into[k] > 1 else walls
         floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))
         if (floored and low[k] <= LARGELY and k not in outdoors) or _is_named(room, level):
             kept.append(room)

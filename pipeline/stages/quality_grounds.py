@@ -50,7 +50,6 @@ MUCH_TOO_WIDE_M: Final = 0.35
 STOREY_M: Final = (4.0, 6.0)
 """What reaches higher than the first is tall; by the second more, wholly so. The same form below, of areas of rooms."""
 SMALL_PLAN_M2: Final = (12.0, 9.0)
-MANY_RAILS: Final = 0.3
 
 
 def measure_quality_grounds(
@@ -160,7 +159,7 @@ def _rails(rails: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> flo
     if rails.is_empty:
         return 0.0
     beside = intersect(rails, buffer_mitred(rooms, BESIDE_M))
-    return _share(beside.area, MANY_RAILS * walls.area)
+    return _share(beside.area, SOME * walls.area)
 
 
 def _odd_doors(passages: tuple[Passage, ...]) -> float:
