@@ -5,17 +5,20 @@ A wide doorway is hardly narrower than the corridor before it, so that the clear
 al., 2022) divides maps along the lines of their walls; here a line counts only where it has a gap.
 
 R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``FACE_M``
-    long or longer; all faces within ``BAND_M`` of each other are on one line.
-R2  A gap is free along the line for ``NARROWEST_M`` to ``WIDEST_M``.
+    long or longer; all faces within ``BAND_M`` of each other are on one line. So are those of what stands alone: a wall
+    that a robot saw as dashes is told from clutter by its line.
+R2  A gap is free along the line for ``NARROWEST_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
 R3  Faces make up ``SUPPORT`` of the line over ``REACH_M`` before the gap and behind it, and ``EACH_SIDE`` of either.
 R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Where the
     walls of rooms are in line across a corridor, neither is so.
-R5  Of gaps that are in the way of each other, within ``APART_M``, the one with more support counts.
+R5  Of gaps that are in the way of each other, within ``APART_M``, the one with more support counts. The two faces of a
+    wall are in the way of each other, too.
+R6  Where a piece that stands alone is the end of a gap, the wall goes on over it.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
@@ -42,25 +45,38 @@ EXACT: Final = 0.01
 STRAIGHT_RAD: Final = 1e-3
 
 
-def find_gaps(free: Bools, cell_m: float, angle: float) -> Floats:
-    """Return the gaps (n, 2, 2) in the lines of walls: the (across, down) of their ends, in cells.
+class _Gap(NamedTuple):
+    """A gap in a row of cells: the first and the last plus one, and the same with the pieces of wall beside it."""
 
-    ``free`` (rows, cols) are the cells of a map, ``cell_m`` wide; ``angle`` is the main direction of its walls, radians
-    from -pi / 4 to pi / 4.
+    support: float
+    row: int
+    gap: tuple[int, int]
+    wall: tuple[int, int]
+
+
+def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bools) -> tuple[Floats, Floats]:
+    """Return the gaps (n, 2, 2) in the lines of walls, and these with the pieces of wall beside them (n, 2, 2; R6).
+
+    Both are the (across, down) of their ends, in cells. ``free`` (rows, cols) are the cells of a map, ``cell_m`` wide,
+    also those under clutter; ``bare`` those that are free of it; ``seen`` those that are free or between rays.
+    ``angle`` is the main direction of the walls, radians from -pi / 4 to pi / 4.
     """
-    turned, back = free, None
+    cells, back = [free, seen, bare], None
     if abs(angle) > STRAIGHT_RAD:
-        turned, back = _turn_cells(free, angle)
-    found = []
+        back = _turn_cells(free, angle)[1]
+        cells = [_turn_cells(each, angle)[0] for each in cells]
+    gaps, walls = [np.zeros((0, 2, 2))], [np.zeros((0, 2, 2))]
     for across in (False, True):
-        grid = np.ascontiguousarray(turned.T) if across else turned
-        for way in (1, -1):
-            gaps = _gaps_below_faces(grid[::way], cell_m)
-            if way < 0:
-                gaps[..., 1] = len(grid) - 1 - gaps[..., 1]
-            found.append(gaps[..., ::-1] if across else gaps)
-    gaps = np.concatenate(found)
-    return gaps if back is None else gaps @ back[:, :2].T + back[:, 2]
+        grids = [np.ascontiguousarray(each.T) if across else each for each in cells]
+        last = len(grids[0]) - 1
+        below = _gaps_below_faces([each[::-1] for each in grids], cell_m)
+        found = _gaps_below_faces(grids, cell_m) + [gap._replace(row=last - gap.row) for gap in below]
+        for gap in _apart(found, APART_M / cell_m):
+            for ends, (first, end) in ((gaps, gap.gap), (walls, gap.wall)):
+                line = np.array([[(first - 1, gap.row), (end, gap.row)]], np.float64)
+                ends.append(line[..., ::-1] if across else line)
+    both = np.concatenate(gaps), np.concatenate(walls)
+    return both if back is None else (both[0] @ back[:, :2].T + back[:, 2], both[1] @ back[:, :2].T + back[:, 2])
 
 
 def _turn_cells(free: Bools, angle: float) -> tuple[Bools, Floats]:
@@ -73,27 +89,41 @@ def _turn_cells(free: Bools, angle: float) -> tuple[Bools, Floats]:
     return shades > 127, np.asarray(cv2.invertAffineTransform(turn), np.float64)
 
 
-def _gaps_below_faces(free: Bools, cell_m: float) -> Floats:
-    """Return the gaps in lines along the rows, of faces with the free cells below them."""
+def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
+    """Return the gaps in lines along the rows, of faces with the free cells below; ``grids``: free, seen and bare."""
+    free, seen, bare = grids
     face = np.zeros_like(free)
-    face[:-1] = ~free[:-1] & free[1:]
+    face[:-1] = ~bare[:-1] & bare[1:]
     lines = _face_lines(face, cell_m)
     reach = max(round(REACH_M / cell_m), 1)
-    found: list[tuple[float, int, int, int]] = []
+    found: list[_Gap] = []
     for row in np.flatnonzero(lines.sum(axis=1) >= 2 * SUPPORT * reach).tolist():
-        runs = _runs(free[row] & ~lines[row])
-        width_m = (runs[:, 1] - runs[:, 0]) * cell_m
-        runs = runs[(width_m >= NARROWEST_M) & (width_m <= WIDEST_M)]  # R2
         total = np.concatenate([[0], np.cumsum(lines[row])])
-        before = (total[runs[:, 0]] - total[np.maximum(runs[:, 0] - reach, 0)]) / reach
-        after = (total[np.minimum(runs[:, 1] + reach, len(total) - 1)] - total[runs[:, 1]]) / reach
-        enough = (np.minimum(before, after) >= EACH_SIDE) & (before + after >= 2 * SUPPORT)  # R3
-        for k in np.flatnonzero(enough).tolist():
-            first, last = runs[k].tolist()
-            if _widens(free, row, first, last, cell_m):
-                exact = face[row, max(first - reach, 0) : last + reach].mean()  # of rows in a band, that of the face
-                found.append((float(before[k] + after[k] + EXACT * exact), row, first, last))
-    return _apart(found, APART_M / cell_m)
+        for open_ in (free, seen):
+            runs = _runs(open_[row] & ~lines[row])
+            width_m = (runs[:, 1] - runs[:, 0]) * cell_m
+            runs = runs[(width_m >= NARROWEST_M) & (width_m <= WIDEST_M)]  # R2
+            before = (total[runs[:, 0]] - total[np.maximum(runs[:, 0] - reach, 0)]) / reach
+            after = (total[np.minimum(runs[:, 1] + reach, len(total) - 1)] - total[runs[:, 1]]) / reach
+            enough = (np.minimum(before, after) >= EACH_SIDE) & (before + after >= 2 * SUPPORT)  # R3
+            for k in np.flatnonzero(enough).tolist():
+                first, last = runs[k].tolist()
+                if _widens(open_, row, first, last, cell_m):
+                    exact = face[
+                        row, max(first - reach, 0) : last + reach
+                    ].mean()  # of rows in a band, that of the face
+                    support = float(before[k] + after[k] + EXACT * exact)
+                    found.append(_Gap(support, row, (first, last), _with_pieces(lines[row] & free[row], first, last)))
+    return found
+
+
+def _with_pieces(pieces: Bools, first: int, last: int) -> tuple[int, int]:
+    """Return the first and the last plus one of a gap with the pieces of wall beside it, of a row (cols)."""
+    while first > 0 and pieces[first - 1]:
+        first -= 1
+    while last < len(pieces) and pieces[last]:
+        last += 1
+    return first, last
 
 
 def _face_lines(face: Bools, cell_m: float) -> Bools:
@@ -131,10 +161,11 @@ def _beyond(free: Bools, row: int, first: int, last: int) -> tuple[int, int]:
     return first - (middle - left + 1), middle + right - last
 
 
-def _apart(found: list[tuple[float, int, int, int]], apart: float) -> Floats:
-    """R5: return the gaps (n, 2, 2) that stay, of (support, row, first, last)."""
-    kept: list[tuple[int, int, int]] = []
-    for _, row, first, last in sorted(found, key=lambda gap: (-gap[0], *gap[1:])):
-        if all(abs(row - there) > apart or last <= start or first >= end for there, start, end in kept):
-            kept.append((row, first, last))
-    return np.array([[(first - 1, row), (last, row)] for row, first, last in kept], np.float64).reshape(-1, 2, 2)
+def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
+    """R5: return the gaps that stay."""
+    kept: list[_Gap] = []
+    for gap in sorted(found, key=lambda gap: (-gap.support, gap.row, gap.gap)):
+        first, last = gap.gap
+        if all(abs(gap.row - other.row) > apart or last <= other.gap[0] or first >= other.gap[1] for other in kept):
+            kept.append(gap)
+    return kept

@@ -4,6 +4,7 @@ R1  Through a window, a robot sees rays that end at nothing. What has fewer than
     than ``WALLED`` of its edge at occupied cells, is no room but outside.
 R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away at most, around what is occupied. They
     are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
+R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ WALL_M: Final = 0.2
 """R1: how far from the edge of a room its wall may be."""
 SCATTERED_M: Final = 1.0
 OUTSIDE_M2: Final = 5.0
+BETWEEN_M: Final = 0.4
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 
 
@@ -36,6 +38,14 @@ def rooms_of_rays(label: Labels, free: Bools, occupied: Bools, cell_m: float) ->
     few = (walled < WALLED * edge) & (seen < FREE * area)
     few[0] = False
     return np.flatnonzero(few)
+
+
+def fill_between_rays(free: Bools, occupied: Bools, cell_m: float) -> Bools:
+    """Return the free cells (rows, cols) and those between them of R3."""
+    size = 2 * round(BETWEEN_M / cell_m / 2) + 1
+    disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+    closed = cv2.morphologyEx(free.view(np.uint8), cv2.MORPH_CLOSE, disc) > 0
+    return np.asarray(free | (closed & ~occupied))
 
 
 def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> Labels:

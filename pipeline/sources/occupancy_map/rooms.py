@@ -12,7 +12,7 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
     the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
     or as thin as a wall.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
-    cells are divided again, with the gap closed.
+    cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
@@ -43,7 +43,7 @@ from pipeline.sources.occupancy_map.narrow_places import (
     find_basins,
     measure_gaps,
 )
-from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
+from pipeline.sources.occupancy_map.rays import fill_between_rays, rooms_of_rays, with_scattered_cells
 from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 WIDE_M = 1.2
@@ -55,7 +55,7 @@ DRAWN_ROOM_M2 = 0.9
 APART_M = 0.75
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
-PARTED_M2 = 4.0
+PARTED_M2 = 1.0
 BESIDE_M = 0.3
 """R6: how far from the middle of a gap its rooms are looked for."""
 THIN_M = 0.2
@@ -125,12 +125,15 @@ def segment_rooms(
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
         return Segmentation(label, ways, cell_m, scale, _outside(label, free))
     clear = fill_clutter(free, cell_m)
-    label, ways = _divide_cells(clear, np.zeros((0, 2, 2)), cell_m)
+    none: Floats = np.zeros((0, 2, 2))
+    label, ways = _divide_cells(clear, none, none, cell_m)
     outside = _outside(label, free)
-    gaps = find_gaps(clear, cell_m, main_edge_direction(clear))
-    gaps = gaps[_parts_a_room(gaps, np.where(np.isin(label, list(outside)), 0, label), cell_m)]
+    seen = clear if occupied is None else fill_between_rays(free | clear, occupied, cell_m)
+    gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=free & clear, seen=seen)
+    parting = _parts_a_room(gaps, walls, np.where(np.isin(label, list(outside)), 0, label), cell_m)
+    gaps, walls = gaps[parting], walls[parting]
     if len(gaps):
-        label, ways = _divide_cells(clear, gaps, cell_m)
+        label, ways = _divide_cells(clear, gaps, walls, cell_m)
         outside = _outside(label, free)
     label = _fill_furniture(label, cell_m, outside)
     if occupied is not None:
@@ -180,9 +183,11 @@ def _cells_inside(shapes: Floats, shape: tuple[int, ...]) -> Bools:
     return inside
 
 
-def _divide_cells(clear: Bools, gaps: Floats, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
-    """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` (n, 2, 2) are closed."""
-    closed = _cells_of_gaps(gaps, clear.shape) & clear
+def _divide_cells(
+    clear: Bools, gaps: Floats, walls: Floats, cell_m: float
+) -> tuple[Labels, tuple[RoomConnection, ...]]:
+    """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` are closed, as ``walls`` says."""
+    closed = _cells_of_gaps(walls, clear.shape) & clear
     basins = find_basins(clear & ~closed, cell_m)
     numbers = _number_rooms(_merge_basins(basins), basins)
     label = numbers[basins.label].astype(np.int32)
@@ -222,11 +227,11 @@ def _cells_beside(
     return np.asarray(cells.clip(0, (shape[1] - 1, shape[0] - 1)))
 
 
-def _parts_a_room(gaps: Floats, label: Labels, cell_m: float) -> Bools:
-    """Return which gaps (n) lie within one room, and leave enough of it on both sides; R6."""
+def _parts_a_room(gaps: Floats, walls: Floats, label: Labels, cell_m: float) -> Bools:
+    """Return which gaps (n), closed as ``walls`` says, are in one room and leave enough of it on both sides; R6."""
     sides = _beside(gaps, label, cell_m)
     found: Bools = (sides[:, 0] == sides[:, 1]) & (sides[:, 0] > 0)
-    open_ = ~_cells_of_gaps(gaps[found], label.shape)
+    open_ = ~_cells_of_gaps(walls[found], label.shape)
     boxes = dict(label_boxes(label)) if found.any() else {}
     for number in np.unique(sides[found, 0]).tolist():
         rows, cols = boxes[number]

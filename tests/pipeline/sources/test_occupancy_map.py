@@ -16,6 +16,8 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.occupancy_map.gaps import find_gaps
+from pipeline.sources.occupancy_map.rays import fill_between_rays
 from tests.builders.batch import likeness, plans_of
 from tests.builders.shared import DATA, needs_shared
 
@@ -265,6 +267,51 @@ def test_an_opening_as_wide_as_the_corridor_parts_it_from_the_room(tmp_path: Pat
     assert areas(plan) == pytest.approx([24.0, 29.5, 29.5], rel=0.04)
     assert [door.kind for door in plan.doors] == ["opening", "opening"]
     assert [door.width for door in plan.doors] == pytest.approx([2.2, 2.2], abs=0.2)
+
+
+def corridor_with_a_dashed_wall(gap: int, pieces: tuple[int, ...]) -> np.ndarray:
+    """A corridor of 12 m x 2 m and a room of 12 m x 5 m; pieces of wall of so many cells between them, and gaps."""
+    shades = np.full((156, 252), WALL, np.uint8)
+    shades[6:46, 6:246] = FREE
+    shades[50:150, 6:246] = FREE
+    shades[46:50, 6:246] = FREE
+    at = 6 + (240 - sum(pieces) - gap * (len(pieces) - 1)) // 2
+    for long in pieces:
+        shades[47:49, at : at + long] = WALL
+        at += long + gap
+    return shades
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0])
+def test_a_wall_that_was_seen_as_dashes_parts_the_corridor_from_the_room(tmp_path: Path, turn_deg: float) -> None:
+    """Each dash is shorter than a piece of wall between two doors, and all of them stand alone."""
+    shades = corridor_with_a_dashed_wall(gap=12, pieces=(15,) * 9)
+    picture = Image.fromarray(shades).rotate(turn_deg, expand=True, fillcolor=WALL)
+    (plan,) = plans_of(saved(tmp_path, np.asarray(picture)))
+    assert areas(plan) == pytest.approx([24.0, 60.0], rel=0.05)
+    assert plan.doors
+
+
+def test_a_row_of_columns_in_a_hall_is_no_wall(tmp_path: Path) -> None:
+    """Columns of 0.3 m every 2.3 m."""
+    shades = corridor_with_a_dashed_wall(gap=40, pieces=(6,) * 5)
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([12.0 * 7.2], rel=0.03)
+
+
+def test_a_doorway_that_was_seen_as_rays_is_a_gap() -> None:
+    """Every fourth column is unseen in the left doorway and behind it, and none at the right one."""
+    shades = corridor_with_rooms(44)
+    occupied = shades == WALL
+    behind = np.zeros(shades.shape, bool)
+    behind[46:, :124:4] = True
+    free = (shades == FREE) & ~behind
+    for seen, count in ((free, 1), (fill_between_rays(free, occupied, CELL_M), 2)):
+        gaps, walls = find_gaps(free, CELL_M, 0.0, bare=free, seen=seen)
+        assert len(gaps) == count
+        assert (np.abs(gaps[..., 1] - 46) <= 3).all()
+        assert np.ptp(gaps[..., 0], axis=1) == pytest.approx(np.full(count, 44.0), abs=3)
+        assert (walls == gaps).all()
 
 
 def test_walls_in_line_across_a_corridor_do_not_cut_it(tmp_path: Path) -> None:
