@@ -62,6 +62,7 @@ AROUND_M: Final = 1.0  # what is farther away has no influence on a strip, a lea
 SPECK: Final = 0.02  # a share that comes from rounding
 HARDLY: Final = 0.15  # a share of noise: a place is free, or a shape ragged, with less than this
 SOME: Final = 0.3  # a share from which two things have to do with each other
+OPEN_EDGE: Final = 0.35  # a share of free edge: three walls seldom leave more, two walls and their diagonal do
 STANDS: Final = 0.4  # a share from which something is seen although a part of it is hidden
 MOST: Final = 0.5  # a share that is more than half
 LARGELY: Final = 0.7  # a share that leaves room for what every drawing lacks

@@ -19,6 +19,7 @@ from pipeline.tolerances import (
     HARDLY,
     LARGELY,
     MANY_FACES,
+    MOSTLY,
     NEARLY_ALL,
     RUN_M,
     SOME,
@@ -37,8 +38,6 @@ from pipeline.tolerances import (
 #     that the cut touches, and their neighbours: noise moves a wall from height to height.
 # ---------------------------------------------------------------------------------------------------------------------
 
-FLAT = 0.8
-"""A face whose unit normal has |z| above this is floor, ceiling or the top of something."""
 DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
 SAMPLE = 30000
@@ -122,7 +121,7 @@ def columns_of_mesh(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> C
     corners = mesh.vertices[mesh.faces]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    flat = np.abs(normal[:, 2]) > FLAT * area
+    flat = np.abs(normal[:, 2]) > MOSTLY * area  # floor, ceiling or the top of something
     heights = np.arange(low_m, high_m, STAND_M)
     ends, plane = _cuts(corners[~flat], heights)
     along = sharpest_direction(ends.mean(axis=1), _main_direction(ends))

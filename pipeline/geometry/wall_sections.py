@@ -70,7 +70,6 @@ from pipeline.tolerances import (
 
 _OFF_GRID = 0.137
 """Cells of the grid begin here, so that no edge of a cell lies on a round number, where models have their vertices."""
-BOX_CORNERS = 5  # of a rectangle's closed ring
 
 Floats = npt.NDArray[np.float64]
 
@@ -138,14 +137,17 @@ def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.obj
     if not len(slim):
         return slim
     boxes = shapely.minimum_rotated_rectangle(slim)
-    straight = (shapely.area(slim) > 0.9 * shapely.area(boxes)) & (shapely.get_num_coordinates(boxes) == BOX_CORNERS)
-    strips = np.atleast_1d(shapely.buffer(_spines(boxes[straight]), sheet_m / 2, cap_style="flat"))
+    is_box = shapely.get_type_id(boxes) == shapely.GeometryType.POLYGON
+    straight = np.asarray(boxes[is_box & (shapely.area(slim) > 0.9 * shapely.area(boxes))], np.object_)
+    if not len(straight):
+        return straight
+    strips = np.atleast_1d(shapely.buffer(_spines(straight), sheet_m / 2, cap_style="flat"))
     return np.asarray(strips[~shapely.is_empty(strips)])
 
 
 def _spines(boxes: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     """Return the long middle lines of rectangles."""
-    corners = shapely.get_coordinates(boxes).reshape(-1, BOX_CORNERS, 2)
+    corners = shapely.get_coordinates(boxes).reshape(len(boxes), -1, 2)
     middles = (corners[:, :-1] + corners[:, 1:]) / 2
     length = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
     first = (length[:, 0] > length[:, 1]).astype(np.int64)

@@ -5,7 +5,7 @@ R1  Parts of a level whose outlines stand within ``distance_m`` of each other ar
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
 R3  If asked for (``dwellings``), dwellings wall to wall are buildings of their own, too, where the source names its
-    doors: parts of ``DWELLING_M2`` and ``DWELLING_ROOMS`` or more between which no door leads, each of which has a way
+    doors: parts of ``DWELLING_M2`` and ``GROUP`` or more rooms between which no door leads, each of which has a way
     of its own from outside, an entrance, or on an upper storey the void of a stair. Smaller parts belong to the
     dwelling that is nearest.
 """
@@ -25,11 +25,10 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import IsolatedConfig
 from pipeline.geometry.areas import intersect, polygons_of, subtract, unite
 from pipeline.geometry.rooms_and_passages import connected_rooms
-from pipeline.tolerances import AROUND_M, HAND_M, SHEET_M
+from pipeline.tolerances import AROUND_M, GROUP, HAND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
 
 DWELLING_M2: Final = 25.0
-DWELLING_ROOMS: Final = 3
 STAIR_M2: Final = 1.0
 
 
@@ -79,7 +78,7 @@ def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Space
         k
         for k, part in enumerate(parts)
         if sum(spaces.rooms[room].area for room in part) >= DWELLING_M2
-        and len(named[k] if level.rooms else part) >= DWELLING_ROOMS
+        and len(named[k] if level.rooms else part) >= GROUP
         and (entered.intersection(part) or any(spaces.rooms[r].distance(v) < SHEET_M for r in part for v in stairs))
     ]
     shapes = [unite([spaces.rooms[room] for room in part]) for part in parts]

@@ -52,6 +52,7 @@ from pipeline.tolerances import (
     MOST,
     MOSTLY,
     NEARLY_ALL,
+    OPEN_EDGE,
     PASSABLE_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
@@ -63,7 +64,6 @@ from pipeline.tolerances import (
 from pipeline.values import ClosingCandidate, Evidence, Level, Planes
 
 KNOWN: Final = frozenset({"door", "opening"})
-OPEN_EDGE = 0.35
 
 
 def keep_habitable_spaces(

@@ -34,7 +34,7 @@ R14 A place outside that joins three parts of the house or more, which nothing e
     the most part, is a hall whose openings are wide: these are closed.
 R15 A slit between two walls, too narrow for anybody, parts the rooms at its ends.
 R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
-    ``TWO_SIDES`` of the edges of all rooms together, and no room has a name, there is no layout.
+    ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
 R8  Nor has what encloses less than ``area_m2`` after all this.
 """
 
@@ -95,10 +95,12 @@ from pipeline.tolerances import (
     MOST,
     MOSTLY,
     NEARLY_ALL,
+    OPEN_EDGE,
     PARALLEL,
     PASSABLE_M,
     SOME,
     SPECK,
+    THICK_WALL_M,
 )
 from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
 
@@ -107,9 +109,6 @@ EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
-# two walls and their diagonal leave 0.36 open or more, two walls of a rectangle nearly 0.5; three seldom over 0.33
-TWO_SIDES = 0.35
-PILLAR_M = 0.6  # a wider piece of wall between two openings is no pillar
 
 
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
@@ -163,7 +162,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             "walls must close at some height up to the ceiling, or the house needs a floor slab",
         )
     is_named = any(room.polygon is not None for room in level.rooms)
-    if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > TWO_SIDES:  # R20
+    if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > OPEN_EDGE:  # R20
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
@@ -459,7 +458,7 @@ def _stands_on_pillars(
 def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Portal:
     """Return the opening that a bay, wider than ``least_m``, makes with those in line beside it, pillars and all (R5).
 
-    Between two bays stands at most ``PILLAR_M`` of wall.
+    Between two bays stands a pillar: at most ``THICK_WALL_M`` of wall.
     """
     if portal.width <= least_m:
         return portal
@@ -472,7 +471,7 @@ def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Port
             middle = float(away @ portal.along)
             spans.append((middle - bay.width / 2, middle + bay.width / 2))
     for low, high in sorted(spans, key=lambda span: abs(span[0] + span[1])):  # the nearest first
-        if low - end < PILLAR_M and start - high < PILLAR_M:
+        if low - end < THICK_WALL_M and start - high < THICK_WALL_M:
             start, end = min(start, low), max(end, high)
     return portal.part_between(start, end)
 
