@@ -13,8 +13,9 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall. Nor is one
     under the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor
     one too low to stand in (a void under a roof), nor, without a way to another space, one that lies over the floor of
-    a lower level for the most part (the upper part of a hall, a lantern over it). A room that the source names is one.
-    What a person says is no room (``overrides.toml``) is none.
+    a lower level for the most part (the upper part of a hall, a lantern over it); but not where the source names the
+    walls of a storey and shows no way inside it: nobody drew its slab and its doors. A room that the source names is
+    one. What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
@@ -89,7 +90,8 @@ def keep_habitable_spaces(
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= _under_the_sky(rooms, railed, level)
     below = _shares(rooms, level.below)
-    outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
+    if entered or not level.only_walls:
+        outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
     if len(fenced) == len(rooms):
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)

@@ -566,6 +566,14 @@ def test_the_upper_part_of_a_hall_is_no_room(below: shapely.Polygon | None, room
     assert len(layout(house, floor=shapely.box(-0.2, -0.2, 2.2, 2.2), below=below).rooms) == rooms
 
 
+def test_a_storey_of_named_walls_without_a_slab_and_without_doors_keeps_its_rooms() -> None:
+    """Its rooms lie over the floor of the lower storey: nobody drew the slab between."""
+    below = shapely.box(-0.2, -0.2, 11.2, 4.2)
+    house = [*shell((0, 0, 2, 2)), *shell((6, 0, 11, 4))]
+    found = layout(house, only_walls=True, floor=shapely.box(-0.2, -0.2, 2.2, 2.2), below=below)
+    assert len(found.rooms) == 2
+
+
 def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
     house = {"floor": shapely.box(0, 0, 4, 3), "below": shapely.box(4.2, 0, 7.2, 3)}
     assert len(layout(two_rooms(Hole(1, 1.9)), **house).rooms) == 1
