@@ -44,8 +44,8 @@ def test_in_a_corridor_the_tour_ends_where_the_laser_reaches_the_share(share: fl
 def test_three_arms_of_a_cross_are_entered_and_the_last_one_is_not_left() -> None:
     found = _planner(CROSS, (4.5, 0.5), 2.0).plan(0.99, 0)
     assert found is not None
-    # 4 m to the middle, and 2.5 m into each arm, until 2 m from its end: twice there and back, once only there. The last
-    # hundredth, and corners that are cut, save up to 1.5 m.
+    # 4 m to the middle, and 2.5 m into each arm, until 2 m from its end: twice there and back, once only there. The
+    # last hundredth, and corners that are cut, save up to 1.5 m.
     assert 15.0 < found[0] < 16.5
 
 
