@@ -5,6 +5,8 @@ R1  What stands alone in free space, shorter than ``ALONE_M``, is clutter: the s
 R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_M`` thick at most,
     and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
     ``EACH_SIDE`` of either side and ``BOTH_SIDES`` of both together is wall, or another such piece.
+R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_M`` thick at most. Tables and
+    racks in a row are thicker.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ SCRAP_M2: Final = 0.5
 PIECE_M: Final = 0.8
 THICKEST_M: Final = 0.4
 SLENDER: Final = 3.0
+DEEPEST_M: Final = 0.8
 REACH_M: Final = 3.0
 EACH_SIDE: Final = 0.15
 BOTH_SIDES: Final = 0.4
@@ -44,6 +47,21 @@ def fill_clutter(free: Bools, cell_m: float) -> Bools:
         clutter[numbers] = False
         alone[numbers[_in_line(ends, ~free & ~clutter[pieces], cell_m)]] = False
     return drop_scraps(free | alone[pieces], cell_m)
+
+
+def free_beside_dashes(free: Bools, clear: Bools, cell_m: float) -> Bools:
+    """Return the cells (rows, cols) of ``clear``, which are free or under clutter, without those under dashes; R3."""
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats((clear & ~free).view(np.uint8), connectivity=8)
+    thickest = DEEPEST_M / cell_m
+    thin = np.ones(count, bool)
+    thin[0] = False
+    sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1)
+    for number in (1 + np.flatnonzero(sides[1:] > thickest)).tolist():
+        left, top, wide, high, _ = stats[number].tolist()
+        down, right = np.nonzero(pieces[top : top + high, left : left + wide] == number)
+        _, size, _ = cv2.minAreaRect(np.stack([right, down], axis=1).astype(np.float32))
+        thin[number] = min(size) + 1 <= thickest
+    return np.asarray(clear & ~thin[pieces])
 
 
 def drop_scraps(clear: Bools, cell_m: float) -> Bools:

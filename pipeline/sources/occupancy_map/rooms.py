@@ -31,7 +31,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter
+from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
@@ -129,7 +129,8 @@ def segment_rooms(
     label, ways = _divide_cells(clear, none, none, cell_m)
     outside = _outside(label, free)
     seen = clear if occupied is None else fill_between_rays(free | clear, occupied, cell_m)
-    gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=free & clear, seen=seen)
+    bare = free_beside_dashes(free, clear, cell_m)
+    gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=bare, seen=seen)
     parting = _parts_a_room(gaps, walls, np.where(np.isin(label, list(outside)), 0, label), cell_m)
     gaps, walls = gaps[parting], walls[parting]
     if len(gaps):

@@ -299,6 +299,17 @@ def test_a_row_of_columns_in_a_hall_is_no_wall(tmp_path: Path) -> None:
     assert areas(plan) == pytest.approx([12.0 * 7.2], rel=0.03)
 
 
+def test_rows_of_tables_in_a_hall_are_no_walls(tmp_path: Path) -> None:
+    """Four rows of tables of 1.5 m x 1.5 m, 1.5 m apart, in a hall of 18 m x 12 m."""
+    shades = np.full((252, 372), WALL, np.uint8)
+    shades[6:246, 6:366] = FREE
+    for top in range(36, 230, 60):
+        for left in range(6, 340, 60):
+            shades[top : top + 30, left : left + 30] = WALL
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert len(plan.rooms) == 1
+
+
 def test_a_doorway_that_was_seen_as_rays_is_a_gap() -> None:
     """Every fourth column is unseen in the left doorway and behind it, and none at the right one."""
     shades = corridor_with_rooms(44)
