@@ -92,20 +92,6 @@ class MeshSlicer:
         """(n,) vertex heights, metres above the level's floor."""
         return self._z
 
-    def is_upright_along_axes(self, height: float) -> bool:
-        """Return whether all faces that reach below a height and above it stand exactly upright along x or y.
-
-        From there to the next heights of vertices the section is the same to the last bit, but for where a wall's
-        triangles meet. Askew to the axes, rounding puts these places off the wall's line.
-        """
-        low, high = self._span
-        return bool(self._along_axes[(low < height) & (high > height)].all())
-
-    @cached_property
-    def _along_axes(self) -> npt.NDArray[np.bool_]:
-        x, y = (self.mesh.vertices[self.mesh.faces, k] for k in range(2))
-        return np.asarray((np.ptp(x, axis=1) == 0) | (np.ptp(y, axis=1) == 0))
-
     def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
         """Return the section at ``height``, metres above the level's floor.
 

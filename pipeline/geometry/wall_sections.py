@@ -427,8 +427,8 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 class MeshSections:
     """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
 
-    Heights with no vertex between them have the same section where all stands upright and along the axes. It is made
-    once. ``prisms`` says that all stands upright, also askew to the axes: there, two sections may differ by rounding.
+    ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
+    Elsewhere each is made for itself: where the triangles of a wall meet, rounding differs, and so may the plan.
     """
 
     cutter: MeshSlicer
@@ -457,9 +457,8 @@ class MeshSections:
         return made
 
     def _layer(self, height: float) -> int | None:
-        """Return the number of the layer between two vertex heights, or None if sections may differ in it."""
-        same = self.prisms or self.cutter.is_upright_along_axes(height)
-        return int((self.cutter.heights < height).sum()) if same else None
+        """Return the number of the layer between two vertex heights, or None if each height has its own section."""
+        return int((self.cutter.heights < height).sum()) if self.prisms else None
 
     def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
         """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not.
