@@ -336,16 +336,24 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
     """Return how thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
     across = sign * box.across
     found: list[float] = []
-    for share in LOOK_SHARES:
+    for looks, share in enumerate(LOOK_SHARES, start=1):
         foot = box.centre + share * box.width * box.along + (box.thickness / 2 - 0.01) * across
-        ray = shapely.linestrings([foot, foot + (HAND_M + 0.05) * across])
-        parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
-        if not parts:
-            continue
-        ends = dot_product(shapely.get_coordinates(parts[0]) - foot, across)
-        if ends.min() <= 0.03 and ends.max() <= HAND_M + 0.02:
-            found.append(float(ends.max() - ends.min()))
-    return float(np.median(found)) if len(found) >= len(LOOK_SHARES) - 1 else None
+        thickness = _thickness_along(foot, across, walls)
+        if thickness is not None:
+            found.append(thickness)
+        elif looks - len(found) > 1:
+            return None
+    return float(np.median(found))
+
+
+def _thickness_along(foot: Floats, across: Floats, walls: BaseGeometry) -> float | None:
+    """Return how thick the wall is that begins at a place, or None if none does, or one too thick for a leaf."""
+    ray = shapely.linestrings([foot, foot + (HAND_M + 0.05) * across])
+    parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
+    if not parts:
+        return None
+    ends = dot_product(shapely.get_coordinates(parts[0]) - foot, across)
+    return float(ends.max() - ends.min()) if ends.min() <= 0.03 and ends.max() <= HAND_M + 0.02 else None
 
 
 def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[Polygon]:

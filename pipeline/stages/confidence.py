@@ -117,7 +117,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
-    found = []
+    of_plan, found = _of_plan(planned), []
     for k, passage in enumerate(spaces.passages):
         portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
         known = passage.closed_by in {"door", "opening"}
@@ -139,7 +139,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
                 "scanned": float(evidence.scanned),
-                **_of_plan(planned),
+                **of_plan,
             }
         )
     return found
@@ -155,7 +155,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
-    found = []
+    of_plan, found = _of_plan(planned), []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.portal.sides]
         edge = shapely.buffer(room, SHEET_M).exterior
@@ -177,7 +177,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
                 "furnished": float(_share(room, evidence.furniture) > 0.02),
                 "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
-                **_of_plan(planned),
+                **of_plan,
             }
         )
     return found

@@ -140,8 +140,8 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     """R6."""
     x1, y1, x2, y2 = rooms.bounds
     here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
-    wide = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and box_around_polygon(p).width > SHOULDERS_M]
-    wide = [p for p in wide if p.intersects(here)]
+    near = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and p.intersects(here)]
+    wide = [p for p in near if box_around_polygon(p).width > SHOULDERS_M]
     if not wide:
         return 0.0
     used = unite(candidate.polygon for candidate in layout.candidates)
