@@ -1,7 +1,7 @@
 """Steps of teams of 4 robots in a vector, beside those of as many single robots in theirs (asked: 0.8 of the rate).
 
 One thread and processor time, so that other processes of the machine weigh less; episodes of 200 steps with their
-starts, and steps alone. All kinds take turns, and the median counts.
+starts, and steps alone. All kinds have the same share of each house, and take turns of a few steps. The median counts.
 """
 
 from __future__ import annotations
@@ -21,19 +21,28 @@ from houseexpo import FloorPlan
 from houseexpo.pseudoslam import SimulatorConfig, parallel_env, parallel_vector_env
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 
-TEAMS, ROBOTS, STEPS, ROUNDS = 16, 4, 200, 3
+TEAMS, ROBOTS, STEPS, ROUNDS, TURN = 16, 4, 200, 5, 5
+Kinds = dict[str, tuple[Any, tuple[int, ...]]]
 
 
-def microseconds(envs: Any, shape: tuple[int, ...], steps: int) -> tuple[float, float]:
+def microseconds(kinds: Kinds, houses: list[FloorPlan], seed: int, steps: int) -> dict[str, tuple[float, float]]:
     """Return the processor time of a robot's step in an episode with its start, and in the steps alone."""
-    start = time.process_time()
-    _, infos = envs.reset(seed=0)
-    begun = time.process_time()
-    for _ in range(steps):
-        _, _, _, _, infos = envs.step(np.where(infos["collided"], 1, 0).reshape(shape))
-    end = time.process_time()
+    starts, times, infos = {}, dict.fromkeys(kinds, 0.0), {}
+    for name, (envs, _) in kinds.items():
+        number = envs.num_envs
+        plan_ids = [houses[i * len(houses) // number].id for i in range(number)]
+        start = time.process_time()
+        _, infos[name] = envs.reset(seed=seed, options={"plan_id": plan_ids})
+        starts[name] = time.process_time() - start
+    for _ in range(steps // TURN):
+        for name, (envs, shape) in kinds.items():
+            info, start = infos[name], time.process_time()
+            for _ in range(TURN):
+                _, _, _, _, info = envs.step(np.where(info["collided"], 1, 0).reshape(shape))
+            times[name] += time.process_time() - start
+            infos[name] = info
     each = 1e6 / (steps * TEAMS * ROBOTS)
-    return (end - start) * each, (end - begun) * each
+    return {name: ((starts[name] + times[name]) * each, times[name] * each) for name in kinds}
 
 
 def test_a_robot_of_a_team_beside_a_single_robot(houses: list[FloorPlan]) -> None:
@@ -43,25 +52,21 @@ def test_a_robot_of_a_team_beside_a_single_robot(houses: list[FloorPlan]) -> Non
         "PseudoSLAM/Exploration-v0", num_envs=TEAMS * ROBOTS, dataset=houses, config=config, success_coverage=None,
         threads=1,
     )  # fmt: skip
-    kinds: dict[str, tuple[Any, tuple[int, ...]]] = {"single robots": (single, (TEAMS * ROBOTS,))}
+    kinds: Kinds = {"single robots": (single, (TEAMS * ROBOTS,))}
     for radio in ("none", "sight", "always"):
         envs = parallel_vector_env(
             num_envs=TEAMS, robots=ROBOTS, dataset=houses, config=config, success_coverage=None, radio=radio, threads=1
         )
         kinds[f"teams of {ROBOTS}, radio {radio}"] = envs, (TEAMS, ROBOTS)
-    for envs, shape in kinds.values():  # compile, and prepare the houses
-        microseconds(envs, shape, 5)
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in kinds}
-    for _ in range(ROUNDS):
-        for name, (envs, shape) in kinds.items():
-            found[name].append(microseconds(envs, shape, STEPS))
+    microseconds(kinds, houses, 0, TURN)  # compile, and prepare the houses
+    found = [microseconds(kinds, houses, seed, STEPS) for seed in range(ROUNDS)]
     table = Table(title=f"A robot's step, one thread, {TEAMS * ROBOTS} robots (microseconds of processor time)")
     for heading in ("robots", "episodes of 200 steps", "steps alone", "rate of steps / single"):
         table.add_column(heading, justify="right")
-    whole, alone = (median(one[k] for one in found["single robots"]) for k in (0, 1))
-    for name, times in found.items():
-        with_start, steps = (median(one[k] for one in times) for k in (0, 1))
-        table.add_row(name, f"{with_start:.1f}", f"{steps:.1f}", f"{alone / steps:.2f} ({whole / with_start:.2f})")
+    for name in kinds:
+        with_start, steps = (median(one[name][k] for one in found) for k in (0, 1))
+        whole, alone = (median(one["single robots"][k] / one[name][k] for one in found) for k in (0, 1))
+        table.add_row(name, f"{with_start:.1f}", f"{steps:.1f}", f"{alone:.2f} ({whole:.2f})")
     Console().print(table)
     for envs, _ in kinds.values():
         envs.close()
