@@ -23,36 +23,27 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
-import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from rich.console import Console
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from houseexpo import open_dataset
-from houseexpo.errors import ConfigError
-from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage
-from houseexpo.pseudoslam.benchmark.result import PolicyRecord, read_result, write_result
-from houseexpo.pseudoslam.benchmark.run import make_result, make_run_times
 from houseexpo.pseudoslam.benchmark.trace import Trace
-from houseexpo.pseudoslam.benchmark.tracks import Track, find_track
+from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.cover import list_visible_cells
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances, line_is_traversable, trace_path
 from houseexpo.pseudoslam.kernels.types import new_path_scratch
 from houseexpo.pseudoslam.step_kernels import make_scratch
 from houseexpo.pseudoslam.worlds.world import World
+from research.reference_rows import write_reference_row
 
 PLANNED: Final = "planned tour"
 STEP_M: Final = 0.5
@@ -364,38 +355,18 @@ def outcome_of(track: Track, case: Case, ways_m: dict[float, float]) -> EpisodeO
 
 def main() -> None:
     """Write the tours' ways for all plans of a result, or print the means over some of them beside the result's own."""
-    file = Path(sys.argv[2])
-    like, number = read_result(file), int(sys.argv[3]) if len(sys.argv) > 3 else None
-    track, start = find_track(like.track_id), time.perf_counter()
-    if not isinstance(track.measure, StepsToCoverage) or track.config.noise.any or track.slam:
-        raise ConfigError(f"{file}: expected a track that measures ways to shares without noise, found {track.id}")
-    cases = list(map(Case, like.episodes["plan"], like.episodes["seed"]))[:number]
-    env = ExplorationEnv(open_dataset(sys.argv[1]).only([case.plan_id for case in cases]), track.config)
-    outcomes = []
-    for case in show_progress(cases, "tours", len(cases)):
-        env.reset(seed=case.seed, options={"plan_id": case.plan_id})
-        x, y = env.state.pose_px[:2].tolist()
-        planner = TourPlanner(env.simulator.world, x, y, track.config)
-        tours = {share / 100: planner.plan(share / 100, case.seed) for share in track.measure.shares}
-        ways = {share: tour[0] for share, tour in tours.items() if tour is not None}
-        outcomes.append(outcome_of(track, case, ways))
-    for metric in track.metrics:
-        column = [outcome.values[metric.key] for outcome in outcomes]
-        pairs = [
-            (one, other)
-            for one, other in zip(column, like.column(metric.key), strict=False)
-            if one is not None and other is not None
-        ]
-        if pairs and metric.key.startswith("metres_to_"):
-            one, other = np.mean(pairs, axis=0).tolist()
-            text = f"{metric.key}: planned {one:.3f}, {like.policy.name} {other:.3f}, {len(pairs)} plans"
-            Console(width=160).print(text, highlight=False)
-    if number is None:
-        policy = PolicyRecord(PLANNED, "research.planned_tours", "", 0, True, "discrete", "map")
-        result = make_result(
-            track, policy, like.plans, outcomes, make_run_times(outcomes, time.perf_counter() - start, 1)
-        )
-        write_result(result, file.with_name(f"{track.id}-{PLANNED.replace(' ', '-')}.json"))
+
+    def fits(track: Track) -> str:
+        has_ways = isinstance(track.measure, StepsToCoverage) and not track.config.noise.any and not track.slam
+        return "" if has_ways else "a track that measures ways to shares without noise"
+
+    def find(track: Track, case: Case, world: World, x: float, y: float) -> EpisodeOutcome:
+        planner = TourPlanner(world, x, y, track.config)
+        shares = [s / 100 for s in track.measure.shares] if isinstance(track.measure, StepsToCoverage) else []
+        tours = {share: planner.plan(share, case.seed) for share in shares}
+        return outcome_of(track, case, {share: tour[0] for share, tour in tours.items() if tour is not None})
+
+    write_reference_row(PLANNED, "research.planned_tours", fits, find)
 
 
 if __name__ == "__main__":
