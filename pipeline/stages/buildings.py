@@ -59,9 +59,14 @@ def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> 
             continue
         part = replace(spaces.keeping(inside), outlines=tuple(outlines[k] for k in group))
         rooms = tuple(room for room in level.rooms if _lies_in(room, part))
-        count = len(rooms) if level.room_count is not None else None
-        found.append((replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count), part))
+        found.append((_level_of_building(level, number, rooms), part))
     return found
+
+
+def _level_of_building(level: Level, number: int, rooms: tuple[SourceRoom, ...]) -> Level:
+    """Return the level of one building, with its number in the id (R2) and the rooms that the source names in it."""
+    count = len(rooms) if level.room_count is not None else None
+    return replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count)
 
 
 def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
@@ -91,9 +96,7 @@ def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Space
     for number, dwelling in enumerate(dwellings, start=1):
         inside = sorted(room for k, part in enumerate(parts) if home[k] == dwelling for room in part)
         rooms = tuple(room for k in range(len(parts)) if home[k] == dwelling for room in named[k])
-        count = len(rooms) if level.room_count is not None else None
-        part = replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count)
-        found.append((part, spaces.keeping(inside)))
+        found.append((_level_of_building(level, number, rooms), spaces.keeping(inside)))
     return found
 
 
