@@ -11,7 +11,8 @@ R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scal
     In a trinary picture of map_saver's, 205 (darkness 0.196) is unknown, whatever ``free_thresh`` is: map_saver writes
     it for unknown cells, and map_server would read it as free by the 0.25 that Nav2 wrote beside such pictures until
     2025. A picture is map_saver's if it has white, and 205 is most of what is neither black nor white. The rest is
-    what people draw and erase.
+    what people draw and erase. Where somebody turned or scaled the picture, shades appear beside all edges: then 205 is
+    ``TURNED_SHARE`` of the grey cells, and the picture's border is 205.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
 R4  Without a ``map.yaml``, free is what is lighter than halfway from unknown space to white. Unknown space has, in all
     kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and white have. Other
@@ -60,6 +61,9 @@ SAVED_UNKNOWN: Final = 205
 """The shade that map_saver writes for unknown cells, beside 0 and 254."""
 SAVED_SHARE: Final = 0.75
 """R2: this share of the grey cells of map_saver's pictures is unknown, or more."""
+TURNED_SHARE: Final = 0.5
+TURNED_BORDER: Final = 0.9
+"""R2: the shares of the grey cells and of the border that are unknown in map_saver's pictures that somebody turned."""
 BAGS: Final = (".mcap", ".db3")
 PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
@@ -319,15 +323,19 @@ def _free_thresh(grey: npt.NDArray[np.uint8], *, negate: bool) -> float:
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:
     """Whether a picture is map_saver's; R2."""
-    return _unknown_grey(grey) == SAVED_UNKNOWN
+    if _unknown_grey(grey) == SAVED_UNKNOWN:
+        return True
+    border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
+    on_border = float((border == SAVED_UNKNOWN).mean()) >= TURNED_BORDER
+    return on_border and _unknown_grey(grey, TURNED_SHARE) == SAVED_UNKNOWN
 
 
-def _unknown_grey(grey: npt.NDArray[np.uint8]) -> int | None:
+def _unknown_grey(grey: npt.NDArray[np.uint8], share: float = SAVED_SHARE) -> int | None:
     """Return the shade that most of what is neither black nor white has in a picture with white, or None."""
     counts = np.bincount(grey.ravel(), minlength=256)
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
-    if not counts[255 - margin :].any() or not between.any() or between.max() < SAVED_SHARE * between.sum():
+    if not counts[255 - margin :].any() or not between.any() or between.max() < share * between.sum():
         return None
     return int(between.argmax()) + margin + 1
 

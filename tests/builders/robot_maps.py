@@ -29,6 +29,10 @@ WHITE = 250
 COLOURED = 229
 """ROSE2 takes what is lighter than this and than unknown space for free, and colours it."""
 TRUE_PX = 200
+LACKED = {"freiburg_building101": (0, 1)}
+"""How many rows and columns at the top and at the left of a map of ROSE2's its truth lacks."""
+SCALED = frozenset({"NOGT-intel_map"})
+"""ROSE2's maps whose truth was scaled by a pixel."""
 _TRUTH = "_gt_segmentation"
 
 
@@ -136,8 +140,10 @@ def noisy(made: TrueMap, rng: np.random.Generator) -> TrueMap:
 def rose_maps(folder: Path) -> Iterator[TrueMap]:
     """Yield ROSE2's maps with truth, by name; as in ROSE2's evaluator, each colour but black is a room.
 
-    The truth has the map's upper left corner; some are a pixel smaller or larger, and get the map's size here. Free
-    cells are those of ``read_map``.
+    Some truths are a pixel smaller or larger than the map, and get the map's size here: most have the map's upper left
+    corner, one lacks the first column (LACKED), and one was scaled (SCALED). ROSE2's own pictures of rooms show which:
+    they lie so, to the pixel, on cells of the map that are lighter than unknown space. Free cells are those of
+    ``read_map``.
     """
     for truth in sorted(folder.glob("*_truth.png")):
         name = truth.stem.removesuffix("_truth")
@@ -148,10 +154,20 @@ def rose_maps(folder: Path) -> Iterator[TrueMap]:
         free = read.free
         shades = grey(file)
         unknown = np.bincount(shades[shades < WHITE], minlength=COLOURED)[COLOURED // 2 :].argmax() + COLOURED // 2
-        rooms = np.zeros(free.shape, np.int32)
-        rows, cols = np.minimum(free.shape, colours.shape)
-        rooms[:rows, :cols] = (number.reshape(colours.shape) + int(values[0] != 0))[:rows, :cols]
-        yield TrueMap(name, free, rooms, shades > max(COLOURED, int(unknown) + 1), read.occupied)
+        numbers = (number.reshape(colours.shape) + int(values[0] != 0)).astype(np.int32)
+        yield TrueMap(name, free, _on_map(numbers, name, free.shape), shades > max(COLOURED, unknown), read.occupied)
+
+
+def _on_map(numbers: Labels, name: str, shape: tuple[int, ...]) -> Labels:
+    """Return the numbers of true rooms, of a picture, on the cells of ROSE2's map of this name and shape."""
+    if name in SCALED:
+        rows, cols = (np.rint(np.linspace(0, n - 1, m)).astype(int) for n, m in zip(numbers.shape, shape, strict=True))
+        return numbers[rows][:, cols]
+    rooms = np.zeros(shape, np.int32)
+    down, right = LACKED.get(name, (0, 0))
+    part = numbers[: shape[0] - down, : shape[1] - right]
+    rooms[down : down + part.shape[0], right : right + part.shape[1]] = part
+    return rooms
 
 
 def true_doors(made: TrueMap) -> npt.NDArray[np.float64]:

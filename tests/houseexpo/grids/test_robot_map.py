@@ -86,6 +86,22 @@ def test_a_few_cells_of_other_shades_do_not_make_the_unknown_cells_of_map_saver_
     assert mixed.unknown_shade is None
 
 
+def test_a_map_of_map_saver_that_was_turned_keeps_its_unknown_cells(tmp_path: Path) -> None:
+    """An editor that turns a small map puts shades beside its edges, a third of all that is grey."""
+    room = Image.new("L", (60, 50), 205)
+    for box, shade in (((14, 12, 46, 38), 0), ((15, 13, 45, 37), 254)):
+        room.paste(shade, box)
+    shades = np.array(room.rotate(20, Image.Resampling.BICUBIC, fillcolor=205))
+    shades = np.array(Image.fromarray(shades).crop((9, 6, 51, 44)))
+    grey = (shades > 5) & (shades < 250)
+    assert 0.5 < (shades[grey] == 205).mean() < 0.75
+    found = read_map(saved(tmp_path, shades=shades, free_thresh=0.25))
+    assert found.unknown_shade == 205
+    assert (found.occupancy[shades == 205] == -1).all()
+    shades[0] = 220  # the floor of a drawing goes on beyond the picture
+    assert read_map(saved(tmp_path, shades=shades, free_thresh=0.25)).unknown_shade is None
+
+
 def test_a_threshold_that_is_missing_fits_the_other(tmp_path: Path) -> None:
     """Old maps say occupied_thresh alone, and a low one."""
     found = read_map(saved(tmp_path, shades=np.array([[255, 0]], np.uint8), occupied_thresh=0.05, free_thresh=None))
