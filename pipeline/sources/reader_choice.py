@@ -7,6 +7,7 @@ R2  A picture or an array is a robot's map only where the build names the side o
     picture of a ``map.yaml`` is a part of it.
 R3  The meshes in a Gazebo model's folder are parts of that model, and its models are parts of a world beside them: they
     are no houses by themselves.
+R4  Of an indoor map (IMDF) in a folder, the file of its units is the plan; the other files are parts of it.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_
 from houseexpo.grids.stage_world import is_stage_world
 from pipeline.sources.files import HEAD_BYTES, walk_source_files
 from pipeline.sources.vector_plans import is_vector_plan
+from pipeline.sources.vector_plans.imdf import is_part_of_archive
 from pipeline.values import Input
 
 LONGEST_JSON = 1 << 28
@@ -259,7 +261,8 @@ def find(path: str, **options: str) -> Iterator[Input]:
         yield from _inputs(root, kind, f"{root.absolute().parent.name}/{root.name}".lstrip("/"), options)
         return
     files = sorted(walk_source_files(root))
-    kinds = {file: kind for file in files if (kind := reader_for_file(file))}
+    houses = [file for file in files if not is_part_of_archive(file)]  # R4
+    kinds = {file: kind for file in houses if (kind := reader_for_file(file))}
     if options.get("resolution"):  # R2
         maps = drop_map_pictures(file for file in files if is_map_file(file))
         kinds = dict(sorted((kinds | dict.fromkeys(maps, "occupancy_map")).items()))

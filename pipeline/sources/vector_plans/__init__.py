@@ -26,6 +26,7 @@ FAMILIES = (
     "webots",
     "scene_state",
     "dxf",
+    "imdf",
     "geojson",
     "scene_text",
     "interior_gs",

@@ -1,4 +1,4 @@
-"""Read GeoJSON of walls, rooms and doors: our own export, IMDF's files, and what else names its features so.
+"""Read GeoJSON of walls, rooms and doors: our own export, and what else names its features so.
 
 R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says. Others are
     passed over.
@@ -35,7 +35,7 @@ class _Collection(msgspec.Struct):
     crs: Any = None
 
 
-_DECODER = msgspec.json.Decoder(_Collection)
+DECODER = msgspec.json.Decoder(_Collection)
 
 
 def can_read(path: Path, head: bytes) -> bool:
@@ -49,7 +49,7 @@ def read_drawing(path: Path) -> Drawing:
         raise Rejection(
             "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
         )
-    found = decode_document(_DECODER, path.read_bytes(), path.name, _ADVICE)
+    found = decode_document(DECODER, path.read_bytes(), path.name, _ADVICE)
     left_out = LeftOutParts()
     levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
     for number, feature in enumerate(found.features):
@@ -87,6 +87,12 @@ def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
         kind = ""
     if not kind:
         return "", None, about
+    shape = shape_of(feature)
+    return None if shape is None else (kind, shape, about)
+
+
+def shape_of(feature: Mapping[str, Any]) -> Any:
+    """Return the geometry of a feature in two dimensions, or None if it cannot be read."""
     try:
         shape = shapely.geometry.shape(feature["geometry"])
     except (
@@ -103,7 +109,7 @@ def _feature(feature: Any) -> tuple[str, Any, Mapping[str, Any]] | None:
     coordinates = shapely.get_coordinates(shape)
     if not len(coordinates) or not np.isfinite(coordinates).all():
         return None
-    return kind, shapely.force_2d(shape), about
+    return shapely.force_2d(shape)
 
 
 def _level(about: Mapping[str, Any]) -> str:
@@ -119,8 +125,12 @@ def _to_metres(shapes: list[Any], crs: Any) -> Any:
     degrees = (
         not in_metres and max(abs(x1), abs(x2)) <= 180 and max(abs(y1), abs(y2)) <= 90 and max(x2 - x1, y2 - y1) < 0.5
     )
-    if not degrees:
-        return lambda points: points
+    return degrees_to_metres(shapes) if degrees else lambda points: points
+
+
+def degrees_to_metres(shapes: list[Any]) -> Any:
+    """Return the function that turns points in degrees into metres about the middle of some shapes."""
+    x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     at = np.radians([(x1 + x2) / 2, (y1 + y2) / 2])
     factor = np.array([EARTH_M * math.cos(float(at[1])), EARTH_M])
     return lambda points: (np.radians(points) - at) * factor
@@ -129,7 +139,7 @@ def _to_metres(shapes: list[Any], crs: Any) -> Any:
 def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatures:
     drawn = DrawnFeatures()
     for kind, shape, about in level:
-        parts = list(_parts(shape))
+        parts = list(simple_parts(shape))
         drawn_areas = [shapely.make_valid(part) for part in parts if isinstance(part, Polygon)]
         areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > SPECK_M2]
         lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
@@ -164,9 +174,10 @@ def _word(value: Any) -> str:
     return str(next(iter(value.values()), "")) if isinstance(value, dict) else str(value)
 
 
-def _parts(shape: Any) -> Iterator[Any]:
+def simple_parts(shape: Any) -> Iterator[Any]:
+    """Yield the points, lines and polygons of a geometry, however deep they are in collections."""
     for part in shapely.get_parts(shape):
         if part.geom_type.startswith("Multi") or part.geom_type == "GeometryCollection":
-            yield from _parts(part)
+            yield from simple_parts(part)
         else:
             yield part
