@@ -22,7 +22,8 @@ from pipeline.tolerances import OVERLAY_GRID_M, SPECK_M2
 
 EMPTY = Polygon()
 Shapes = npt.NDArray[np.object_]
-_AREAS = (shapely.GeometryType.POLYGON, shapely.GeometryType.MULTIPOLYGON)
+_AREAS = (Polygon, MultiPolygon)
+_MITRE, _ROUND = int(shapely.BufferJoinStyle.mitre), int(shapely.BufferCapStyle.round)  # shapely looks names up slowly
 
 
 def polygons_of(shape: BaseGeometry) -> list[Polygon]:
@@ -33,7 +34,10 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     if not isinstance(shape, MultiPolygon):
         parts = shapely.get_parts(parts)
     found = [p for p in parts if isinstance(p, Polygon) and not p.is_empty]
-    return sorted(found, key=lambda p: (-p.area, p.bounds)) if len(found) > 1 else found
+    if len(found) < 2:
+        return found
+    keys = zip((-shapely.area(found)).tolist(), shapely.bounds(found).tolist(), found, strict=True)
+    return [part for *_, part in sorted(keys, key=lambda key: key[:2])]
 
 
 def dot_product(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
@@ -47,7 +51,7 @@ def dot_product(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) ->
 
 def drop_lines_and_points(shape: BaseGeometry) -> BaseGeometry:
     """Return only the areas of a geometry."""
-    if shapely.get_type_id(shape) in _AREAS:
+    if isinstance(shape, _AREAS):
         return shape
     return MultiPolygon(polygons_of(shape))
 
@@ -60,7 +64,7 @@ def ignore_division_warnings() -> np.errstate:
 def buffer_mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
     """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
     with ignore_division_warnings():
-        return shapely.buffer(shape, distance_m, join_style="mitre", mitre_limit=limit)
+        return shapely.buffer(shape, distance_m, cap_style=_ROUND, join_style=_MITRE, mitre_limit=limit)
 
 
 def clip_to_box(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
