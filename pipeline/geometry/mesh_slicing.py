@@ -26,6 +26,9 @@ from pipeline.tolerances import FOOT_M, HALF_CM_M, HAND_M, HEAD_M, LAP_M, LARGEL
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
 
+UPRIGHT = 1e-6
+"""A face whose unit normal has |z| below this leans by less than ``POINT_M`` over a storey."""
+
 
 @dataclass(frozen=True, eq=False)
 class SectionSegments:
@@ -91,6 +94,16 @@ class MeshSlicer:
     def heights(self) -> npt.NDArray[np.float64]:
         """(n,) vertex heights, metres above the level's floor."""
         return self._z
+
+    def is_upright_between(self, low: float, high: float) -> bool:
+        """Return whether every section between two heights is the same, but for rounding.
+
+        No corner lies between them, and what crosses them stands upright.
+        """
+        bottom, top = self._span
+        crossing = (bottom < high) & (top > low)
+        within = crossing & ((bottom >= low) | (top <= high))
+        return not within.any() and bool((np.abs(self._normals[crossing, 2]) < UPRIGHT).all())
 
     def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
         """Return the section at ``height``, metres above the level's floor.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import accumulate, pairwise
 
 import manifold3d
@@ -427,6 +428,7 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 class MeshSections:
     """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
 
+    ``foot_m`` is a height near the floor: what stands there is no slab.
     ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
     Elsewhere each is made for itself: where the triangles of a wall meet, rounding differs, and so may the plan.
     """
@@ -434,15 +436,17 @@ class MeshSections:
     cutter: MeshSlicer
     sheet_m: float
     solid_m: float
+    foot_m: float
     prisms: bool = False
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
     _layers: dict[int, tuple[WallSection, BaseGeometry]] = field(default_factory=dict)
     _of_layers: dict[int, BaseGeometry] = field(default_factory=dict)
 
-    def foot(self, height: float) -> BaseGeometry:
-        """Return all that stands at a height near the floor, massive bodies included."""
-        found, walls = self._section(height, self._layer(height), upright_only=False)
+    @cached_property
+    def foot(self) -> BaseGeometry:
+        """All that stands near the floor, massive bodies included."""
+        found, walls = self._section(self.foot_m, self._layer(self.foot_m), upright_only=False)
         return unite([walls, found.solids])
 
     def _section(self, height: float, layer: int | None, *, upright_only: bool) -> tuple[WallSection, BaseGeometry]:
@@ -460,10 +464,10 @@ class MeshSections:
         """Return the number of the layer between two vertex heights, or None if each height has its own section."""
         return int((self.cutter.heights < height).sum()) if self.prisms else None
 
-    def at(self, height: float, foot: BaseGeometry) -> BaseGeometry:
-        """The upright faces at a height, and of massive bodies those that stand at ``foot`` too: a slab does not.
+    def at(self, height: float) -> BaseGeometry:
+        """Return the upright faces at a height, and of massive bodies those that stand near the floor too.
 
-        ``foot`` is the same each time. Heights of a layer with one section give one and the same geometry.
+        Heights of a layer with one section give one and the same geometry.
         """
         if height not in self._made:
             layer = self._layer(height)
@@ -471,7 +475,7 @@ class MeshSections:
             self._closets[height] = found.closets
             made = self._of_layers.get(layer) if layer is not None else None
             if made is None:
-                massive = [part for part in polygons_of(found.solids) if intersect(part, foot).area > MOST * part.area]
+                massive = [part for part in polygons_of(found.solids) if intersect(part, self.foot).area > MOST * part.area]
                 made = unite([walls, *massive]) if massive else walls
             if layer is not None:
                 self._of_layers[layer] = made

@@ -19,6 +19,9 @@ R7  A leaf, found by its shape or named by the source, is no wall; where it stan
     (``stages.doorways``). Where the source names its openings, and doors among them, what else is shaped like a leaf
     is glazing: the frame of a window, a pane beside a door.
 R8  No cut runs through coplanar faces; the heights used are recorded.
+R9  Between two heights with no corner between them, of walls that stand upright, nothing begins or ends. Where that
+    holds from the floor to head height, there is no sill, no window and no railing, and nothing is cut there to look for
+    them; a cut above head height that would show the same walls again is left out as well.
 """
 
 from __future__ import annotations
@@ -92,15 +95,16 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)  # R7
     leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
     cutter = MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
-    sections = MeshSections(cutter, config.sheet_m, config.solid_m, prisms=level.prisms)
     heights = _Heights.of(cutter, level, config)
-    foot = sections.foot(heights.sill)
-    above = [sections.at(height, foot) for height in heights.above]
-    full = intersect(sections.at(heights.breast, foot), sections.at(heights.head, foot))  # R1
-    over = unite(above)
-    full = _fill_between_sheets(full, over)  # R4
-    beside = unite([full, over])
+    sections = MeshSections(cutter, config.sheet_m, config.solid_m, heights.sill, prisms=level.prisms)
+    as_high = cutter.is_upright_between(min(heights.step, heights.sill), heights.head) and not level.prisms  # R9
+    new = [h for h in heights.above if not (level.only_walls and cutter.is_upright_between(heights.head, h))]
+    foot = EMPTY if as_high else sections.foot
+    above = [sections.at(height) for height in new]
+    full = intersect(sections.at(heights.breast), sections.at(heights.head))  # R1
+    full = _fill_between_sheets(full, sections, heights)  # R4
     ends = [] if level.only_walls else find_pieces_below_wall_tops(full, above, [heights.head, *heights.above])
+    beside = unite([full, unite(above)]) if ends else EMPTY
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
     cupboards = unite(each.part for each in lower if not ends_at_sloped_roof(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
@@ -108,19 +112,19 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     hanging = subtract(find_overhangs(above, unite([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
-        again = MeshSections(MeshSlicer(bodies.only(list(judged.walls))), config.sheet_m, config.solid_m)
-        full = close_cracks(unite([full, again.foot(heights.breast)]))
-    sills = unite([foot, sections.at(heights.step, foot)])
+        again = MeshSlicer(bodies.only(list(judged.walls)))
+        full = close_cracks(unite([full, MeshSections(again, config.sheet_m, config.solid_m, heights.breast).foot]))
+    sills = EMPTY if as_high else unite([foot, sections.at(heights.step)])
     windows = _in_walls(drop_thin_parts(intersect(hanging, sills), SLIVER_M), full)  # R2
-    low = drop_thin_parts(subtract(foot, unite([full, hanging, cupboards])), SLIVER_M)
+    low = _beyond(foot, [full, hanging, cupboards])
     sloped = [part for part in polygons_of(low) if ends_at_sloped_roof(part, cutter)]  # R3
     walls = close_cracks(unite([full, windows, *sloped]))
     lintels = drop_thin_parts(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls, any_width=level.names_doors)  # R2, R7
     walls, lintels = unite([walls, *glazed]), subtract(lintels, unite(glazed))
     doorways, found_leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
-    rails = [foot, *(sections.at(height, foot) for height in heights.between)]
-    standing = drop_thin_parts(subtract(unite(rails), unite([walls, lintels, cupboards])), SLIVER_M)
+    rails = EMPTY if as_high else unite([foot, *(sections.at(height) for height in heights.between)])
+    standing = _beyond(rails, [walls, lintels, cupboards])
     thick = drop_thin_parts(standing, RAIL_M)
     return Evidence(
         walls=walls,
@@ -132,25 +136,33 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         leaves=tuple(found_leaves),
         floor=level.floor,
         low_headroom=find_low_headroom(level.walls),
-        partial_height=_ending_below_ceiling(full, above, heights, level.ceiling_m),
-        shallow_headers=_shallow_headers(above, heights, level.ceiling_m),
+        partial_height=_ending_below_ceiling(full, sections, heights, level.ceiling_m),
+        shallow_headers=_shallow_headers(sections, heights, level.ceiling_m),
         heights=heights.as_record,
     )
 
 
-def _shallow_headers(above: list[BaseGeometry], heights: _Heights, ceiling_m: float) -> BaseGeometry:
+def _beyond(what: BaseGeometry, known: list[BaseGeometry]) -> BaseGeometry:
+    """Return what of an area is none of the known ones."""
+    return EMPTY if what.is_empty else drop_thin_parts(subtract(what, unite(known)), SLIVER_M)
+
+
+def _shallow_headers(sections: MeshSections, heights: _Heights, ceiling_m: float) -> BaseGeometry:
     """Return what hangs from the ceiling by less than ``HAND_M``. It occurs only in the highest section."""
-    if len(above) < 2 or 2 * (ceiling_m - heights.above[-1]) > HAND_M:  # a section stands in the middle of its layer
+    *lower, highest = heights.above or [0.0]
+    if not lower or 2 * (ceiling_m - highest) > HAND_M:  # a section stands in the middle of its layer
         return EMPTY
-    return drop_thin_parts(subtract(above[-1], unite(above[:-1])), SLIVER_M)
+    return drop_thin_parts(subtract(sections.at(highest), unite(map(sections.at, lower))), SLIVER_M)
 
 
 def _ending_below_ceiling(
-    full: BaseGeometry, above: list[BaseGeometry], heights: _Heights, ceiling_m: float
+    full: BaseGeometry, sections: MeshSections, heights: _Heights, ceiling_m: float
 ) -> BaseGeometry:
     """Return the walls that end more than ``HAND_M`` below the ceiling."""
-    lower = [section for height, section in zip(heights.above, above, strict=True) if height <= ceiling_m - HAND_M]
-    return drop_thin_parts(subtract(full, lower[-1]), SLIVER_M) if lower else EMPTY
+    lower = [height for height in heights.above if height <= ceiling_m - HAND_M]
+    if not lower or sections.cutter.is_upright_between(heights.head, lower[-1]):  # R9
+        return EMPTY
+    return drop_thin_parts(subtract(full, sections.at(lower[-1])), SLIVER_M)
 
 
 def _furniture(level: Level) -> BaseGeometry:
@@ -183,9 +195,12 @@ class _Heights:
         return {"sill": self.sill, "breast": self.breast, "head": self.head, "lintels": self.above}
 
 
-def _fill_between_sheets(full: BaseGeometry, above: BaseGeometry) -> BaseGeometry:
+def _fill_between_sheets(full: BaseGeometry, sections: MeshSections, heights: _Heights) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
-    slits = drop_thin_parts(intersect(long_slits_between_sheets(full), above), SLIVER_M)
+    slits = long_slits_between_sheets(full)
+    if slits.is_empty:
+        return full
+    slits = drop_thin_parts(intersect(slits, unite(map(sections.at, heights.above))), SLIVER_M)
     long = [buffer_mitred(p, LAP_M) for p in polygons_of(slits) if box_around_polygon(p).width > WALL_M]
     return unite([full, *long]) if long else full
 

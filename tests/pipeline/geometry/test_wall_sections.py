@@ -165,13 +165,12 @@ def test_winding_numbers() -> None:
 def test_walls_that_stand_upright_are_cut_once_between_two_heights_of_vertices() -> None:
     """The head of a window, at 2.1 m, and its sill, at 0.9 m, part three layers."""
     cutter = MeshSlicer(joined(shell((0.0, 0.0, 5.0, 4.0), front=[window(2.0, 3.0)])))
-    once, each = (MeshSections(cutter, 0.05, 0.7, prisms=prisms) for prisms in (True, False))
-    foot = once.foot(0.1)
+    once, each = (MeshSections(cutter, 0.05, 0.7, 0.1, prisms=prisms) for prisms in (True, False))
     heights = (0.2, 0.5, 1.2, 1.9, 2.3)
-    assert [once.at(h, foot).area for h in heights] == pytest.approx([each.at(h, foot).area for h in heights])
-    lowest, higher, between, _, top = (once.at(h, foot) for h in heights)
+    assert [once.at(h).area for h in heights] == pytest.approx([each.at(h).area for h in heights])
+    lowest, higher, between, _, top = (once.at(h) for h in heights)
     assert lowest is higher
-    assert each.at(0.2, foot) is not each.at(0.5, foot)
+    assert each.at(0.2) is not each.at(0.5)
     assert between.area < lowest.area - 0.1
     assert top.area == pytest.approx(lowest.area)
     assert len(once._layers) == 3
