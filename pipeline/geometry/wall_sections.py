@@ -475,7 +475,9 @@ class MeshSections:
             self._closets[height] = found.closets
             made = self._of_layers.get(layer) if layer is not None else None
             if made is None:
-                massive = [part for part in polygons_of(found.solids) if intersect(part, self.foot).area > MOST * part.area]
+                massive = [
+                    part for part in polygons_of(found.solids) if intersect(part, self.foot).area > MOST * part.area
+                ]
                 made = unite([walls, *massive]) if massive else walls
             if layer is not None:
                 self._of_layers[layer] = made

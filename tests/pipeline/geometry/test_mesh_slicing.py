@@ -57,6 +57,15 @@ def test_a_cut_beside_the_mesh_is_empty(height: float) -> None:
     assert cut.body.shape == (0,)
 
 
+def test_sections_are_the_same_between_heights_where_nothing_ends_and_all_stands_upright() -> None:
+    steps = MeshSlicer(joined([box((0, 0, 2, 1), 0.0, 1.0), box((3, 0, 5, 1), 0.0, 2.5)]))
+    assert steps.is_upright_between(0.1, 0.9)
+    assert not steps.is_upright_between(0.9, 1.1)
+    assert steps.is_upright_between(1.1, 2.4)
+    leaning = Mesh(CUBE.vertices + CUBE.vertices[:, 2:] * (0.001, 0, 0), CUBE.faces)
+    assert not MeshSlicer(leaning).is_upright_between(0.1, 0.9)
+
+
 def test_merged_meshes_keep_their_faces() -> None:
     both = merge_meshes([CUBE, None, joined([box((5, 5, 6, 6), 0, 1)])])
     assert (len(both.vertices), len(both.faces)) == (16, 24)
