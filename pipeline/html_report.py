@@ -78,11 +78,11 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
         image = _draw_plan(plan)
         if image is not None:
             images[name] = image
-            (folder / f"{name}.png").write_bytes(encode_png(image))
+            (folder / f"{name}.png").write_bytes(encode_png(image, smallest=False))
         progress("drawing", done, len(plans))
     if sheet_of := [name for name in (*doubtful, *others) if name in images][:SHOWN]:
         sheet = contact_sheet([images[name] for name in sheet_of], 6, [name[:20] for name in sheet_of])
-        (folder / "sheet.png").write_bytes(encode_png(sheet))
+        (folder / "sheet.png").write_bytes(encode_png(sheet, smallest=False))
     count = data_set.stats["outcomes"]["doubtful"]
     some = ", some at random" if len(data_set.ids) > SHOWN else ""
     parts = (

@@ -19,9 +19,9 @@ R7  A leaf, found by its shape or named by the source, is no wall; where it stan
     (``stages.doorways``). Where the source names its openings, and doors among them, what else is shaped like a leaf
     is glazing: the frame of a window, a pane beside a door.
 R8  No cut runs through coplanar faces; the heights used are recorded.
-R9  Between two heights with no corner between them, of walls that stand upright, nothing begins or ends. Where that
-    holds from the floor to head height, there is no sill, no window and no railing, and nothing is cut there to look for
-    them; a cut above head height that would show the same walls again is left out as well.
+R9  Where all walls stand upright, nothing begins or ends between two heights without a corner between them. If that is
+    so from the floor to head height, there is no sill, no window and no railing, and no cut is made to look for them. A
+    cut above head height that would show the same walls again is left out as well.
 """
 
 from __future__ import annotations
