@@ -58,6 +58,7 @@ from pipeline.tolerances import (
     SOME,
     STAND_M,
     THICK_WALL_M,
+    THIN_WALL_M,
     TWICE,
     WALL_M,
 )
@@ -410,7 +411,8 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
 # ---------------------------------------------------------------------------------------------------------------------
 # Mouths: narrow places in a room, where a person sees one room end and the next begin.
 #
-# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at.
+# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at, or
+#     that ends a partition's breadth beside where it points.
 # R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
 #     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks, the room holds a disc
 #     ``WIDER`` times as wide as the mouth; so a corridor between bends and crossings is none. A hole in one wall,
@@ -477,16 +479,32 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
 
 def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
     strip = gap_beyond_wall_end(end, walls, HALL_M)
-    if strip is None:
+    straight = np.inf if strip is None else _width(strip, end) - 0.015
+    depth, left = float(np.hypot(*(end.b - end.a))), np.array([-end.out[1], end.out[0]])
+    low, high = -min(depth, PARTITION_M) / 2, min(depth, PARTITION_M) / 2
+    width, centre = straight, end.centre
+    for way in (-1, 1):
+        past = _distance_beside(end, way * (depth / 2 + THIN_WALL_M) * left, walls)
+        if past < min(width, straight - THICK_WALL_M):
+            width, side = past, way * (depth / 2 + THIN_WALL_M)
+            low, high = min(-depth / 2, side), max(depth / 2, side)
+            centre = end.centre + (low + high) / 2 * left
+    if not np.isfinite(width):
         return None
-    depth, width = float(np.hypot(*(end.b - end.a))), _width(strip, end) - 0.015
-    middle = end.centre + end.out * width / 2
-    aside = np.array([-end.out[1], end.out[0]]) * min(depth, PARTITION_M) / 2
     near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
-    filling = Polygon([near - aside, near + aside, far + aside, far - aside])
+    filling = Polygon([near + low * left, near + high * left, far + high * left, far + low * left])
     met = end.centre + end.out * width
     in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
-    return _Mouth(filling, middle, end.out, width, depth, NARROW_IN_WALL if in_wall else MOST)
+    deep = depth if width == straight else high - low
+    return _Mouth(filling, centre + end.out * width / 2, end.out, width, deep, NARROW_IN_WALL if in_wall else MOST)
+
+
+def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGeometry) -> float:
+    """Return how far away the first wall stands so much aside of where a wall's end points; infinite if none does."""
+    start = end.centre + aside
+    ray = shapely.linestrings([start + 1e-3 * end.out, start + HALL_M * end.out])
+    hit = shapely.get_coordinates(shapely.intersection(ray, walls))
+    return float(np.min(dot_product(hit - start, end.out), initial=np.inf))
 
 
 def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:

@@ -3,6 +3,8 @@
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
+R3  A home without any wall, whose doors stand in the edges of its rooms, has walls along these edges, as thick as the
+    program draws them.
 R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
 
 **Reading** ``Home.xml`` as values in metres; x right, y DOWN as in the file, heights above the ground.
@@ -528,6 +530,7 @@ def read(item: Input) -> Iterator[Level]:
     name = dict(item.options).get("file", path.name)
     left_out = LeftOutParts()
     home = parse_home(_home(path), path.name, left_out)
+    home, guesses = (home, ()) if home.walls else (replace(home, walls=tuple(_walls_at_edges(home))), ("walls",))  # R3
     levels = [level for level in home.levels if any(wall.level == level.key for wall in home.walls)]  # R1
     if not levels:
         raise Rejection(
@@ -535,7 +538,29 @@ def read(item: Input) -> Iterator[Level]:
         )
     provenance = {"source": "sweethome", "file": name, "sha256": sha256_of(path)} | left_out.provenance
     for number, level in enumerate(levels):
-        yield _level(home, level, level_id(item.id, number, len(levels)), number, provenance)
+        yield replace(_level(home, level, level_id(item.id, number, len(levels)), number, provenance), guesses=guesses)
+
+
+def _walls_at_edges(home: Home) -> Iterator[DrawnWall]:
+    """Yield walls along the edges of the rooms of each level where a door stands in one of these walls (R3)."""
+    for level in home.levels:
+        walls = [
+            wall
+            for k, room in enumerate(home.rooms)
+            if room.level == level.key
+            for wall in _walls_of_ring(k, room, level)
+        ]
+        found = wall_strips(walls)
+        if any(door.level == level.key and door_hole(door, found) is not None for door in home.doors):
+            yield from walls
+
+
+def _walls_of_ring(number: int, room: DrawnRoom, level: Storey) -> Iterator[DrawnWall]:
+    count = len(room.ring)
+    for k, (start, end) in enumerate(zip(room.ring, room.ring[1:] + room.ring[:1], strict=True)):
+        joined = (f"{number} {(k - 1) % count}", f"{number} {(k + 1) % count}")
+        height, thickness = level.height_m, SWEETHOME_WALL_CM * CM
+        yield DrawnWall(f"{number} {k}", level.key, start, end, thickness, height, height, 0.0, joined)
 
 
 def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:

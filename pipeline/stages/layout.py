@@ -352,7 +352,13 @@ def _runs_along(gap: Polygon, pieces: list[ClosingCandidate]) -> bool:
 
 
 def _lies_in_room(gap: Polygon, level: Level) -> bool:
-    """Return whether one room of the source continues through a gap (R1)."""
+    """Return whether one room of the source continues through a gap and goes on beyond both of its faces (R1).
+
+    A floor that reaches under a wall ends there.
+    """
+    box = box_around_polygon(gap)
+    if box.thickness < MOSTLY * box.width:
+        gap = box_polygon(box, depth=box.thickness + 2 * BESIDE_M)
     return any(
         intersect(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
     )

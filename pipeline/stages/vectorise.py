@@ -22,7 +22,7 @@ from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
 from pipeline.geometry.rooms_and_passages import portal_polygons
-from pipeline.tolerances import AROUND_M, STAND_M
+from pipeline.tolerances import AROUND_M, MOST, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
 MARGIN_M = 0.1
@@ -115,7 +115,11 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
 
 
 def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
-    """Return rooms and doors on the grid, with shared vertices."""
+    """Return rooms and doors on the grid, with shared vertices.
+
+    A face belongs to the shape that holds a point of it; if none does, as in a spur that is a cell wide on the grid
+    only, to the one that covers most of it.
+    """
     shapes = [*doors, *rooms]
     faces = enclosed_faces(shapely.boundary(shapes))
     inside = shapely.point_on_surface(faces)
@@ -123,6 +127,11 @@ def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Poly
     face, shape = tree.query(inside, predicate="within")
     owner = np.full(len(faces), -1)
     owner[face[::-1]] = shape[::-1]  # a door before a room, the first room before the next
+    free = np.flatnonzero(owner < 0)
+    face, shape = tree.query(faces[free], predicate="intersects")
+    covered = shapely.area(shapely.intersection(faces[free][face], np.array(shapes, np.object_)[shape]))
+    most = covered > MOST * shapely.area(faces[free])[face]
+    owner[free[face[most]][::-1]] = shape[most][::-1]
     tiled = [_union_of_faces(faces[owner == k], shapes[k]) for k in range(len(shapes))]
     return tiled[len(doors) :], tiled[: len(doors)]
 

@@ -114,6 +114,23 @@ def test_a_wall_ends_at_a_rooms_edge_unless_rooms_are_drawn_over_the_walls(tmp_p
     assert standing(one(tmp_path, over)).intersects(shapely.Point(2.0, -0.3))
 
 
+@pytest.mark.parametrize("doors", [1, 0])
+def test_rooms_without_any_wall_have_walls_along_their_edges_where_doors_stand_in_them(tmp_path, doors):
+    rooms = room("Camera", 0, 0, 400, 300) + room("Kitchen", 400, 0, 720, 300)
+    door = DOOR.format("").replace("x='410'", "x='402'") * doors
+    path = write(tmp_path / "home.sh3d", f"<home version='6000' wallHeight='250'>{rooms}{door}</home>")
+    if not doors:
+        with pytest.raises(Rejection) as failed:
+            levels(path)
+        assert failed.value.reason == Reason.EMPTY
+        return
+    (level,) = levels(path)
+    plan = plan_of(level)
+    assert [each.label for each in plan.rooms] == ["Unlabelled", "Kitchen"]
+    assert [each.area for each in plan.rooms] == pytest.approx([3.925 * 2.925, 3.125 * 2.925], abs=0.1)
+    assert (kinds(plan), level.guesses) == (["door"], ("walls",))
+
+
 def test_levels_and_furniture(tmp_path):
     levels_ = "<level id='a' name='Cellar' elevation='-270' height='250'/><level id='b' name='Ground' elevation='0'/>"
     on_a = home().split("<wall ", 1)

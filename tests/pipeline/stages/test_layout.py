@@ -123,6 +123,14 @@ def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
     assert [candidate.kind for candidate in found.candidates] == ["mouth", "mouth"]
 
 
+@pytest.mark.parametrize(("aside_m", "rooms"), [(0.1, 2), (0.25, 1)])
+def test_a_wall_that_ends_a_little_beside_where_another_points_ends_the_mouth(aside_m: float, rooms: int) -> None:
+    """A bay of 4 m x 3 m: the wall before it ends 1.8 m before the wall beside it, which ends short of its line."""
+    before, beside = wall((0.0, 3.0, 2.0, 3.2)), wall((3.8, 0.0, 4.0, 3.0 - aside_m))
+    found = layout([*shell((0.0, 0.0, 10.0, 6.0)), *before, *beside])
+    assert len(found.rooms) == rooms
+
+
 def test_a_corridor_and_its_bend_have_no_mouth() -> None:
     """A corridor 2 m wide that leads off a hall and bends: one room, as nothing narrows."""
     blocks = [box((6.0, 0.0, 10.0, 2.0), 0.0, 2.5), box((6.0, 4.0, 8.0, 8.0), 0.0, 2.5)]
@@ -134,7 +142,14 @@ def test_one_room_of_the_source_has_no_mouth() -> None:
     assert len(layout(_hall_and_chamber(2.4), rooms=named).rooms) == 1
 
 
-@pytest.mark.parametrize(("drawn", "rooms"), [([(0, 0, 7.2, 3)], 1), ([(0, 0, 4.1, 3), (4.1, 0, 7.2, 3)], 2)])
+@pytest.mark.parametrize(
+    ("drawn", "rooms"),
+    [
+        ([(0, 0, 7.2, 3)], 1),
+        ([(0, 0, 4.1, 3), (4.1, 0, 7.2, 3)], 2),
+        ([(0, 0, 4.25, 3), (4.25, 0, 7.2, 3)], 2),  # the floor of one reaches under the wall, past its other face
+    ],
+)
 def test_a_gap_within_one_room_of_the_source_parts_nothing(
     drawn: list[tuple[float, float, float, float]], rooms: int
 ) -> None:

@@ -145,3 +145,19 @@ def test_of_free_space_in_two_parts_the_larger_is_the_plan() -> None:
     plan = plan_from([LEFT, RIGHT])
     assert plan.area == pytest.approx(12.0)
     assert len(plan.rooms) == 1
+
+
+def test_a_door_with_a_spur_that_is_a_cell_wide_on_the_grid_only_stays() -> None:
+    """The way from the room below ends half a cell past it, and another way crosses it: on the grid, the middle of the
+    face that is left of it lies in a spur along the room."""
+    end = 5.984999999999999  # rounded up on the grid
+    below, hall, left = (
+        shapely.box(3.026, 0.025, 5.975, 2.974),
+        shapely.box(5.025, 3.026, 9, 8),
+        shapely.box(0, 3.026, 4.975, 8),
+    )
+    way = Portal(np.array([(5.0 + end) / 2, 3.0]), np.array([1.0, 0.0]), end - 5.0, 0.052, (0, 1))
+    mouth = Portal(np.array([5.0, 4.0135]), np.array([0.0, 1.0]), 1.973, 0.05, (2, 1))
+    plan = plan_from([below, hall, left], Passage(way, "opening"), Passage(mouth, "opening"))
+    check_rings(plan)
+    assert (len(plan.rooms), len(plan.doors)) == (3, 2)
