@@ -7,7 +7,9 @@ Drawn formats, meshes and worlds have all of a plan. Maps have its shape alone: 
 from pathlib import Path
 
 import pytest
+import shapely
 
+from houseexpo import FloorPlan
 from houseexpo.dataset import open_dataset
 from houseexpo.exports import FORMATS, export
 from pipeline.cli_build import from_python
@@ -88,6 +90,20 @@ def test_each_format_that_is_written_is_read_here_or_never():
 @pytest.mark.parametrize("form", sorted(MAPS))
 def test_the_shape_of_a_plan_comes_back_from_maps(homes, form, tmp_path):
     check_maps(homes, form, tmp_path)
+
+
+@pytest.mark.parametrize("form", sorted(FORMS))
+def test_a_plan_without_rooms_comes_back(form, tmp_path):
+    """A published plan is an outline; formats that draw its walls alone give the rooms that the build finds."""
+    if form in NEEDS:
+        pytest.importorskip(NEEDS[form])
+    rooms = [(0, 0, 5, 4), (5.2, 0, 11, 4.4), (0, 4.2, 4, 8), (4.2, 4.6, 11, 9)]
+    doors = [(4.9, 1, 5.3, 1.9), (1, 3.9, 1.9, 4.3), (8, 4.3, 8.9, 4.7)]
+    space = shapely.union_all([shapely.box(*corners) for corners in rooms + doors])
+    plan = FloorPlan("outline", (shapely.get_coordinates(space)[:-1] + 0.1).round(2), 4, {})
+    found = through(plan, form, tmp_path, FORMS[form])
+    assert likeness(plan, found) >= 0.99
+    assert len(found.rooms) in {1, len(rooms)}
 
 
 @pytest.mark.slow

@@ -6,9 +6,9 @@ R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls a
 R2  Layers are told by words in their names (wall, door, room, text and their like in other languages), inserts by
     their own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
-R4  Where no layer says wall or room, the lines of the layers that say nothing are walls, but those in blocks and on
-    layers with the words of ``_OTHERS``; the plan says that its layers are a guess. An arc among them as wide as a door
-    is a door, and a line from its hinge to its end the leaf.
+R4  Where no layer says wall or room, or such layers hold only texts, the lines of the layers that say nothing are
+    walls, but those in blocks and on layers with the words of ``_OTHERS``; the plan says that its layers are a guess.
+    An arc among them as wide as a door is a door, and a line from its hinge to its end the leaf.
 R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall.
 """
 
@@ -50,11 +50,15 @@ from pipeline.sources.vector_plans.named_features import (
 
 MOST_ENTITIES = 1_000_000
 DEEPEST_BLOCK = 20
+MOST_WALL_LINES = 20_000
+"""Letters and patterns that a program took apart have more; the walls of a hospital have some thousand."""
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
 _MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
 _TEXTS: Final = frozenset({"TEXT", "MTEXT"})
 _CURVES: Final = frozenset({"ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
+AJAR_DEG: Final = 12
+"""A leaf is drawn this far open, at least."""
 _PIECES: Final = 8
 """Of a quarter of a circle."""
 _MOST_GUESSED: Final = 5_000
@@ -96,7 +100,7 @@ def read_drawing(path: Path) -> Drawing:
         document, _ = recover.read(io.BytesIO(path.read_bytes()))
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
-        is_guessed = not any(kind in {"wall", "room"} for kind, _ in found)
+        is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
         if is_guessed:
             found += _unnamed(every)  # R4
         scale, is_stated = _scale(found, _UNITS.get(int(document.header.get("$INSUNITS", 0))), path)
@@ -120,6 +124,10 @@ def read_drawing(path: Path) -> Drawing:
             _add(drawn, kind, entity, scale)
         except (DXFError, ValueError, TypeError, AttributeError, ArithmeticError) as error:
             left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
+    if len(drawn.wall_lines) > MOST_WALL_LINES:
+        detail = f"{path.name}: its layers of walls hold {len(drawn.wall_lines):,} lines, "
+        detail += f"expected {MOST_WALL_LINES:,} at most"
+        raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
     storey = storey_from_features(drawn)
     if not storey.walls and not storey.rooms:
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
@@ -260,11 +268,11 @@ def _lines_of_text(entity: Any, scale: float) -> Iterator[tuple[str, Point]]:
 
 
 def _swing(arc: Any, scale: float) -> Iterator[tuple[Point, Point, Point]]:
-    """Yield the hinge and the ends of an arc if it is a quarter of a circle as wide as a door."""
+    """Yield the hinge and the ends of an arc if it is as wide as a door, up to a quarter of a circle or a bit more."""
     centre = (arc.dxf.center.x * scale, arc.dxf.center.y * scale)
     turn = (arc.dxf.end_angle - arc.dxf.start_angle) % 360
     ends = [(each.x * scale, each.y * scale) for each in (arc.start_point, arc.end_point)]
-    if 45 <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
+    if AJAR_DEG <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
         yield centre, ends[0], ends[1]
 
 

@@ -7,7 +7,8 @@ R3  Areas and lines called door are passages; of an arc, which shows how the lea
     to the end that lies nearer to a wall.
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
-    and no massive wall: its sides are lines.
+    or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
+    wide inside, and lies in a closed line around the names of two rooms, is space, too.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def kind_from_name(name: str) -> str:
 
 def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:
     """Return the storey of a drawing; it may be empty."""
-    areas, sides = _outlines(nest_rings(drawn.wall_areas), drawn)
+    areas, sides = _outlines(drawn)
     shapes = [*areas, *drawn.wall_bodies, *walls_along_lines([*drawn.wall_lines, *sides], SHEET_M)]
     walls = walls_between_faces(shapes) if drawn.wall_lines or sides else shapes
     holes = [
@@ -127,21 +128,26 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.difference(solid, holes))
 
 
-def _outlines(walls: Sequence[Polygon], drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
-    """R5: return the walls that are bodies, and the sides of the others."""
+def _outlines(drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
+    """R5: return the walls that are bodies, and the sides of the rings of which the others are made."""
     inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in drawn.rooms]
-    inside += [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
+    names = [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
+    inside += names
     inside += [shapely.Point(arc[0]) for arc in drawn.arcs] + [area.centroid for area, _ in drawn.door_areas]
-    tree = shapely.STRtree(inside)
+    tree, named = shapely.STRtree(inside), shapely.STRtree(names)
+    houses = shapely.STRtree([ring for ring in drawn.wall_areas if len(named.query(ring, "contains")) > 1])
     bodies: list[Polygon] = []
-    sides: list[tuple[Point, Point]] = []
-    for wall in walls:
+    outlines: list[Polygon] = []
+    for wall in nest_rings(drawn.wall_areas):
         wide = drop_thin_parts(wall, MASSIVE_WALL_M)
-        if wide.area > 0.5 * wall.area and len(tree.query(wide, "contains")):
-            for line in (wall.exterior, *wall.interiors):
-                sides += pairwise([(float(x), float(y)) for x, y in shapely.get_coordinates(line)])
-        else:
-            bodies.append(wall)
+        in_house = bool(len(houses.query(wall.representative_point(), "within")))
+        is_outline = wide.area > 0.5 * wall.area and (in_house or len(tree.query(wide, "contains")) > 0)
+        (outlines if is_outline else bodies).append(wall)
+    whole = shapely.union_all(outlines)
+    sides: list[tuple[Point, Point]] = []
+    for ring in drawn.wall_areas if outlines else ():
+        if whole.intersects(ring.exterior):
+            sides += pairwise([(float(x), float(y)) for x, y in shapely.get_coordinates(ring.exterior)])
     return bodies, sides
 
 

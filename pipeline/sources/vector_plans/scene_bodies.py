@@ -7,6 +7,8 @@ R3  A floor with the name of a room, or a number, is a room; one that is only ca
 R4  A door is the passage of its body; it goes through the wall there. A window is none.
 R5  Floors more than STOREYS_APART_M apart are storeys.
 R7  Two floors with one name that meet where no wall stands, as the rectangles of an L do, are one room.
+R8  Floors that are told apart by numbers alone, of which two meet where no wall stands, are pieces of one floor, and no
+    rooms.
 R6  A wall whose faces are sheets, and cover nothing, is SHEET_WALL_M thick.
 """
 
@@ -235,7 +237,8 @@ def _storey(here: Sequence[tuple[str, SceneBody]], height: float, above: float) 
     ]
     holes = merge_parallel_holes([hole for hole in doors if hole is not None])
     floors = [each for kind, each in here if kind == "floor"]
-    rooms = _join_open_pieces(_rooms(floors), [wall.shape for wall in walls])
+    solid = [wall.shape for wall in walls]
+    rooms = _join_open_pieces(_rooms(_without_pieces(floors, solid)), solid)
     things = tuple(
         SourceObject(
             (each.words or each.names)[:1], extrude_polygon(each.shape, each.low_m - height, each.high_m - height)
@@ -285,6 +288,28 @@ def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
         labels = (label,) if label else labels_for(words)
         rooms.append(SourceRoom(words, tuple(each for each in labels if each), shape))
     return tuple(rooms)
+
+
+def _without_pieces(floors: Sequence[SceneBody], walls: Sequence[Polygon]) -> list[SceneBody]:
+    """R8."""
+    numbered = [i for i, each in enumerate(floors) if _is_numbered(each)]
+    if len(numbered) < 2:
+        return list(floors)
+    shapes = [floors[i].shape for i in numbered]
+    standing = shapely.buffer(shapely.union_all(list(walls)), CRACK_M)
+    shapely.prepare(standing)
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=SAME_M).T
+    for one, other in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
+        edge = shapely.intersection(shapely.buffer(shapes[one], SAME_M), shapely.boundary(shapes[other]))
+        if edge.length > NARROWEST_DOOR_M and shapely.difference(edge, standing).length > edge.length / 2:
+            return [each for i, each in enumerate(floors) if i not in set(numbered)]
+    return list(floors)
+
+
+def _is_numbered(each: SceneBody) -> bool:
+    """Return whether a floor has no name but floor and a number."""
+    name = each.names[0] if each.names else ""
+    return re.match(r"(?i)floor[_|-]?\d+$", name) is not None and not labels_for((each.label,))
 
 
 def _join_open_pieces(rooms: Sequence[SourceRoom], walls: Sequence[Polygon]) -> tuple[SourceRoom, ...]:

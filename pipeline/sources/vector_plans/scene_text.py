@@ -10,6 +10,8 @@ R1  A wall without a thickness is LINE_WALL_M thick about its line.
 R2  A door stands in its wall, its middle at its position. A window is none.
 R3  What names a wall that is not there, or has a number that cannot be read, is left out, with a note.
 R4  No room has a name: rooms are what the walls enclose.
+R5  Whole numbers are the bins of SpatialLM's answer before it is read: 1,280 of 32 m for places, of 25.6 m for widths
+    and heights, of 20 m for the sides of boxes, of two turns for their angles.
 """
 
 from __future__ import annotations
@@ -31,6 +33,10 @@ from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, d
 from pipeline.values import SourceObject
 
 LARGEST_SCRIPT_BYTES = 1 << 24
+BINS, PLACES_M = 1280, 32.0
+_SPANS_M: Final = {"width": 25.6, "height": 25.6, "thickness": 25.6, "scale": 20.0}
+FEWEST_BINS = 50
+"""A wall of so many bins is a metre high; no wall is as many metres high."""
 _SPATIAL: Final = re.compile(r"^\s*(\w+)\s*=\s*(Wall|Door|Window|Bbox)\(([^()]*)\)\s*$")
 _ARIA: Final = re.compile(r"^\s*make_(wall|door|window|bbox)\s*,(.*)$")
 _FIELDS: Final = {
@@ -58,7 +64,7 @@ def read_drawing(path: Path) -> Drawing:
     lines: dict[str, tuple[Point, Point]] = {}
     thick: dict[float, list[tuple[Point, Point]]] = {}
     feet, tops = [], []
-    things = list(_things(path.read_text("utf-8", "replace"), left_out))
+    things = _from_bins(list(_things(path.read_text("utf-8", "replace"), left_out)))
     for name, kind, said in things:
         if kind == "wall":
             found = [_number(said, field) for field in _FIELDS["wall"][:7]]
@@ -102,6 +108,27 @@ def _things(text: str, left_out: LeftOutParts) -> Iterator[tuple[str, str, dict[
             yield said.get("id", str(number)), aria[1], said
         elif line.strip():
             left_out.add(f"line {number + 1} is no wall, door, window or bbox: {line.strip()[:40]!r}")
+
+
+def _from_bins(things: list[tuple[str, str, dict[str, str]]]) -> list[tuple[str, str, dict[str, str]]]:
+    """R5: return things in metres; as they are, if their walls are not as high as walls in bins are."""
+    heights = [said.get("height", "") for _, kind, said in things if kind == "wall"]
+    if not heights or not all(re.fullmatch(r"\d+", each) and int(each) >= FEWEST_BINS for each in heights):
+        return things
+    return [
+        (name, kind, {key: _in_metres(key, value) for key, value in said.items()} if kind in _FIELDS else said)
+        for name, kind, said in things
+    ]
+
+
+def _in_metres(field: str, value: str) -> str:
+    """Return a number of bins in metres or radians, and all else as it is."""
+    if not re.fullmatch(r"\d+", value) or field in {"wall0_id", "class", "id"}:
+        return value
+    if field == "angle_z":
+        return str((int(value) / BINS * 2 - 1) * 2 * math.pi)
+    size = next((size for ends, size in _SPANS_M.items() if field.startswith(ends)), PLACES_M)
+    return str(int(value) * size / BINS)
 
 
 def _door(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,7 @@ def test_a_closed_line_around_rooms_is_an_outline_and_no_massive_wall(tmp_path):
     assert plan.area == pytest.approx(32.0, rel=0.05)
 
 
-def two_rooms(space: Any, layer: str = "0") -> None:
+def two_rooms(space: Any, layer: str = "0", open_deg: float = 0.0) -> None:
     """Draw two rooms with a door of 0.9 m between them: the faces of walls, the swing and the leaf."""
     space.add_lwpolyline(ring(*OUTER), close=True, dxfattribs={"layer": layer})
     for x1, x2 in ((0.2, 4.0), (4.1, 7.8)):
@@ -76,8 +77,9 @@ def two_rooms(space: Any, layer: str = "0") -> None:
         space.add_lwpolyline(way, dxfattribs={"layer": layer})
     for y in (1.0, 1.9):
         space.add_line((4.0, y), (4.1, y), dxfattribs={"layer": layer})
-    space.add_arc((4.1, 1.0), 0.9, 0, 90, dxfattribs={"layer": layer})
-    space.add_line((4.1, 1.0), (5.0, 1.0), dxfattribs={"layer": layer})
+    leaf = (4.1 + 0.9 * math.cos(math.radians(open_deg)), 1.0 + 0.9 * math.sin(math.radians(open_deg)))
+    space.add_arc((4.1, 1.0), 0.9, open_deg, 90, dxfattribs={"layer": layer})
+    space.add_line((4.1, 1.0), leaf, dxfattribs={"layer": layer})
 
 
 def test_lines_of_layers_that_say_nothing_are_walls_and_arcs_doors(tmp_path):
@@ -131,6 +133,49 @@ def test_lines_called_room_enclose_rooms(tmp_path):
 
     level = drawn(tmp_path, draw)
     assert sorted((room.labels, room.polygon.area) for room in level.rooms) == [((), 12.0), (("Kitchen",), 20.0)]
+
+
+def test_closed_lines_side_by_side_with_names_are_rooms(tmp_path):
+    def draw(space: Any) -> None:
+        wall = {"layer": "Walls"}
+        space.add_lwpolyline(ring(0, 0, 12, 8), close=True, dxfattribs=wall)  # around them all
+        for name, corners in {"Kitchen": (0, 0, 5, 8), "Bedroom": (5, 0, 9, 4)}.items():
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs=wall)
+            middle = (corners[0] + 1, corners[1] + 1)
+            space.add_text(name, height=0.2, dxfattribs={"layer": "Labels"}).set_placement(middle)
+
+    found = {room.label: room.area for room in plan_of(drawn(tmp_path, draw)).rooms}
+    assert found == {
+        "Kitchen": pytest.approx(40, rel=0.03),
+        "Bedroom": pytest.approx(16, rel=0.03),
+        "Unlabelled": pytest.approx(40, rel=0.03),
+    }
+
+
+def test_a_layer_called_room_that_holds_texts_alone_names_no_walls(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space)
+        space.add_text("Kitchen", height=0.2, dxfattribs={"layer": "room"}).set_placement((2, 2))
+
+    level = drawn(tmp_path, draw)
+    assert level.guesses == ("layers",)
+    assert "Kitchen" in {room.label for room in plan_of(level).rooms}
+
+
+def test_an_arc_of_a_leaf_that_is_ajar_is_a_door(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space, open_deg=65)
+
+    assert kinds(plan_of(drawn(tmp_path, draw))) == ["door"]
+
+
+def test_layers_of_walls_with_a_pattern_taken_apart_are_refused(tmp_path):
+    def draw(space: Any) -> None:
+        for i in range(20_001):
+            space.add_line((0, i / 1000), (8, i / 1000), dxfattribs={"layer": "WALL"})
+
+    with pytest.raises(Rejection, match="hold 20,001 lines, expected 20,000 at most"):
+        drawn(tmp_path, draw)
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,25 @@ def test_two_rooms_with_a_door(tmp_path, name):
     assert plan.doors[0].width == pytest.approx(0.9 * shrunk**0.5, abs=0.02)
 
 
+def test_the_bins_of_spatiallm_are_metres(tmp_path):
+    def bins(text):
+        spans = {"Wall": [32] * 6 + [25.6] * 2, "Door": [32] * 3 + [25.6] * 2, "Bbox": [32] * 3}
+        lines = []
+        for line in text.splitlines():
+            kind, said = line.split("=")[1].rstrip(")").split("(")
+            first, numbers = ([], said.split(",")) if kind == "Wall" else (said.split(",")[:1], said.split(",")[1:])
+            turned = [640, 64, 64, 64] if kind == "Bbox" else []
+            sizes = zip(numbers, spans.get(kind, spans["Door"]), strict=False)
+            found = [round((float(n) + (0.1 if size == 32 else 0)) * 1280 / size) for n, size in sizes]
+            lines.append(f"{line.split('=')[0]}={kind}({','.join(map(str, [*first, *found, *turned]))})")
+        return "\n".join(lines)
+
+    (plan,) = plans_of(written(tmp_path / "layout.txt", bins(published.spatiallm())))
+    assert [door.kind for door in plan.doors] == ["door"]
+    assert plan.area == pytest.approx(published.AREA_M2, rel=0.02)
+    assert plan.doors[0].width == pytest.approx(0.9, abs=0.03)
+
+
 def test_a_table_and_a_pickle_hold_many_plans(tmp_path):
     assert len(plans_of(written(tmp_path / "geometries.csv", published.swiss_dwellings(3)))) == 3
     path = written(tmp_path / "ResPlan.pkl", published.resplan(4))
