@@ -6,7 +6,8 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
     the strip. A door that the source names is one, however wide.
-R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none.
+R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
+    an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, polygons_of, subtract, unite
+from pipeline.geometry.areas import OUTSIDE, intersect, polygons_of, subtract, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal, distance_in_row
-from pipeline.tolerances import BESIDE_M, LAP_M
+from pipeline.tolerances import BESIDE_M, HAND_M, LAP_M, MOST, SHOULDERS_M
 from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
@@ -47,11 +48,25 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         if not outside and (wide or kind is None or bare):  # R3
             rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
             joins.add((min(portal.sides), max(portal.sides)))
+        elif outside and candidate.kind not in {"door", "opening"} and _leads_into_the_air(portal, rooms, level):  # R4
+            continue
         elif portal.width >= config.narrowest_m:  # R1
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
+
+
+def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> bool:
+    """Return whether neither a floor nor a stair's void lies before an opening of an upper storey (R4)."""
+    if level.sills or level.below is None or level.floor is None:
+        return False
+    inner, way = (portal.sides[0], 1.0) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1.0)
+    if intersect(rooms[inner], level.floor).area < MOST * rooms[inner].area:
+        return False
+    away = portal.depth / 2 + HAND_M + SHOULDERS_M / 2
+    before = replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across)
+    return bool(intersect(before.strip(), unite([level.floor, level.below])).is_empty)
 
 
 def _row_widths(portals: list[Portal], post_m: float) -> list[float]:

@@ -1,21 +1,23 @@
 """Decide which spaces between walls are rooms, and which part of them is floor (rules R9 and R10 of the layout).
 
-R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all round
-    (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into it (a
-    corridor). Nor is one without a door that a railing bounds for the most part (a roof terrace), or at the outside
-    of the house for 0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes
-    on past the walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing
-    or a parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Where
-    railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that lies
-    open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to the
-    outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the floor
-    counts for nothing where rooms at it are most of the house, which then is cut open; and a space to which two rooms
-    or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall. Nor is one
-    under the sky that a fence or a lower wall bounds and that is larger than all the others together (a garden), nor
-    one too low to stand in (a void under a roof), nor, without a way to another space, one that lies over the floor of
-    a lower level for the most part (the upper part of a hall, a lantern over it); but not where the source names the
-    walls of a storey and shows no way inside it: nobody drew its slab and its doors. A room that the source names is
-    one. What a person says is no room (``overrides.toml``) is none.
+R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all
+    round (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into
+    it (a corridor). What has neither a floor nor anything above it, nor a way in, is no stairwell where the others
+    have all three, and the source names no walls: it is the inside of a thick wall that only its faces show. Nor is
+    one without a door that a railing bounds for the most part (a roof terrace), or at the outside of the house for
+    0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on past the
+    walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
+    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace). Where
+    railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
+    lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
+    the outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the
+    floor counts for nothing where rooms at it are most of the house, which then is cut open; and a space to which
+    two rooms or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall.
+    Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the others together (a
+    garden), nor one too low to stand in (a void under a roof), nor, without a way to another space, one that lies
+    over the floor of a lower level for the most part (the upper part of a hall, a lantern over it); but not where
+    the source names the walls of a storey and shows no way inside it: nobody drew its slab and its doors. A room
+    that the source names is one. What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
@@ -96,7 +98,7 @@ def keep_habitable_spaces(
     if len(fenced) == len(rooms):
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
         fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
-    outdoors |= fenced | _porches(rooms, candidates, edge)
+    outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
@@ -111,6 +113,21 @@ def keep_habitable_spaces(
         if (floored and low[k] <= LARGELY and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _solids(
+    rooms: list[Polygon], floored: npt.NDArray[np.float64], candidates: list[ClosingCandidate], level: Level
+) -> set[int]:
+    """Return which spaces have no floor, nothing above and no way in, where most of the others have all three."""
+    ways = {side for c in candidates if c.portal is not None for side in c.portal.sides}
+    shut = {k for k in range(len(rooms)) if floored[k] < SOME and k not in ways}
+    others = [k for k in ways - {OUTSIDE} if floored[k] > MOST]
+    if level.only_walls or not shut or len(others) < 2:
+        return set()
+    roofed = sum(intersect(rooms[k], part_under_cover(rooms[k], level)).area for k in others)
+    if roofed < MOST * sum(rooms[k].area for k in others):
+        return set()
+    return {k for k in shut if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
 
 
 def _without_boards(planes: Planes) -> BaseGeometry:

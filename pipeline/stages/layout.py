@@ -21,7 +21,7 @@ R6  A gap is dropped where it would part off less than a room, but for a closet 
     is too narrow to stand in.
 R7  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
-    small part of what all of them span, and has its place to itself.
+    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces.
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
@@ -115,7 +115,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
-    if config.characters and (level.sills or not (_is_floored(level, planes) or level.n_objects)):
+    if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
         _reject_characters(planes, whole[1])
 
     def within(fixed: list[ClosingCandidate]) -> Layout:
@@ -364,17 +364,23 @@ def _lies_in_room(gap: Polygon, level: Level) -> bool:
     )
 
 
-def _is_floored(level: Level, planes: Planes) -> bool:
-    """Return whether the source draws a floor under most of the area that the walls span."""
+def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
+    """Return whether the source draws a floor under most of what the walls span, or of what they enclose (a wing)."""
     if level.floor is None or planes.door.is_empty:
         return False
-    return bool(level.floor.area > MOST * shapely.convex_hull(planes.door).area)
+    enclosed = unite(rooms)
+    return bool(
+        level.floor.area > MOST * shapely.convex_hull(planes.door).area
+        or intersect(enclosed, level.floor).area > MOST * enclosed.area
+    )
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R7."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
+        return
+    if len(rooms) > GROUP * len(strokes):  # no character has so many counters: these are the wings of a building
         return
     spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)

@@ -141,3 +141,18 @@ def test_a_trim_that_ends_in_the_air_is_no_door_and_a_lintel_between_crossing_wa
     assert found.joins == ((0, 1),)
     corridor = [*shell((0, 0, 6, 1.3)), box((3.0, 0.0, 3.1, 1.3), 2.1, 2.5)]
     assert kinds(doors(corridor)) == ["door"]
+
+
+@pytest.mark.parametrize(
+    ("values", "found"),
+    [
+        ({"floor": shapely.box(0, 0, 7.2, 3)}, ["door", "entrance"]),
+        ({"floor": shapely.box(0, 0, 7.2, 3), "below": shapely.box(6, 2, 7, 3)}, ["door"]),
+        ({"floor": shapely.box(0, -1.2, 7.2, 3), "below": shapely.box(6, 2, 7, 3)}, ["door", "entrance"]),
+        ({"floor": shapely.box(0, 0, 7.2, 3), "below": shapely.box(0, -3, 4, -0.2)}, ["door", "entrance"]),
+    ],
+    ids=["on the ground", "in an upper storey", "onto a balcony", "to a stair"],
+)
+def test_an_opening_into_the_air_is_no_entrance(values: dict[str, object], found: list[str]) -> None:
+    house = [*shell((0.0, 0.0, 7.2, 3.0), front=(Hole(1.0, 2.4),)), *wall((4.0, 0.0, 4.2, 3.0), Hole(1.0, 1.9))]
+    assert sorted(kinds(doors(house, **values))) == found

@@ -548,6 +548,30 @@ def test_a_row_of_closed_houses_is_no_word() -> None:
     assert len(layout(row).rooms) == 4
 
 
+def test_closed_rooms_that_stand_far_apart_on_floors_of_their_own_are_no_word() -> None:
+    """The floors are a small part of what all of the rooms span."""
+    rooms = [(14.0 * x, 14.0 * y, 14.0 * x + 4, 14.0 * y + 4) for x, y in ((0, 0), (2, 1), (0, 2))]
+    walls = [part for rectangle in rooms for part in shell(rectangle)]
+    with pytest.raises(Rejection):
+        layout(walls)
+    assert len(layout(walls, floor=shapely.union_all([shapely.box(*each) for each in rooms])).rooms) == 3
+
+
+def test_wings_of_many_rooms_are_no_word() -> None:
+    wings = [part for x in (0.0, 14.0, 28.0) for part in shell((x, 0, x + 3, 12.6))]
+    across = [part for x in (0.0, 14.0, 28.0) for y in (3.0, 6.2, 9.4) for part in wall((x, y, x + 3, y + 0.2))]
+    assert len(layout([*wings, *across]).rooms) == 12
+
+
+@pytest.mark.parametrize(("covered_m", "only_walls", "rooms"), [(6.1, False, 2), (9.3, False, 3), (6.1, True, 3)])
+def test_what_has_no_floor_nothing_above_and_no_way_in_is_the_inside_of_a_wall(
+    covered_m: float, only_walls: bool, rooms: int
+) -> None:
+    house = three_rooms([Hole(1.0, 1.9)])
+    floor, cover = shapely.box(0, 0, 6.1, 3), shapely.box(0, 0, covered_m, 3)
+    assert len(layout(house, floor=floor, cover=cover, only_walls=only_walls).rooms) == rooms
+
+
 def test_what_a_person_says_is_no_room_is_none() -> None:
     assert len(layout(two_rooms(Hole(1, 1.9))).rooms) == 2
     (room,) = layout(two_rooms(Hole(1, 1.9)), no_rooms=((5.5, 1.0),)).rooms
