@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.exports.encoding import Files, compact_json
+from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation, orient_plan, world_from_plan
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
@@ -24,7 +25,8 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
 
     Kinds are ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``),
     ``door`` (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``,
-    ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls).
+    ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls). An entrance is as deep as
+    the wall is drawn.
 
     Coordinates are the plan's x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
     to GDAL, GeoPandas and QGIS, which otherwise interpret coordinates as longitudes and latitudes. The collection's
@@ -57,9 +59,9 @@ def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]
         labels = list(room.source_labels)
         area = round(room.area, 4)
         yield _feature(room.polygon, "room", room=room.id, label=room.label, source_labels=labels, area=area)
-    for door in plan.doors:
-        rooms = list(door.rooms)
-        yield _feature(door.polygon, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
+    for each in wall_openings(plan, wall_thickness):
+        door, rooms = each.door, list(each.door.rooms)
+        yield _feature(each.shape, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
     for thing in plan.objects:
         about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
         yield _feature(thing.polygon, "object", **about)

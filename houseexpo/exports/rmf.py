@@ -36,7 +36,8 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside its
     faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres, which
     Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each room is
-    a floor, and a vertex in it has the room's label or its source's own word as its name. Lanes are yours to draw.
+    a floor, what stands free in it is one of the level's holes, and a vertex in the room has its label or its source's
+    own word as its name. Lanes are yours to draw.
     """
     turned = orient_plan(plan, orientation)
     _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
@@ -54,6 +55,11 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         "floors": [
             {"parameters": dict(_FLOOR), "vertices": [sheet.vertex(point) for point in part.exterior.coords[:-1]]}
             for part in [*(room.polygon for room in turned.rooms), *(each.shape for each in doors)]
+        ],
+        "holes": [
+            {"parameters": {}, "vertices": [sheet.vertex(point) for point in ring.coords[:-1]]}
+            for room in turned.rooms
+            for ring in room.polygon.interiors
         ],
         "measurements": [_measurement(sheet, turned)],
         "lanes": [],

@@ -12,6 +12,7 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.dataset import open_dataset
 from houseexpo.exports import FORMATS, export
+from houseexpo.plan import Door, Room
 from pipeline.cli_build import from_python
 from tests.builders.batch import labels, likeness, plans_of, through
 
@@ -104,6 +105,63 @@ def test_a_plan_without_rooms_comes_back(form, tmp_path):
     found = through(plan, form, tmp_path, FORMS[form])
     assert likeness(plan, found) >= 0.99
     assert len(found.rooms) in {1, len(rooms)}
+
+
+def plan_around_a_court(turn_deg: float, names: list[tuple[str, str]]) -> FloorPlan:
+    """A room with a slanted wall, two more, and one round a court; doors, an opening, an entrance deeper than walls."""
+
+    def placed(shape):
+        return shapely.affinity.translate(shapely.affinity.rotate(shape, turn_deg, origin=(0, 0)), 6.1, 0.1)
+
+    def ring(line):
+        return shapely.get_coordinates(placed(line))[:-1].round(2).tolist()
+
+    slanted = shapely.Polygon([(0, 0), (5, 0), (5, 4), (1.5, 4), (0, 2.5)])
+    around = shapely.box(0, 4.2, 13, 12).difference(shapely.box(4, 6.2, 8, 10.2))
+    shapes = [slanted, shapely.box(5.2, 0, 9, 4), shapely.box(9.2, 0, 13, 4), around]
+    ways = [
+        ("door", (5, 1, 5.2, 1.9), [(5.1, 1), (5.1, 1.9)], (0, 1)),
+        ("opening", (9, 1, 9.2, 2.2), [(9.1, 1), (9.1, 2.2)], (1, 2)),
+        ("door", (2.5, 4, 3.3, 4.2), [(2.5, 4.1), (3.3, 4.1)], (0, 3)),
+        ("door", (10, 4, 10.9, 4.2), [(10, 4.1), (10.9, 4.1)], (2, 3)),
+        ("entrance", (13, 8, 13.2, 9), [(13.1, 8), (13.1, 9)], (3, None)),
+    ]
+    inside = [shapely.box(*corners) for kind, corners, _, _ in ways if kind != "entrance"]
+    space = shapely.union_all([*shapes, *inside])
+    rooms = [
+        Room(i, label, ring(each.exterior), [ring(line) for line in each.interiors], (word,) if word else ())
+        for i, (each, (label, word)) in enumerate(zip(shapes, names, strict=True))
+    ]
+    doors = [
+        Door(
+            i,
+            kind,
+            shapely.get_coordinates(placed(shapely.LineString(segment))),
+            shapely.LineString(segment).length,
+            ring(shapely.box(*corners).exterior),
+            joined,
+        )
+        for i, (kind, corners, segment, joined) in enumerate(ways)
+    ]
+    holes = [ring(line) for line in space.interiors]
+    return FloorPlan("court", ring(space.exterior), len(rooms), {}, holes=holes, rooms=rooms, doors=doors)
+
+
+TWO_ALIKE = [("Kitchen", "Küche 厨房"), ("Bedroom", "Schlafzimmer"), ("Bedroom", ""), ("Unlabelled", "")]
+
+
+@pytest.mark.parametrize("turn_deg", [0, 20])
+@pytest.mark.parametrize("names", [TWO_ALIKE, [("Unlabelled", "")] * 4], ids=["named", "unnamed"])
+@pytest.mark.parametrize("form", sorted(FORMS))
+def test_courts_slanted_walls_and_rooms_alike_come_back(form, turn_deg, names, tmp_path):
+    if form in NEEDS:
+        pytest.importorskip(NEEDS[form])
+    plan = plan_around_a_court(turn_deg, names)
+    found = through(plan, form, tmp_path, FORMS[form])
+    assert likeness(plan, found) >= 0.99
+    assert labels(found) == labels(plan)
+    assert sorted(door.kind for door in found.doors) == sorted(door.kind for door in plan.doors)
+    assert len(found.holes) == len(plan.holes)
 
 
 @pytest.mark.slow

@@ -6,9 +6,10 @@ R2  Areas called room are rooms. A text inside one names it; one that is the nam
 R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
     to the end that lies nearer to a wall.
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
+R6  A closed line called room without a name, inside one with a name, is a hole of it.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
-    wide inside, and lies in a closed line around the names of two rooms, is space, too.
+    wide inside, and in no closed line but one around the names of two rooms, is space, too.
 """
 
 from __future__ import annotations
@@ -115,32 +116,38 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
 
 
 def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
-    """R1: rings inside an odd number of others are holes."""
+    """R1: rings inside an odd number of others are holes, in which further rings are bodies again."""
     found = [shapely.make_valid(area) for area in areas]
     found = [part for area in found for part in polygons_of(area)]
     if len(found) < 2:
         return found
     tree = shapely.STRtree(found)
-    inner, outer = tree.query(found, predicate="within")
+    inner, outer = tree.query(
+        shapely.buffer(found, -SAME_M), predicate="within"
+    )  # rings that touch may cross by a hair
     deep = np.bincount(inner[inner != outer], minlength=len(found))
-    solid = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2 == 0], grid_size=SAME_M)
-    holes = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n % 2], grid_size=SAME_M)
-    return polygons_of(shapely.difference(solid, holes))
+    solid = shapely.Polygon()
+    for depth in range(int(deep.max()) + 1):
+        layer = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n == depth], grid_size=SAME_M)
+        solid = shapely.difference(solid, layer) if depth % 2 else shapely.union(solid, layer)
+    return polygons_of(solid)
 
 
 def _outlines(drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
     """R5: return the walls that are bodies, and the sides of the rings of which the others are made."""
-    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in drawn.rooms]
+    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in _with_holes(drawn)]
     names = [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
     inside += names
     inside += [shapely.Point(arc[0]) for arc in drawn.arcs] + [area.centroid for area, _ in drawn.door_areas]
     tree, named = shapely.STRtree(inside), shapely.STRtree(names)
-    houses = shapely.STRtree([ring for ring in drawn.wall_areas if len(named.query(ring, "contains")) > 1])
+    rings = sorted(drawn.wall_areas, key=lambda ring: ring.area)
     bodies: list[Polygon] = []
     outlines: list[Polygon] = []
     for wall in nest_rings(drawn.wall_areas):
         wide = drop_thin_parts(wall, MASSIVE_WALL_M)
-        in_house = bool(len(houses.query(wall.representative_point(), "within")))
+        at = wall.representative_point()
+        around = next((ring for ring in rings if ring.contains(at)), wall)
+        in_house = len(named.query(around, "contains")) > 1
         is_outline = wide.area > 0.5 * wall.area and (in_house or len(tree.query(wide, "contains")) > 0)
         (outlines if is_outline else bodies).append(wall)
     whole = shapely.union_all(outlines)
@@ -160,10 +167,28 @@ def _enclosed_rooms(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...]
     return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
 
 
+def _with_holes(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...], str]]:
+    """R6."""
+    rooms = drawn.rooms
+    if len(rooms) < 2 or not drawn.texts:
+        return rooms
+    texts = shapely.STRtree([shapely.Point(at) for _, at in drawn.texts])
+    named = [bool(words or label or len(texts.query(area, "intersects"))) for area, words, label in rooms]
+    tree = shapely.STRtree([area for area, _, _ in rooms])
+    found = []
+    for i, (area, words, label) in enumerate(rooms):
+        if not named[i] and any(named[k] and k != i for k in tree.query(area, "within")):
+            continue
+        inside = [int(k) for k in tree.query(area, "contains") if k != i and not named[k]] if named[i] else []
+        rest = shapely.difference(area, shapely.union_all([rooms[k][0] for k in inside])) if inside else area
+        found.append((rest if isinstance(rest, Polygon) else area, words, label))
+    return found
+
+
 def _rooms(drawn: DrawnFeatures) -> tuple[SourceRoom, ...]:
     """R2."""
     rooms, used = [], set()
-    for area, words, label in [*drawn.rooms, *_enclosed_rooms(drawn)]:
+    for area, words, label in [*_with_holes(drawn), *_enclosed_rooms(drawn)]:
         inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
         used.update(inside)
         said = [*words, *(drawn.texts[i][0] for i in inside)]

@@ -10,6 +10,7 @@ R2  A wall is 0.1 m thick and 2.5 m high, as rmf_building_map_tools makes it; ``
 R3  A vertex whose name is the name of a room names the room around it. Where two floors or more have one such vertex
     each, and none has two, these floors are the rooms, as our own export draws them.
 R4  A lift is a room of the levels that it has doors on, or passes where it names none; its doors are doors.
+R6  Holes of a level are no floor, and nobody walks there: they are wall.
 R5  What refers to vertices that are not there is left out, with a note.
 """
 
@@ -26,6 +27,7 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.files import decode_yaml
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
 from pipeline.sources.files import DEEPEST, LeftOutParts
@@ -107,7 +109,7 @@ class _Sheet:
         for a, b, parameters in self.edges("walls"):
             by_thickness.setdefault(_parameter(parameters, "thickness", LINE_WALL_M), []).append((a, b))
         bodies = [part for thick, lines in sorted(by_thickness.items()) for part in walls_along_lines(lines, thick)]
-        walls = walls_between_faces(bodies)
+        walls = walls_between_faces([*bodies, *self._polygons("holes")])
         found = [door_hole(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
         found += [door_hole(a, b, walls, has_door=True) for a, b in lift_doors]
         floors = self._floors()
@@ -134,9 +136,15 @@ class _Sheet:
         return of_floors + [named_room(name, at=at) for k, (name, at) in enumerate(named) if k not in taken]
 
     def _floors(self) -> list[Polygon]:
+        """R6."""
+        holes = shapely.union_all(self._polygons("holes"))
+        floors = [shapely.difference(floor, holes) for floor in self._polygons("floors")]
+        return [part for floor in floors for part in polygons_of(floor)]
+
+    def _polygons(self, kind: str) -> list[Polygon]:
         shapes = []
-        for floor in _as_list(self.level.get("floors")):
-            corners = floor.get("vertices") if isinstance(floor, Mapping) else None
+        for each in _as_list(self.level.get(kind)):
+            corners = each.get("vertices") if isinstance(each, Mapping) else None
             ring = [self._at(index) for index in _as_list(corners)]
             shape = polygon_from_ring([point for point in ring if point is not None])
             shapes += [shape] if shape is not None else []
