@@ -135,12 +135,11 @@ class Bodies:
             label = label.copy()
             label[loose] = len(faces) + joined
         of_face = np.unique(label, return_inverse=True)[1].astype(np.int64)
-        count = int(of_face.max()) + 1
-        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-        points = mesh.vertices[faces]
-        np.minimum.at(low, of_face, points.min(axis=1))
-        np.maximum.at(high, of_face, points.max(axis=1))
-        return cls(mesh, of_face, low, high)
+        order = np.argsort(of_face, kind="stable")
+        points = mesh.vertices[faces[order]]
+        first = np.flatnonzero(np.diff(of_face[order], prepend=-1))
+        low, high = points.min(axis=1), points.max(axis=1)
+        return cls(mesh, of_face, np.minimum.reduceat(low, first), np.maximum.reduceat(high, first))
 
     @cached_property
     def _order(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -182,7 +181,11 @@ def box_around(points: Floats) -> Box:
 def _places(vertices: Floats) -> npt.NDArray[np.int64]:
     """For each corner the number of its place."""
     cells = np.round(vertices / POINT_M).astype(np.int64)
-    return np.asarray(np.unique(cells, axis=0, return_inverse=True)[1].reshape(-1), np.int64)
+    order = np.lexsort(cells.T[::-1])  # np.unique sorts rows six times as slowly
+    new = np.any(np.diff(cells[order], axis=0, prepend=cells[order[:1]] - 1), axis=1)
+    found = np.empty(len(cells), np.int64)
+    found[order] = np.cumsum(new) - 1
+    return found
 
 
 # ---------------------------------------------------------------------------------------------------------------------
