@@ -67,7 +67,8 @@ def by_kind(plans: list[Judged]) -> dict[str, tuple[Floats, Bools]]:
 
 def source_of(model: Model) -> str:
     """Write the model as it stands in ``pipeline/quality.py``."""
-    lines = [f'    QualityGround("{g.name}", {model.weights[g.name]:.2f}),' for g in GROUNDS]
+    most = {g.name: f", most={g.most:.2f}" if g.most else "" for g in GROUNDS}
+    lines = [f'    QualityGround("{g.name}", {model.weights[g.name]:.2f}{most[g.name]}),' for g in GROUNDS]
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
@@ -107,9 +108,8 @@ def corpus_rows(plans: list[Judged], counted: list[Judged], model: Model) -> dic
         if half:
             rows[f"{name}, as they carry it"] = per_file(half, np.array([plan.score for plan in half]))
     if first:
-        shift = model.bias - likeliest_model(plans).bias
-        logits = -np.log(1 / left_out_scores(plans) - 1) + shift
-        rows["half 1, left out"] = per_file(first, 1 / (1 + np.exp(-logits)))
+        lowered = likeliest_model(plans).bias - model.bias
+        rows["half 1, left out"] = per_file(first, left_out_scores(plans, lowered))
     if counted:
         rows["half 2, counted"] = per_file(counted, model.scores(counted))
     return rows

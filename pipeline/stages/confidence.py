@@ -14,8 +14,8 @@ F3  The shape of a passage: too narrow, too wide, too deep, an end without a wal
     between the same two rooms, furniture or no floor in front of it.
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
     no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws.
-F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan each part is doubtful. Of entrances
-    and rooms too few are known to be false to weigh each ground: they take the plan's quality, as ``doubtful_plan``.
+F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan its doors and rooms are doubtful. Of
+    rooms too few are known to be false to weigh each ground: they take the plan's quality, as ``doubtful_plan``.
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.

@@ -24,7 +24,8 @@ R13 ``tall``: how far the source reaches above a storey (``STOREY_M``): a roof, 
 R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terraces, galleries and counters are often
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
-R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15.
+R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, no R17.
+R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among the guesses): nothing of it is inside.
 """
 
 from __future__ import annotations
@@ -82,11 +83,12 @@ def measure_quality_grounds(
 
 
 def _as_a_storey(level: Level, evidence: Evidence, layout: Layout, rooms: BaseGeometry) -> dict[str, float]:
-    """Return what says that this is no storey, or not the whole of one (R13 to R16)."""
+    """Return what says that this is no storey, or not the whole of one (R13 to R17)."""
     return {
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
         "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
+        "open_border": float(EDGE in level.guesses),
     }
 
 

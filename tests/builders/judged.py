@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 
 from houseexpo.plan.parts import SURE
 from pipeline.executors.local import Failure, Limits, run
-from pipeline.quality import GROUNDS
+from pipeline.quality import GROUNDS, counted
 from pipeline.values import Level
 from tests.builders.damage import damaged
 from tests.builders.kinds.measuring import columns_failing, overlap, paired, plans_of
@@ -97,13 +97,14 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 NAMES = tuple(ground.name for ground in GROUNDS)
-PRECISION = 0.95
-"""Of the plans with a score of at least ``SURE``, so many are to be right."""
+MOST = {ground.name: ground.most for ground in GROUNDS}
+PRECISION = 0.99
+"""Of the plans with a score of at least ``SURE``, so many are to be right; of files that no fit has used 90% are."""
 RIDGE = 0.3
 """How strongly weights are kept small, in plans."""
 REAL = 3.0
 """All files of the corpus together count so many times as much as all made houses: they are what users have."""
-FOLDS, ROUNDS = 8, 2
+FOLDS = 8
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,10 @@ class Model:
         found: Floats = 1 / (1 + np.exp(-(self.bias + _table(plans) @ [self.weights[name] for name in NAMES])))
         return found
 
+    def lowered(self, by: float) -> Model:
+        """Return a model whose log odds are lower by so much; no weight is more than its ground may have at most."""
+        return Model(self.bias - by, {name: min(weight, MOST[name]) for name, weight in self.weights.items()})
+
 
 def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
     """Fit by greatest likelihood, weights kept from growing by a ridge and from being more than 0.
@@ -140,25 +145,23 @@ def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
     The bias is lowered at the end until enough of what scores ``SURE`` or more is right: of the corpus's files, each
     scored by a model that saw nothing of its repository; of the plans themselves where there are no such files.
     """
-    model = likeliest_model(plans)
+    model = likeliest_model(plans).lowered(0.0)
     real = [plan for plan in plans if plan.file]
     if real:
         scores, met = per_file(real, left_out_scores(plans))
     else:
         scores, met = model.scores(plans), _met(plans)
-    least = threshold(scores, met, precision)
-    lowered = min(0.0, _logit(SURE) - _logit(least))
-    return Model(model.bias + lowered, model.weights)
+    return model.lowered(max(0.0, logit(threshold(scores, met, precision)) - logit(SURE)))
 
 
-def left_out_scores(plans: Sequence[Judged]) -> Floats:
+def left_out_scores(plans: Sequence[Judged], lowered: float = 0.0) -> Floats:
     """Return the scores of the plans of the corpus, each of a model that was fitted without its repository's fold."""
     real = [plan for plan in plans if plan.file]
     folds = np.array([zlib.crc32(plan.house.lower().encode()) % FOLDS for plan in real])
     scores = np.zeros(len(real))
     for k in np.unique(folds):
         out = {plan.file for plan, fold in zip(real, folds, strict=True) if fold == k}
-        model = likeliest_model([plan for plan in plans if plan.file not in out])
+        model = likeliest_model([plan for plan in plans if plan.file not in out]).lowered(lowered)
         scores[folds == k] = model.scores([plan for plan in real if plan.file in out])
     return scores
 
@@ -172,21 +175,8 @@ def per_file(plans: Sequence[Judged], scores: Floats) -> tuple[Floats, Bools]:
 
 
 def likeliest_model(plans: Sequence[Judged]) -> Model:
-    """Fit the model; a file that is not right speaks only of its least sure plan, since the others may be right."""
-    weight = _weights(plans)
-    model = _most_likely(plans, weight)
-    for _ in range(ROUNDS if any(plan.file for plan in plans) else 0):
-        scores = model.scores(plans)
-        least: dict[str, int] = {}
-        for k, plan in enumerate(plans):
-            if plan.file and not plan.met and scores[k] < scores[least.setdefault(plan.file, k)]:
-                least[plan.file] = k
-        alone = weight.copy()
-        for k, plan in enumerate(plans):
-            if plan.file in least:
-                alone[k] = float(least[plan.file] == k)
-        model = _most_likely(plans, alone)
-    return model
+    """Fit the model; all plans of a file that is not right count as not right, each as one of so many."""
+    return _most_likely(plans, _weights(plans))
 
 
 def _weights(plans: Sequence[Judged]) -> Floats:
@@ -251,9 +241,10 @@ def _met(plans: Sequence[Judged]) -> Bools:
 
 
 def _table(plans: Sequence[Judged]) -> Floats:
-    return np.array([[plan.grounds.get(name, 0.0) for name in NAMES] for plan in plans]).reshape(-1, len(NAMES))
+    return np.array([[counted(plan.grounds.get(name, 0.0)) for name in NAMES] for plan in plans]).reshape(-1, len(NAMES))
 
 
-def _logit(score: float) -> float:
+def logit(score: float) -> float:
+    """Return the log odds of a score."""
     clear = min(max(score, 1e-6), 1 - 1e-6)
     return float(np.log(clear / (1 - clear)))

@@ -13,7 +13,7 @@ from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
 from pipeline.quality import GROUNDS, score_quality
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
-from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
+from pipeline.values import EDGE, ClosingCandidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
 
 ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4), box(0, 4.2, 8.2, 8.2))
 NOTHING = Polygon()
@@ -103,6 +103,7 @@ def test_parts_that_were_left_out_or_filled() -> None:
 def test_what_the_reader_guessed() -> None:
     assert grounds(replace(LEVEL, guesses=("units",))) == {"guesses": 0.5}
     assert grounds(replace(LEVEL, guesses=("units", "up", "scale"))) == {"guesses": 1.0}
+    assert grounds(replace(LEVEL, guesses=(EDGE,))) == {"guesses": 0.5, "given_edge": 1.0, "open_border": 1.0}
 
 
 def test_a_room_without_a_floor_unless_there_is_hardly_any_floor_at_all() -> None:
