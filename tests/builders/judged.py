@@ -241,7 +241,9 @@ def _met(plans: Sequence[Judged]) -> Bools:
 
 
 def _table(plans: Sequence[Judged]) -> Floats:
-    return np.array([[counted(plan.grounds.get(name, 0.0)) for name in NAMES] for plan in plans]).reshape(-1, len(NAMES))
+    return np.array([[counted(plan.grounds.get(name, 0.0)) for name in NAMES] for plan in plans]).reshape(
+        -1, len(NAMES)
+    )
 
 
 def logit(score: float) -> float:
