@@ -4,8 +4,8 @@ A ground is 0 where nothing speaks against the plan and 1 where everything does,
 
     score = 1 / (1 + exp(-(BIAS + sum of weight * min(ground / WHOLE, 1))))
 
-A ground of ``WHOLE`` or more counts in full: a plan is right only if all of it is, and one door of ten that is a cut makes
-it as wrong as five do. BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, and, three times
+A ground of ``WHOLE`` or more counts in full: a plan is right only if all of it is, and one door of ten that is a cut
+makes it as wrong as five do. BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, and, three times
 as strongly, on those files of other people that a person has judged (the first half of the corpus,
 ``docs/contributing/corpus.md``). The bias is such that at least 99% of the real files with 0.8 or more are right, where
 each is scored by a model that saw nothing of its repository.
@@ -32,7 +32,7 @@ _PICTURE_PX: Final = 240
 
 @dataclass(frozen=True)
 class QualityGround:
-    """One ground: its name in a plan's file, its weight (0 or less), and the ``most`` that a fit may make of the weight.
+    """One ground: its name in a plan's file, its weight (0 or less), and the ``most`` that a fit may make of it.
 
     A guess of the reader alone makes a plan doubtful, and so does a map that lies open on all sides: the corpus has no
     robots' maps to learn it from.
@@ -87,8 +87,8 @@ MARKED: Final = {
     "unlike_spaces": -2.23,
     "sealed": -2.28,
 }
-"""The model of houses whose source marks each door (``Level.sills``), fitted before real files weighed most. Its grounds
-count in proportion, up to 1."""
+"""The model of houses whose source marks each door (``Level.sills``), fitted before real files weighed most.
+Its grounds count in proportion, up to 1."""
 
 
 def score_quality(grounds: Mapping[str, float], *, marked: bool = False) -> Quality:

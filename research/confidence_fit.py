@@ -54,8 +54,8 @@ LIMITS = Limits(seconds=600.0, memory=8 << 30)
 """Far more than any of the houses takes: a fit that lost some would not be the same again."""
 SAME_IOU = 0.7
 RIDGES: Mapping[confidence.Part, float] = {"door": 3.0, "entrance": 15.0, "room": 40.0}
-"""How strongly weights are kept small: for doors, of 1 to 100 the best for kinds and files that were left out of the fit;
-for entrances and rooms, of which few are false, of 3, 15 and 40 the best calibrated on the corpus's second half."""
+"""How strongly weights are kept small: for doors, of 1 to 100 the best for kinds and files left out of the fit; for
+entrances and rooms, of which few are false, of 3, 15 and 40 the best calibrated on the corpus's second half."""
 DRAWS = 1000
 """How often the calibration error of a model without fault is drawn."""
 PARTS: tuple[confidence.Part, ...] = get_args(confidence.Part)
