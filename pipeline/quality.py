@@ -8,8 +8,9 @@ A ground of ``WHOLE`` or more counts in full: a plan is right only if all of it 
 makes it as wrong as five do.
 
 BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, and, three times as strongly, on those
-files of other people that a person has judged (the first half of the corpus, ``docs/contributing/corpus.md``). The bias is such that at least 99% of the real files with 0.8 or more are right, where
-each is scored by a model that saw nothing of its repository.
+files of other people that a person has judged (the first half of the corpus, ``docs/contributing/corpus.md``).
+The bias is such that at least 99% of the real files with 0.8 or more are right, where each is scored by a model that
+saw nothing of its repository.
 ``python -m research.quality_fit --corpus FOLDER`` fits them again and prints this table.
 ``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
 """
