@@ -458,7 +458,7 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
     if not (solid and rooms):
         return []
     ends = list(_ends_of(trace_outlines(solid, LAP_M), BLOCK_M))
-    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > HAIR_M]
+    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > CRACK_M]
     every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
     every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
     found: list[list[Polygon]] = []
@@ -496,7 +496,8 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     met = end.centre + end.out * width
     in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
     deep = depth if width == straight else high - low
-    return _Mouth(filling, centre + end.out * width / 2, end.out, width, deep, NARROW_IN_WALL if in_wall else MOST)
+    wide = min(width, _distance_beside(end, 0.0 * left, walls))  # some of the end's breadth may point past the wall
+    return _Mouth(filling, centre + end.out * width / 2, end.out, wide, deep, NARROW_IN_WALL if in_wall else MOST)
 
 
 def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGeometry) -> float:

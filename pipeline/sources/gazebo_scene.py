@@ -465,7 +465,8 @@ def _is_true(text: str | None) -> bool:
 #
 # R1  ``model://NAME/...`` and ``package://NAME/...`` mean the folder NAME: in the source's folder, at any depth, or in
 #     a model folder that was given (``--model-path``, ``GAZEBO_MODEL_PATH``, ``GZ_SIM_RESOURCE_PATH``).
-# R2  ``file://`` and bare paths are relative to the file that names them; an absolute one must lie in those folders.
+# R2  ``file://`` and bare paths are relative to the file that names them, ``file://`` also to those folders, and may
+#     begin with the name of one of them (as Gazebo looks in its resource paths); an absolute one must lie in them.
 # R3  A host is never asked, and a path that leaves these folders, by ``..`` or by a link, is not opened.
 
 
@@ -494,7 +495,13 @@ class ModelFinder:
         if scheme in {"model", "package"}:  # R1
             name, _, rest = unquote(path).strip("/").partition("/")
             return next((p for folder in self._folders_of(name) if (p := self._inside_roots(folder / rest))), None)
-        return self._inside_roots(beside / unquote(path)) if scheme == "file" else None  # R2, R3
+        if scheme != "file":  # R3
+            return None
+        path = unquote(path)
+        name, _, rest = path.partition("/")
+        places = [beside / path, *(root / path for root in self._roots)]  # R2
+        places += [root / rest for root in self._roots if rest and root.name == name]
+        return next((found for place in places if (found := self._inside_roots(place))), None)
 
     def _folders_of(self, name: str) -> list[Path]:
         if not name or name in {".", ".."}:

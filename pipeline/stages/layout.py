@@ -26,7 +26,8 @@ R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
-    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``).
+    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``), and a door that parts nothing
+    by itself, beside a mouth, closes with it.
 R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
@@ -132,13 +133,17 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         ways, ground, rooms = _at_doorless_openings(named, planes.door, ground, rooms)  # R16
         strips = strips + ways
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
-        for row in [] if gapless else mouth_fillings(rooms, ground):  # R13
+        beside = [] if gapless else _without_effect(pieces, strips, level)
+        for row in [] if gapless else mouth_fillings(*_closed_by(ground, beside, rooms)):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
-            candidates = [ClosingCandidate(mouth, "mouth") for mouth in row]
-            closed, parts = enclosed_pieces(close_plane(ground, candidates))
-            ways = split_at_portals(ground, candidates, closed, parts)[0]
-            if ways:
+            mouths = [ClosingCandidate(mouth, "mouth") for mouth in row]
+            closed, parts = enclosed_pieces(close_plane(ground, mouths + beside))
+            needed = [piece for piece in beside if _parts_spaces(piece, ground, closed, parts)]
+            if len(needed) < len(beside):
+                closed, parts = enclosed_pieces(close_plane(ground, mouths + needed))
+            ways = split_at_portals(ground, mouths + needed, closed, parts)[0]
+            if any(way.kind == "mouth" for way in ways):
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
         rooms = clip_rooms_to_floor(keep_habitable_spaces(rooms, candidates, planes, evidence, level), level)
@@ -170,6 +175,36 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             "draw the walls that are missing, or give the rooms names",
         )
     return found
+
+
+def _without_effect(
+    pieces: Sequence[ClosingCandidate], strips: Sequence[ClosingCandidate], level: Level
+) -> list[ClosingCandidate]:
+    """Return the doors and openings of the source that parted nothing, in a world with gaps (R13).
+
+    A wide opening beside such a door may leave nothing that the door parts by itself.
+    """
+    if not level.unnamed_gaps:
+        return []
+    taken = unite([strip.polygon for strip in strips])
+    known = [piece for piece in pieces if piece.kind in KNOWN]
+    return [piece for piece in known if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
+
+
+def _parts_spaces(piece: ClosingCandidate, ground: BaseGeometry, closed: BaseGeometry, parts: list[Polygon]) -> bool:
+    """Return whether a piece leads from one space of the closed plane to another (R13)."""
+    ways = split_at_portals(ground, [piece], closed, parts)[0]
+    return any(way.portal is not None and way.portal.sides[0] != way.portal.sides[1] for way in ways)
+
+
+def _closed_by(
+    ground: BaseGeometry, pieces: list[ClosingCandidate], rooms: list[Polygon]
+) -> tuple[list[Polygon], BaseGeometry]:
+    """Return the spaces and the plane that more pieces close."""
+    if not pieces:
+        return rooms, ground
+    closed, parts = enclosed_pieces(close_plane(ground, pieces))
+    return parts, closed
 
 
 def _open_share(found: Layout) -> float:

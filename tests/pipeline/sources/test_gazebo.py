@@ -180,6 +180,20 @@ def test_meshes_are_scaled_and_placed(tmp_path):
     assert bounds(level.walls)[[0, 1, 3, 4]] == pytest.approx(own[[0, 1, 3, 4]] * [0.5, 1, 0.5, 1])
 
 
+@pytest.mark.parametrize("uri", ["file://models/walls/meshes/m.ply", "file://walls/meshes/m.ply"])
+def test_a_file_is_looked_for_in_the_model_folders_too(tmp_path, uri):
+    mesh = f"<geometry><mesh><uri>{uri}</uri></mesh></geometry>"
+    model_ = f"<model name='m'><static>1</static><link name='l'><visual name='v'>{mesh}</visual></link></model>"
+    file = model(tmp_path / "models", "walls", model_)
+    (file.parent / "meshes").mkdir()
+    as_trimesh(one_level()).export(file.parent / "meshes" / "m.ply")
+    (tmp_path / "worlds").mkdir()
+    (tmp_path / "worlds" / "house.world").write_text(world("<include><uri>model://walls</uri></include>"))
+    (level,) = levels(tmp_path / "worlds" / "house.world", model_path=str(tmp_path / "models"))
+    assert bounds(level.walls) == pytest.approx(bounds(one_level()))
+    assert "missing" not in level.provenance
+
+
 @pytest.mark.parametrize(
     "uri",
     ["model://../out", "file://../out/m.ply", "../out/m.ply", "https://host/m.ply", "file:///etc/m.ply", "link.ply"],

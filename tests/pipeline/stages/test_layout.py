@@ -123,6 +123,17 @@ def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
     assert [candidate.kind for candidate in found.candidates] == ["mouth", "mouth"]
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_a_door_beside_a_wide_opening_parts_rooms_with_it(named: bool) -> None:
+    """Both together would take two thirds of the breadth; the opening alone takes half."""
+    between = wall((5.0, 0.0, 5.2, 5.0), gap(0.5, 3.0), gap(3.6, 4.5))
+    door = SourceOpening(shapely.box(5.0, 3.6, 5.2, 4.5), has_door=True)
+    other = SourceOpening(shapely.box(-0.2, 1.0, 0.0, 1.9), has_door=True)
+    openings = (door, other) if named else (other,)
+    found = layout([*shell((0.0, 0.0, 10.2, 5.0)), *between], openings=openings, unnamed_gaps=True)
+    assert len(found.rooms) == (2 if named else 1)
+
+
 @pytest.mark.parametrize(("aside_m", "rooms"), [(0.1, 2), (0.25, 1)])
 def test_a_wall_that_ends_a_little_beside_where_another_points_ends_the_mouth(aside_m: float, rooms: int) -> None:
     """A bay of 4 m x 3 m: the wall before it ends 1.8 m before the wall beside it, which ends short of its line."""
