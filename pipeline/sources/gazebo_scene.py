@@ -501,7 +501,7 @@ class ModelFinder:
         name, _, rest = path.partition("/")
         places = [beside / path, *(root / path for root in self._roots)]  # R2
         places += [root / rest for root in self._roots if rest and root.name == name]
-        return next((found for place in places if (found := self._inside_roots(place))), None)
+        return next((real for place in places if (real := self._inside_roots(place))), None)
 
     def _folders_of(self, name: str) -> list[Path]:
         if not name or name in {".", ".."}:
