@@ -14,9 +14,9 @@ R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scal
     what people draw and erase. Where somebody turned or scaled the picture, shades appear beside all edges: then 205 is
     ``TURNED_SHARE`` of the grey cells, and the picture's border is 205.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
-R4  Without a ``map.yaml``, free is what is lighter than halfway from unknown space to white. Unknown space has, in all
-    kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and white have. Other
-    shades are those of cells that few rays passed, or of a picture that was scaled.
+R4  Without a ``map.yaml``, free is what is lighter than ``FREE_SHARE`` of the way from unknown space to white. Unknown
+    space has, in all kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and
+    white have. Other shades are those of cells that few rays passed, or of a picture that was scaled.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
 R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
@@ -57,6 +57,8 @@ FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
 """R4: black and white are so near to 0 and 255, as a share of 255; the least ``free_thresh`` of a picture alone."""
 SHADE_SHARE: Final = 0.05
+FREE_SHARE: Final = 0.3
+"""R4: where a picture was scaled, single rays are little lighter than unknown space."""
 SAVED_UNKNOWN: Final = 205
 """The shade that map_saver writes for unknown cells, beside 0 and 254."""
 SAVED_SHARE: Final = 0.75
@@ -318,7 +320,7 @@ def _free_thresh(grey: npt.NDArray[np.uint8], *, negate: bool) -> float:
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
     common = np.flatnonzero((between >= SHADE_SHARE * between.sum()) & (between > 0))
-    return max((255 - margin - 1 - int(common[-1])) / 2 / 255, WHITE) if len(common) else WHITE
+    return max((255 - margin - 1 - int(common[-1])) * (1 - FREE_SHARE) / 255, WHITE) if len(common) else WHITE
 
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:

@@ -138,7 +138,8 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
-    if not parts.outside and (open_share := free_share_of_border(found.free)) >= MARGIN:  # R8
+    open_share = free_share_of_border(found.free, found.occupied, found.resolution_m)
+    if not parts.outside and open_share >= MARGIN:  # R8
         about["open_border"] = round(open_share, 3)
     return DrawnStorey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),

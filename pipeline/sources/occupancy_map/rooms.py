@@ -17,7 +17,8 @@ R9  Where it is known which cells are occupied, rays correct the rooms (``rays``
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
-    the border is outside, unless all do.
+    the border is outside, unless all do. A free line around the picture, with unseen space beyond it for the most part,
+    is a frame and no margin.
 """
 
 from __future__ import annotations
@@ -123,11 +124,11 @@ def segment_rooms(
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
-        return Segmentation(label, ways, cell_m, scale, _outside(label, free))
+        return Segmentation(label, ways, cell_m, scale, _outside(label, free, occupied, cell_m))
     clear = fill_clutter(free, cell_m)
     none: Floats = np.zeros((0, 2, 2))
     label, ways = _divide_cells(clear, none, none, cell_m)
-    outside = _outside(label, free)
+    outside = _outside(label, free, occupied, cell_m)
     seen = clear if occupied is None else fill_between_rays(free | clear, occupied, cell_m)
     bare = free_beside_dashes(free, clear, cell_m)
     gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=bare, seen=seen)
@@ -135,7 +136,7 @@ def segment_rooms(
     gaps, walls = gaps[parting], walls[parting]
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, walls, cell_m)
-        outside = _outside(label, free)
+        outside = _outside(label, free, occupied, cell_m)
     label = _fill_furniture(label, cell_m, outside)
     if occupied is not None:
         dropped = rooms_of_rays(label, free, occupied, cell_m)
@@ -246,14 +247,21 @@ def _parts_a_room(gaps: Floats, walls: Floats, label: Labels, cell_m: float) -> 
     return found
 
 
-def free_share_of_border(free: Bools) -> float:
-    """Return which share of the cells on the border of a map (rows, cols) is free."""
-    return float(np.concatenate([free[side] for side in _BORDER]).mean())
+def free_share_of_border(free: Bools, occupied: Bools | None, cell_m: float) -> float:
+    """Return which share of the cells on the border of a map (rows, cols) is free; 0 for a frame (R7)."""
+    share = float(np.concatenate([free[side] for side in _BORDER]).mean())
+    frame = min(round(SMALLEST_M / cell_m), (min(free.shape) - 1) // 2)
+    beyond = np.s_[frame : free.shape[0] - frame, frame : free.shape[1] - frame]
+    if occupied is not None:
+        seen = free[beyond] | occupied[beyond]
+        if float(np.concatenate([seen[side] for side in _BORDER]).mean()) < MARGIN:
+            return 0.0
+    return share
 
 
-def _outside(label: Labels, free: Bools) -> frozenset[int]:
+def _outside(label: Labels, free: Bools, occupied: Bools | None, cell_m: float) -> frozenset[int]:
     """Return the labels of what lies outside of the house; R7."""
-    if free_share_of_border(free) < MARGIN:
+    if free_share_of_border(free, occupied, cell_m) < MARGIN:
         return frozenset()
     touching = frozenset(np.concatenate([label[side] for side in _BORDER]).tolist()) - {0}
     return touching if len(touching) < int(label.max(initial=0)) else frozenset()

@@ -199,6 +199,16 @@ def test_a_corner_of_a_thin_margin_is_outside_too(tmp_path: Path) -> None:
     assert areas(plan) == pytest.approx([(92 * 92 - 40 * 40) * CELL_M**2], rel=0.03)
 
 
+def test_a_white_line_around_the_picture_is_a_frame_and_no_margin(tmp_path: Path) -> None:
+    """Somebody drew a frame around a robot's map, and single rays out of a room end at it."""
+    shades = np.pad(two_rooms(), 40, constant_values=UNSEEN)
+    shades[80:84, :52] = FREE
+    shades[[0, -1]] = shades[:, [0, -1]] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.05)
+    assert [door.kind for door in plan.doors] == ["door"]
+
+
 def test_a_room_at_the_border_of_a_cropped_map_stays_a_room(tmp_path: Path) -> None:
     (plan,) = plans_of(saved(tmp_path, two_rooms()[10:, 10:]))
     assert areas(plan) == pytest.approx([9.0, 12.0], rel=0.03)
