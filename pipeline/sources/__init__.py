@@ -70,7 +70,8 @@ def find(source: str, **options: str) -> Iterator[Input]:
     if not found:
         expected = (
             "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a file of ProcTHOR, 3D-FRONT, Gazebo, Sweet "
-            "Home 3D, RoomPlan, a point cloud, a robot's map (map.yaml), a folder of these, a SUNCG root"
+            "Home 3D, RoomPlan, a drawn plan (.dxf, .geojson, .building.yaml, USD, MJCF, IMDF, ...), a point cloud, "
+            "a robot's map (map.yaml), a folder of these, a SUNCG root"
         )
         found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
         advice = how_to_export(file.suffix for file in _files_at(source))

@@ -373,3 +373,15 @@ def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:
     if largest > LONGEST_LENGTH_M:
         detail = f"{what} has a length of {largest:.4g} m, expected {LONGEST_LENGTH_M:.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "the format is in metres: correct it, or leave it out")
+
+
+def usd_fault(error: BaseException) -> str:
+    """Return in a few words why OpenUSD did not open a file; "" if its message says nothing to a reader."""
+    text = str(error)
+    old = re.search(r"with (?:obsolete|future) version (\d[\d.]*\d)", text)
+    if old:
+        return f": version {old[1]} of the format, which this OpenUSD does not read"
+    line = re.search(r":(\d+):\d+: parse error", text)
+    if line:
+        return f": a mistake in line {line[1]}"
+    return ": it is no USD file" if "is not a valid" in text else ""

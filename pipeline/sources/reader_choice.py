@@ -197,12 +197,16 @@ def _points(head: bytes) -> str | None:
 
 
 _SCENES = frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
+_PACKED = frozenset((".zip", ".7z", ".rar", ".tar", ".tgz", ".gz"))
 _DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg"))
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:
     """Say how files with these endings can be built all the same, or nothing if none of them is such a file's."""
-    known = sorted((_SCENES | _DESIGNS) & {suffix.lower() for suffix in suffixes})
+    said = {suffix.lower() for suffix in suffixes}
+    if packed := sorted(_PACKED & said):
+        return f"; unpack {', '.join(packed)}" + how_to_export(said - _PACKED)
+    known = sorted((_SCENES | _DESIGNS) & said)
     return f"; export {', '.join(known)} as .glb or .ifc from the program that made it" if known else ""
 
 

@@ -27,7 +27,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document
+from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, usd_fault
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
 from pipeline.sources.tolerances import SAME_M, SHEET_M, SLIVER_M2
 
@@ -258,7 +258,7 @@ def _stage(path: Path) -> Iterator[tuple[Any, Any]]:
         stage.Reload()  # the library keeps what it has read under the same name
         yield stage, UsdGeom
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
-        detail = f"{path.name} cannot be read as USD: {type(error).__name__}"
+        detail = f"{path.name} cannot be read as USD{usd_fault(error)}"
         raise Rejection("source", Reason.UNREADABLE, detail, _USDZ_ADVICE) from None
 
 

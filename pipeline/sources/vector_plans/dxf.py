@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import shapely
 from shapely import Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
@@ -62,9 +63,11 @@ AJAR_DEG: Final = 12
 _PIECES: Final = 8
 """Of a quarter of a circle."""
 _MOST_GUESSED: Final = 5_000
+_MOST_GUESSED_CORNERS: Final = 5_000
+"""A clinic of 52 rooms has 1,600; lines that are no walls make a tangle with more."""
 _OTHERS = re.compile(
     r"dim|defpoint|text|note|anno|title|frame|border|viewport|grid|axis|achse|cote|hatch|furn|equip|elec|plumb|sanit|"
-    r"light|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|graph|node|edge|point|coord",
+    r"light|detail|legend|schedule|wire|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|graph|node|edge|point|coord",
     re.IGNORECASE,
 )
 
@@ -130,8 +133,15 @@ def read_drawing(path: Path) -> Drawing:
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
     storey = storey_from_features(drawn)
     if not storey.walls and not storey.rooms:
+        if not path.read_bytes().rstrip().endswith((b"EOF", b"EOF\0")):
+            raise Rejection("source", Reason.UNREADABLE, f"{path.name} breaks off before its end (EOF)", _ADVICE)
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
         detail = f"{path.name}: expected layers that are called wall or room, found {layers or 'none'}"
+        raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
+    corners = sum(shapely.get_num_coordinates(wall.shape) for wall in storey.walls)
+    if is_guessed and corners > _MOST_GUESSED_CORNERS:
+        detail = f"{path.name}: no layer is called wall or room, and the lines of the others are a tangle of "
+        detail += f"{corners:,} corners, expected {_MOST_GUESSED_CORNERS:,} at most"
         raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
     return Drawing("dxf", (storey,), left_out, guesses)

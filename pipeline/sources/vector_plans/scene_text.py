@@ -113,7 +113,7 @@ def _things(text: str, left_out: LeftOutParts) -> Iterator[tuple[str, str, dict[
 def _from_bins(things: list[tuple[str, str, dict[str, str]]]) -> list[tuple[str, str, dict[str, str]]]:
     """R5: return things in metres; as they are, if their walls are not as high as walls in bins are."""
     heights = [said.get("height", "") for _, kind, said in things if kind == "wall"]
-    if not heights or not all(re.fullmatch(r"\d+", each) and int(each) >= FEWEST_BINS for each in heights):
+    if not heights or not all(re.fullmatch(r"\d{1,5}", each) and int(each) >= FEWEST_BINS for each in heights):
         return things
     return [
         (name, kind, {key: _in_metres(key, value) for key, value in said.items()} if kind in _FIELDS else said)
@@ -123,7 +123,7 @@ def _from_bins(things: list[tuple[str, str, dict[str, str]]]) -> list[tuple[str,
 
 def _in_metres(field: str, value: str) -> str:
     """Return a number of bins in metres or radians, and all else as it is."""
-    if not re.fullmatch(r"\d+", value) or field in {"wall0_id", "class", "id"}:
+    if not re.fullmatch(r"\d{1,5}", value) or field in {"wall0_id", "class", "id"}:
         return value
     if field == "angle_z":
         return str((int(value) / BINS * 2 - 1) * 2 * math.pi)

@@ -22,7 +22,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.files import real_path
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOutParts, record_file
+from pipeline.sources.files import LeftOutParts, record_file, usd_fault
 from pipeline.sources.meshes.scene import triangulate_polygons
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
@@ -71,7 +71,7 @@ def read_drawing(path: Path) -> Drawing:
         stage.Reload()  # the library keeps what it has read under the same name
         bodies = list(_bodies(Usd, UsdGeom, stage, path, left_out))
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
-        detail = f"{path.name} cannot be read as USD: {type(error).__name__}"
+        detail = f"{path.name} cannot be read as USD{usd_fault(error)}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
     storeys = storeys_from_bodies(bodies)
     if not any(storey.walls or storey.rooms for storey in storeys):

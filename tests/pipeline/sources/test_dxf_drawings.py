@@ -178,6 +178,16 @@ def test_layers_of_walls_with_a_pattern_taken_apart_are_refused(tmp_path):
         drawn(tmp_path, draw)
 
 
+def test_a_tangle_on_layers_that_say_nothing_is_no_plan(tmp_path):
+    def draw(space: Any) -> None:
+        for i in range(40):
+            space.add_line((0, i), (40, i), dxfattribs={"layer": "PARTS"})
+            space.add_line((i, 0), (i, 40), dxfattribs={"layer": "PARTS"})
+
+    with pytest.raises(Rejection, match="no layer is called wall or room, and the lines of the others are a tangle"):
+        drawn(tmp_path, draw)
+
+
 @pytest.mark.parametrize(
     ("layer", "kind"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -27,3 +28,10 @@ def test_of_other_files_no_export_is_spoken(tmp_path: Path) -> None:
         list(find(str(tmp_path / "notes.txt")))
     with pytest.raises(ConfigError, match=r"found nothing of the kind in it$"):
         list(find(str(tmp_path)))
+
+
+def test_an_archive_is_to_be_unpacked(tmp_path):
+    with zipfile.ZipFile(tmp_path / "plans.zip", "w") as packed:
+        packed.writestr("plan.dxf", "0\nEOF\n")
+    with pytest.raises(ConfigError, match=r"found none of them; unpack \.zip$"):
+        list(find(str(tmp_path / "plans.zip")))

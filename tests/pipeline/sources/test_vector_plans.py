@@ -75,6 +75,8 @@ def test_the_bins_of_spatiallm_are_metres(tmp_path):
     assert [door.kind for door in plan.doors] == ["door"]
     assert plan.area == pytest.approx(published.AREA_M2, rel=0.02)
     assert plan.doors[0].width == pytest.approx(0.9, abs=0.03)
+    endless = written(tmp_path / "layout.txt", f"wall_0=Wall({'9' * 5000},0,0,4,0,0,100,0)\n")
+    assert rejected(endless).reason is Reason.NO_LEVEL
 
 
 def test_a_table_and_a_pickle_hold_many_plans(tmp_path):

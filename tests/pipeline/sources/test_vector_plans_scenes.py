@@ -258,6 +258,21 @@ def test_dxf_that_is_none(tmp_path):
         assert rejected(tmp_path / "a.dxf").reason in {Reason.UNREADABLE, Reason.NO_LEVEL}
 
 
+def test_dxf_that_breaks_off_says_so(tmp_path):
+    pytest.importorskip("ezdxf")
+    whole = drawing(tmp_path, 6, 1.0).read_bytes()
+    (tmp_path / "a.dxf").write_bytes(whole[: whole.index(b"ENTITIES") - 20])
+    assert "breaks off before its end (EOF)" in rejected(tmp_path / "a.dxf").detail
+
+
+def test_usd_says_what_is_wrong_with_it(tmp_path):
+    pytest.importorskip("pxr")
+    (tmp_path / "a.usda").write_text('#usda 1.0\n\ndef Xform "Wall" {\n    double a = (\n}\n')
+    assert "a.usda cannot be read as USD: a mistake in line" in rejected(tmp_path / "a.usda").detail
+    (tmp_path / "b.usdc").write_bytes(b"PXR-USDC\0\0\1" + bytes(77))
+    assert "version 0.0.1 of the format" in rejected(tmp_path / "b.usdc").detail
+
+
 def collection(to=lambda x, y: (x, y), **about):
     rooms = [("Kitchen", 0.1, 4.1), ("Bedroom", 4.2, 8.2)]
     features = [
