@@ -102,11 +102,14 @@ def distance_field(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float3
 
 
 def all_rings(space: Space) -> list[Ring]:
-    """Return all rings of a plan or polygon; the even-odd rule need not know which of them are holes."""
+    """Return all rings of a plan or polygon; the even-odd rule need not know which of them are holes.
+
+    Points and lines, which differences of touching areas leave in a collection, have none.
+    """
     if isinstance(space, PlanData):
         return [space.verts, *space.holes]
     polygons = getattr(space, "geoms", [space])
-    rings = [ring for p in polygons if not p.is_empty for ring in (p.exterior, *p.interiors)]
+    rings = [ring for p in polygons if p.area for ring in (p.exterior, *p.interiors)]
     return [np.asarray(ring.coords)[:-1, :2] for ring in rings]
 
 

@@ -95,3 +95,14 @@ def test_neighbours_along_an_oblique_wall_share_no_cell():
 def test_an_empty_polygon_is_an_empty_mask():
     mask, _ = free_mask(shapely.Polygon(), 10)
     assert not mask.any()
+
+
+def test_what_has_no_area_in_a_collection_fills_nothing():
+    frame = GridFrame.around((0, 0, 4, 4), 1, margin_px=0)
+    square = shapely.box(1, 1, 3, 3)
+    loose = shapely.GeometryCollection([square, shapely.Point(0, 0), shapely.LineString([(0, 0), (4, 4)])])
+    mask, alone = np.zeros(frame.shape, np.uint8), np.zeros(frame.shape, np.uint8)
+    fill_cells(mask, loose, frame, 1)
+    fill_cells(alone, square, frame, 1)
+    assert (mask == alone).all()
+    assert mask.sum() == 4
