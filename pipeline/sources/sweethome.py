@@ -3,9 +3,9 @@
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
+R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
 R3  A home without any wall, whose doors stand in the edges of its rooms, has walls along these edges, as thick as the
     program draws them.
-R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
 
 **Reading** ``Home.xml`` as values in metres; x right, y DOWN as in the file, heights above the ground.
 

@@ -122,15 +122,22 @@ def read(item: Input) -> Iterator[Level]:
         yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), prisms=True)
 
 
+def _no_room(name: str, found: str) -> Rejection:
+    detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found {found}"
+    return Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
+
+
 def _storey(found: RobotMap, name: str) -> DrawnStorey:
+    free_m2 = float(found.free.sum()) * found.resolution_m**2
+    if free_m2 < ROOM_M2:  # cells of a tenth of a millimetre would take minutes to segment
+        raise _no_room(name, f"{free_m2:.2g} m2 in all")
     parts = segment_rooms(found.free, found.resolution_m, occupied=found.occupied, walls_only=found.walls_only)
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
     rooms = _outlines(parts, slots, height_m, edges)
     if not rooms.keys() - parts.outside:
-        detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found none"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "check the resolution of the map")
+        raise _no_room(name, "none")
     outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
     unseen, rooms_in_part = _unseen_shares(parts, found)
     about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)}

@@ -392,6 +392,14 @@ def test_specks_are_no_rooms(tmp_path: Path) -> None:
     assert rejected(saved(tmp_path, shades)).reason is Reason.NO_LEVEL
 
 
+def test_a_map_whose_cells_are_too_small_for_a_room_is_refused_at_once(tmp_path: Path) -> None:
+    shades = np.full((300, 300), FREE, np.uint8)
+    shades[[0, -1]] = shades[:, [0, -1]] = WALL
+    found = rejected(saved(tmp_path, shades, resolution=0.0001))
+    assert found.reason is Reason.NO_LEVEL
+    assert "found 0.00089 m2 in all" in found.detail
+
+
 @pytest.mark.parametrize("number", range(3))
 def test_what_is_exported_as_a_map_comes_back(tmp_path: Path, number: int) -> None:
     """The map has the rooms and the free space of the plan; a made home."""
