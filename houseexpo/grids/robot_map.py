@@ -325,15 +325,13 @@ def _free_thresh(grey: npt.NDArray[np.uint8], *, negate: bool) -> float:
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:
     """Whether a picture is map_saver's; R2."""
-    if _unknown_grey(grey) == SAVED_UNKNOWN:
-        return True
     border = np.concatenate([grey[0], grey[-1], grey[:, 0], grey[:, -1]])
-    on_border = float((border == SAVED_UNKNOWN).mean()) >= TURNED_BORDER
-    return on_border and _unknown_grey(grey, TURNED_SHARE) == SAVED_UNKNOWN
+    is_turned = float((border == SAVED_UNKNOWN).mean()) >= TURNED_BORDER
+    return _unknown_grey(grey, TURNED_SHARE if is_turned else SAVED_SHARE) == SAVED_UNKNOWN
 
 
-def _unknown_grey(grey: npt.NDArray[np.uint8], share: float = SAVED_SHARE) -> int | None:
-    """Return the shade that most of what is neither black nor white has in a picture with white, or None."""
+def _unknown_grey(grey: npt.NDArray[np.uint8], share: float) -> int | None:
+    """Return the shade that a share of what is neither black nor white has in a picture with white, or None."""
     counts = np.bincount(grey.ravel(), minlength=256)
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
@@ -385,7 +383,7 @@ def _from_world(file: Path) -> RobotMap:
     grey = _grey_of(picture).grey
     place = _place_of_floor(grey >= FREE_FROM, boundary=floor.boundary)
     cells = np.where(grey >= FREE_FROM, 0, 100).astype(np.int8)
-    unknown_shade = _unknown_grey(grey)
+    unknown_shade = _unknown_grey(grey, SAVED_SHARE)
     if unknown_shade is not None:
         cells[grey == unknown_shade] = UNKNOWN  # R2, for any shade, since people scale bitmaps; in Stage, it is free
     (left, top), (right, bottom) = place

@@ -496,7 +496,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
     met = end.centre + end.out * width
     in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
     deep = depth if width == straight else high - low
-    wide = min(width, _distance_beside(end, 0.0 * left, walls))  # some of the end's breadth may point past the wall
+    wide = min(width, _distance_beside(end, np.zeros(2), walls))  # some of the end's breadth may point past the wall
     return _Mouth(filling, centre + end.out * width / 2, end.out, wide, deep, NARROW_IN_WALL if in_wall else MOST)
 
 

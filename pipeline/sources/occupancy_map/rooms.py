@@ -253,8 +253,8 @@ def free_share_of_border(free: Bools, occupied: Bools | None, cell_m: float) -> 
     frame = min(round(SMALLEST_M / cell_m), (min(free.shape) - 1) // 2)
     beyond = np.s_[frame : free.shape[0] - frame, frame : free.shape[1] - frame]
     if occupied is not None:
-        seen = free[beyond] | occupied[beyond]
-        if float(np.concatenate([seen[side] for side in _BORDER]).mean()) < MARGIN:
+        seen = [free[beyond][side] | occupied[beyond][side] for side in _BORDER]
+        if float(np.concatenate(seen).mean()) < MARGIN:
             return 0.0
     return share
 

@@ -67,7 +67,8 @@ _MOST_GUESSED_CORNERS: Final = 5_000
 """A clinic of 52 rooms has 1,600; lines that are no walls make a tangle with more."""
 _OTHERS = re.compile(
     r"dim|defpoint|text|note|anno|title|frame|border|viewport|grid|axis|achse|cote|hatch|furn|equip|elec|plumb|sanit|"
-    r"light|detail|legend|schedule|wire|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|graph|node|edge|point|coord",
+    r"light|detail|legend|schedule|wire|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|"
+    r"graph|node|edge|point|coord",
     re.IGNORECASE,
 )
 

@@ -35,7 +35,7 @@ class _Collection(msgspec.Struct):
     crs: Any = None
 
 
-DECODER = msgspec.json.Decoder(_Collection)
+_DECODER = msgspec.json.Decoder(_Collection)
 
 
 def can_read(path: Path, head: bytes) -> bool:
@@ -45,11 +45,7 @@ def can_read(path: Path, head: bytes) -> bool:
 
 def read_drawing(path: Path) -> Drawing:
     """Read a collection; raise Rejection if it cannot be read or no feature is called wall or room."""
-    if path.stat().st_size > LARGEST_BYTES:
-        raise Rejection(
-            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
-        )
-    found = decode_document(DECODER, path.read_bytes(), path.name, _ADVICE)
+    found = read_collection(path)
     left_out = LeftOutParts()
     levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
     for number, feature in enumerate(found.features):
@@ -110,6 +106,19 @@ def shape_of(feature: Mapping[str, Any]) -> Any:
     if not len(coordinates) or not np.isfinite(coordinates).all():
         return None
     return shapely.force_2d(shape)
+
+
+def read_collection(path: Path) -> _Collection:
+    """Return the collection of a file; raise Rejection if it is too large or is none."""
+    size = path.stat().st_size
+    if size > LARGEST_BYTES:
+        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {size >> 20} MB", "expected a plan")
+    return decode_collection(path.read_bytes(), path.name)
+
+
+def decode_collection(data: bytes, name: str) -> _Collection:
+    """Return the collection in the bytes of a file; raise Rejection if it is none."""
+    return decode_document(_DECODER, data, name, _ADVICE)
 
 
 def _level(about: Mapping[str, Any]) -> str:

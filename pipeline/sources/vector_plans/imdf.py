@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,11 +30,17 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, extrude_polygon, unite_rooms, walls_around
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, decode_document
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import SPECK_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, named_room
-from pipeline.sources.vector_plans.geojson import DECODER, degrees_to_metres, shape_of, simple_parts
+from pipeline.sources.vector_plans.geojson import (
+    decode_collection,
+    degrees_to_metres,
+    read_collection,
+    shape_of,
+    simple_parts,
+)
 from pipeline.values import SourceObject, SourceRoom
 
 UNITS: Final = "unit.geojson"
@@ -123,8 +128,8 @@ def read_drawing(path: Path) -> Drawing:
     left_out = LeftOutParts()
     levels: dict[str, _Level] = {}
     order: dict[str, float] = {}
-    for name, data in _documents(path):
-        for number, feature in enumerate(decode_document(DECODER, data, name, _ADVICE).features):
+    for name, features in _features(path):
+        for number, feature in enumerate(features):
             if not _sort_in(feature, levels, order):
                 left_out.add(f"{name}: feature {number} cannot be read")
     drawn = {name: level for name, level in levels.items() if level.rooms}
@@ -136,29 +141,16 @@ def read_drawing(path: Path) -> Drawing:
     return Drawing("imdf", tuple(storeys), left_out)
 
 
-def _documents(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield the name and the bytes of each file that is read; raise Rejection if one is too large or damaged."""
+def _features(path: Path) -> Iterator[tuple[str, list[Any]]]:
+    """Yield the name and the features of each file that is read; raise Rejection if one is too large or damaged."""
     if path.suffix.lower() in {".geojson", ".json"}:
         beside = [path.with_name(name) for name in _READ] if path.name.lower() == UNITS else []
         for file in [path, *(each for each in beside if each.is_file() and not each.is_symlink())]:
-            _check_size(file.name, file.stat().st_size)
-            yield file.name, file.read_bytes()
+            yield file.name, read_collection(file).features
         return
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for info in archive.infolist():
-                if _file_name(info.filename) in {UNITS, *_READ}:
-                    _check_size(info.filename, info.file_size)
-                    with archive.open(info) as stream:
-                        yield info.filename, stream.read(LARGEST_BYTES)
-    except (OSError, ValueError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile) as error:
-        detail = f"{path.name} cannot be unpacked: {type(error).__name__}: {str(error)[:120]}"
-        raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-
-
-def _check_size(name: str, size: int) -> None:
-    if size > LARGEST_BYTES:
-        raise Rejection("source", Reason.TOO_LARGE, f"{name} has {size >> 20} MB", "expected a plan")
+    for name in archive_members(path):
+        if _file_name(name) in {UNITS, *_READ} and (data := read_member(path, (name,), LARGEST_BYTES)) is not None:
+            yield name, decode_collection(data, name).features
 
 
 def _file_name(member: str) -> str:
@@ -248,7 +240,7 @@ def _name(about: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
 
 
 def _lines(shape: Any) -> Iterator[tuple[Point, Point]]:
-    """Yield the longest line of an opening, from end to end."""
+    """Yield the ends of each line of an opening."""
     for part in simple_parts(shape):
         ends = shapely.get_coordinates(part)
         if part.geom_type == "LineString" and len(ends) > 1 and np.isfinite(ends).all():

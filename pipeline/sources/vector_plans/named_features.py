@@ -6,10 +6,10 @@ R2  Areas called room are rooms. A text inside one names it; one that is the nam
 R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
     to the end that lies nearer to a wall.
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
-R6  A closed line called room without a name, inside one with a name, is a hole of it.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
     wide inside, and in no closed line but one around the names of two rooms, is space, too.
+R6  A closed line called room without a name, inside one with a name, is a hole of it.
 """
 
 from __future__ import annotations
@@ -64,6 +64,9 @@ _WORDS: Final = {
 _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
 """Words of walls that are under a floor, or nowhere."""
 
+NamedArea = tuple[Polygon, tuple[str, ...], str]
+"""Area, the source's words, and our label where the file says it."""
+
 
 @dataclass
 class DrawnFeatures:
@@ -74,8 +77,7 @@ class DrawnFeatures:
     room_lines: list[tuple[Point, Point]] = field(default_factory=list)
     wall_areas: list[Polygon] = field(default_factory=list)
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
-    rooms: list[tuple[Polygon, tuple[str, ...], str]] = field(default_factory=list)
-    """Area, the source's words, and our label where the file says it."""
+    rooms: list[NamedArea] = field(default_factory=list)
     texts: list[tuple[str, Point]] = field(default_factory=list)
     door_areas: list[tuple[Polygon, bool]] = field(default_factory=list)
     door_lines: list[tuple[Point, Point, bool]] = field(default_factory=list)
@@ -95,7 +97,8 @@ def kind_from_name(name: str) -> str:
 
 def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:
     """Return the storey of a drawing; it may be empty."""
-    areas, sides = _outlines(drawn)
+    drawn_rooms = _with_holes(drawn)
+    areas, sides = _outlines(drawn, drawn_rooms)
     shapes = [*areas, *drawn.wall_bodies, *walls_along_lines([*drawn.wall_lines, *sides], SHEET_M)]
     walls = walls_between_faces(shapes) if drawn.wall_lines or sides else shapes
     holes = [
@@ -106,7 +109,7 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
         holes=tuple(holes),
-        rooms=_rooms(drawn),
+        rooms=_rooms(drawn, drawn_rooms),
         furniture=tuple(
             SourceObject((word,), extrude_polygon(shape, 0.0, high)) for word, shape, high in drawn.objects
         ),
@@ -122,9 +125,8 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     if len(found) < 2:
         return found
     tree = shapely.STRtree(found)
-    inner, outer = tree.query(
-        shapely.buffer(found, -SAME_M), predicate="within"
-    )  # rings that touch may cross by a hair
+    shrunk = shapely.buffer(found, -SAME_M)  # rings that touch may cross by a hair
+    inner, outer = tree.query(shrunk, predicate="within")
     deep = np.bincount(inner[inner != outer], minlength=len(found))
     solid = shapely.Polygon()
     for depth in range(int(deep.max()) + 1):
@@ -133,9 +135,9 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     return polygons_of(solid)
 
 
-def _outlines(drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
+def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
     """R5: return the walls that are bodies, and the sides of the rings of which the others are made."""
-    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in _with_holes(drawn)]
+    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in rooms]
     names = [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
     inside += names
     inside += [shapely.Point(arc[0]) for arc in drawn.arcs] + [area.centroid for area, _ in drawn.door_areas]
@@ -158,7 +160,7 @@ def _outlines(drawn: DrawnFeatures) -> tuple[list[Polygon], list[tuple[Point, Po
     return bodies, sides
 
 
-def _enclosed_rooms(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...], str]]:
+def _enclosed_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
     """R4."""
     if not drawn.room_lines:
         return []
@@ -167,8 +169,8 @@ def _enclosed_rooms(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...]
     return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
 
 
-def _with_holes(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...], str]]:
-    """R6."""
+def _with_holes(drawn: DrawnFeatures) -> list[NamedArea]:
+    """Return the areas called room, less their holes (R6)."""
     rooms = drawn.rooms
     if len(rooms) < 2 or not drawn.texts:
         return rooms
@@ -185,10 +187,10 @@ def _with_holes(drawn: DrawnFeatures) -> list[tuple[Polygon, tuple[str, ...], st
     return found
 
 
-def _rooms(drawn: DrawnFeatures) -> tuple[SourceRoom, ...]:
+def _rooms(drawn: DrawnFeatures, areas: Sequence[NamedArea]) -> tuple[SourceRoom, ...]:
     """R2."""
     rooms, used = [], set()
-    for area, words, label in [*_with_holes(drawn), *_enclosed_rooms(drawn)]:
+    for area, words, label in [*areas, *_enclosed_rooms(drawn)]:
         inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
         used.update(inside)
         said = [*words, *(drawn.texts[i][0] for i in inside)]

@@ -10,8 +10,8 @@ R2  A wall is 0.1 m thick and 2.5 m high, as rmf_building_map_tools makes it; ``
 R3  A vertex whose name is the name of a room names the room around it. Where two floors or more have one such vertex
     each, and none has two, these floors are the rooms, as our own export draws them.
 R4  A lift is a room of the levels that it has doors on, or passes where it names none; its doors are doors.
-R6  Holes of a level are no floor, and nobody walks there: they are wall.
 R5  What refers to vertices that are not there is left out, with a note.
+R6  Holes of a level are no floor, and nobody walks there: they are wall.
 """
 
 from __future__ import annotations
