@@ -12,7 +12,9 @@ R5  A room's name beside the word for floor names the room.
 R6  What is called threshold is the floor in a doorway, whatever else its name holds.
 
 The tables of words are in English, German, French, Spanish, Italian, Portuguese, Dutch and pinyin. Words are plain
-lower-case ASCII: umlauts are spelled out, other accents dropped. Plurals in -s, -es, -n and -en need no entry.
+lower-case ASCII: umlauts are spelled out, other accents dropped. Plurals in -s, -es, -n and -en need no entry. What
+parts and finishes a house has is also known in Nordic and Slavic languages, Turkish, Chinese, Japanese and Korean;
+words in other scripts are turned into English first.
 """
 
 from __future__ import annotations
@@ -152,6 +154,40 @@ ROMANCE: Final[Mapping[Role, frozenset[str]]] = {
 }
 """Languages whose head noun comes first: a mesa de centro is a table; pinyin is written without spaces."""
 
+OTHERS: Final[Mapping[Role, frozenset[str]]] = {
+    Role.WALL: _set("""
+        vegg vaegg vaeg seinae ikkuna vindu vindue foenster sciana okno okna stena zed duvar pencere prozor
+        perete fereastra ablak
+    """),
+    Role.DOOR: _set("""
+        doerr doerrar doer doere ovi ovet drzwi dvere dver dveri kapi vrata ajto
+    """),
+    Role.FLOOR: _set("""
+        gulv golv lattia podloga podlaha zemin
+    """),
+    Role.CEILING: _set("""
+        katto sufit strop tavan himling
+    """),
+}
+"""Words for the parts of a house in other languages, whose names are mostly one word."""
+
+SCRIPTS: Final[Mapping[str, str]] = {
+    "door": "дверь двери двері ドア 扉 門 门 문",
+    "window": "окно окна вікно 창문 窓 窗",
+    "wall": "стена стены стіна перегородка 壁 墙 牆 벽",
+    "column": "колонна колона 柱 기둥",
+    "floor": "пол підлога 地板 床板 바닥",
+    "ceiling": "потолок стеля 天花板 天井 천장",
+    "roof": "крыша дах 屋顶 屋頂 屋根 지붕",
+    "table": "стол стіл テーブル 桌",
+    "chair": "стул стілець 椅子 椅 의자",
+    "bed": "кровать ліжко ベッド 침대",
+    "sofa": "диван ソファ 沙发 沙發 소파",
+    "cabinet": "шкаф шафа 柜 櫃 棚 가구",
+    "handle": "ручка 把手 取っ手 ノブ 손잡이",
+}
+"""Words in other scripts, by what they mean in English; those of more than one letter are looked for first."""
+
 COMPOUNDS: Final[Mapping[str, Role]] = {
     "tuer": Role.DOOR,
     "tueren": Role.DOOR,
@@ -210,11 +246,46 @@ STOREYS: Final = _set("""
 """Before "floor", these name a storey, not a surface."""
 
 
+CYRILLIC: Final = re.compile(r"[\u0400-\u04ff]")
+_SPELLED: Final = {
+    "ä": "ae",
+    "ö": "oe",
+    "ü": "ue",
+    "ß": "ss",
+    "Ä": "Ae",
+    "Ö": "Oe",
+    "Ü": "Ue",
+    "æ": "ae",
+    "ø": "oe",
+    "Æ": "Ae",
+    "Ø": "Oe",
+    "ł": "l",
+    "Ł": "L",
+    "\u0131": "i",
+}
+
+
+@cache
+def _english() -> Mapping[str, str]:
+    """Return what each word in another script means in English."""
+    return {word: english for english, words in SCRIPTS.items() for word in words.split()}
+
+
+@cache
+def _other_scripts() -> re.Pattern[str]:
+    """Return a pattern of the words in other scripts; only Cyrillic words are parted by spaces."""
+    words = sorted(_english(), key=lambda word: (-len(word), word))
+    whole = [rf"(?<!\w){word}(?!\w)" if CYRILLIC.match(word) else word for word in words]
+    return re.compile("|".join(whole), re.IGNORECASE)
+
+
 def split_words(name: str) -> list[str]:
     """Plain words of a name: camel case parted, digits dropped, umlauts spelled out, other accents dropped."""
     parted = re.sub(r"(?<=[a-z\xdf-\xff])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
-    for umlaut, spelled in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
-        parted = parted.replace(umlaut, spelled)
+    for letter, spelled in _SPELLED.items():
+        parted = parted.replace(letter, spelled)
+    if not parted.isascii():
+        parted = _other_scripts().sub(lambda found: f" {_english()[found[0].lower()]} ", parted)
     plain = unicodedata.normalize("NFKD", parted).encode("ascii", "ignore").decode().lower()
     words = " ".join(re.findall(r"[a-z]+", plain))
     return re.sub(
@@ -224,7 +295,7 @@ def split_words(name: str) -> list[str]:
 
 def word_role(word: str) -> Role | None:
     """Return what a Germanic or any other listed word means by itself, or None if it is not known."""
-    return _germanic().get(word) or _romance().get(word)
+    return _germanic().get(word) or _romance().get(word) or _others().get(word)
 
 
 def is_romance_word(word: str) -> bool:
@@ -240,6 +311,11 @@ def _germanic() -> Mapping[str, Role]:
 @cache
 def _romance() -> Mapping[str, Role]:
     return _table(ROMANCE)
+
+
+@cache
+def _others() -> Mapping[str, Role]:
+    return {word: role for role, group in OTHERS.items() for word in sorted(group)}
 
 
 def _table(words: Mapping[Role, frozenset[str]]) -> Mapping[str, Role]:

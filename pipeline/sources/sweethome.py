@@ -15,6 +15,7 @@ H3  A piece that is not visible is not there. A level that is not shown is one a
     have places of their own.
 H4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
 H5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
+H6  A piece of furniture that is called a door, and is as large as one, is a door if it stands in a wall.
 
 **Shapes** of walls and doors in plan, metres, axes as in the file.
 
@@ -71,19 +72,24 @@ from pipeline.sources.files import (
     parse_xml,
     read_member,
 )
-from pipeline.sources.roles import labels_for
+from pipeline.sources.roles import Role, labels_for, role_from_name
 from pipeline.sources.tolerances import (
     ALONG,
     ARC_STEP_RAD,
     IN_WALL,
+    KNEE_M,
+    NAMED_DOOR_M,
+    NARROWEST_DOOR_M,
     ROUGH_M,
     SHARPEST,
     SLOPE_STEP_M,
     SLOPE_STEPS,
     SWEETHOME_WALL_CM,
+    THICKEST_WALL_M,
     TINY,
     TURN_RAD,
     WALL_HEIGHT_M,
+    WIDEST_DOOR_M,
 )
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -195,9 +201,13 @@ def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
                     doors.append(_door(each, _values(each)))
                 else:
                     furniture.append(FurniturePiece(**_values(each)))
+    walls = tuple(_wall(each, usual) for each in root.iter("wall") if each.get("level", "") in here)
+    called = [(piece, door) for piece in furniture if (door := _called_door(piece, walls))]
+    doors += [door for _, door in called]
+    furniture = [piece for piece in furniture if all(piece is not other for other, _ in called)]
     return Home(
         levels=tuple(levels),
-        walls=tuple(_wall(each, usual) for each in root.iter("wall") if each.get("level", "") in here),
+        walls=walls,
         doors=tuple(doors),
         rooms=tuple(rooms),
         furniture=tuple(furniture),
@@ -254,6 +264,27 @@ def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
         mirrored=_flag(element, "modelMirrored", False),
         has_leaf=element.find("sash") is not None or not _is_frame(element),
     )
+
+
+def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWindow | None:
+    """H6; None where a piece is not called a door, or stands in no wall."""
+    named = role_from_name(piece.name)
+    if named is None or named.role is not Role.DOOR or piece.elevation_m > KNEE_M:
+        return None
+    high = NAMED_DOOR_M[0] <= piece.height_m <= NAMED_DOOR_M[1]
+    if not (high and NARROWEST_DOOR_M <= piece.width_m <= WIDEST_DOOR_M and piece.depth_m <= THICKEST_WALL_M):
+        return None
+    door = DoorOrWindow(
+        **vars(piece),
+        wall_left=0.0,
+        wall_width=1.0,
+        wall_distance=0.0,
+        wall_thickness=1.0,
+        mirrored=False,
+        has_leaf=True,
+    )
+    strips = wall_strips([wall for wall in walls if wall.level == piece.level])
+    return door if door_hole(door, strips) is not None else None
 
 
 def _is_frame(element: Element) -> bool:

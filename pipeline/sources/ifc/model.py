@@ -29,6 +29,8 @@ E7  Some exporters do not say what fills an opening. Then it is the door or the 
     part. A window as high as a door that is called a door (a French window) is one.
 E5  Spaces count unless they lie outside, measure a whole storey, or only group spaces that are in the file themselves;
     the parts of a space that has a body of its own do not.
+E8  What is called a door and is as large as one is a door, whatever its class: a proxy, a plate, a piece of furniture.
+    In a file without walls, proxies that are called furniture, plants or lamps are not the walls.
 E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. Coverings, roofs, footings,
     ramps and pipes are left out: over the head, underfoot, passable or within walls.
 
@@ -41,18 +43,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+import shapely
 
 from houseexpo.errors import install_command
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
-from pipeline.sources.tolerances import AXIS_TILT, IFC_DOOR_M
+from pipeline.sources.roles import Role, role_from_name
+from pipeline.sources.tolerances import (
+    AXIS_TILT,
+    IFC_DOOR_M,
+    NAMED_DOOR_M,
+    NARROWEST_DOOR_M,
+    THICKEST_WALL_M,
+    WIDEST_DOOR_M,
+)
 from pipeline.tolerances import MOST
 from pipeline.values import Mesh
 
@@ -141,6 +152,7 @@ def _unescape(found: re.Match[str]) -> str:
 
 WALLS = ("IfcWall", "IfcColumn", "IfcChimney", "IfcCurtainWall", "IfcWindow")
 LOOSE = ("IfcBuildingElementProxy", "IfcPlate", "IfcMember", "IfcBuildingElementPart")
+CALLED = (*LOOSE, "IfcFurnishingElement")  # E8
 HOSTS = ("IfcWall", "IfcCurtainWall")
 COVERS = ("IfcSlab", "IfcRoof", "IfcCovering")
 FURNITURE = (
@@ -190,8 +202,10 @@ def sort_elements(model: Any) -> ElementsByKind:
     walls = _walls(model)
     known = {element.id() for element in walls}
     loose = [e for name in LOOSE for e in _of_type(model, name) if e.id() not in known and _may_be_wall(e)]
-    if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # E3
-        walls, loose = walls + loose, []
+    things: list[Any] = []
+    if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # E3, E8
+        things = [each for each in loose if _called(each) in {Role.FURNITURE, Role.LEFT_OUT}]
+        walls, loose = walls + [each for each in loose if each not in things], []
     return ElementsByKind(
         walls=walls,
         loose=loose,
@@ -200,7 +214,7 @@ def sort_elements(model: Any) -> ElementsByKind:
         spaces=_rooms(_of_type(model, "IfcSpace")),
         openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, opening_hosts(each)))],
         doors=_of_type(model, "IfcDoor"),
-        furniture=[element for name in FURNITURE for element in _of_type(model, name)],
+        furniture=things + [element for name in FURNITURE for element in _of_type(model, name)],
     )
 
 
@@ -208,6 +222,17 @@ def element_words(element: Any) -> tuple[str, ...]:
     """Return the element's own words: its long name, its name, its type's, without repetition."""
     words = (getattr(element, name, None) for name in ("LongName", "Name", "ObjectType"))
     return tuple(dict.fromkeys(word.strip() for word in words if isinstance(word, str) and word.strip()))
+
+
+def _called(element: Any) -> Role | None:
+    """Return what an element's own words say that it is (E8)."""
+    found = (role_from_name(word) for word in element_words(element))
+    return next((named.role for named in found if named), None)
+
+
+def _is_called_door(element: Any) -> bool:
+    """E8."""
+    return any(element.is_a(name) for name in CALLED) and _called(element) is Role.DOOR
 
 
 def opening_hosts(opening: Any) -> list[Any]:
@@ -504,6 +529,7 @@ def _building(model: Any, schema: str) -> Building:
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
     elements = sort_elements(model)
     meshes = dict(_triangulate(model, elements.all()))
+    elements = _with_called_doors(elements, meshes)
     fillings = _fillings(elements, meshes)
     french = _french_windows(elements, fillings, meshes)
     return Building(
@@ -567,6 +593,34 @@ def _id_of_parent(element: Any, kind: str) -> int | None:
     return int(parent.id()) if parent else None
 
 
+def _with_called_doors(elements: ElementsByKind, meshes: dict[int, Mesh]) -> ElementsByKind:
+    """Return the elements with those among the doors that are called doors and are as large as one (E8)."""
+    groups = (elements.walls, elements.loose, elements.furniture)
+    found = {
+        each.id(): each
+        for group in groups
+        for each in group
+        if _is_called_door(each) and each.id() in meshes and _is_as_large_as_door(meshes[each.id()])
+    }
+    found = {key: each for key, each in found.items() if not any(whole.is_a("IfcDoor") for whole in _containers(each))}
+    if not found:
+        return elements
+    walls, loose, furniture = ([each for each in group if each.id() not in found] for group in groups)
+    doors = [*elements.doors, *found.values()]
+    return replace(elements, walls=walls, loose=loose, furniture=furniture, doors=doors)
+
+
+def _is_as_large_as_door(mesh: Mesh) -> bool:
+    """Return whether a body is as high and as wide as a door, and no deeper than a wall (E8)."""
+    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.multipoints(mesh.vertices[:, :2])))[:3]
+    if len(corners) < 3:  # a sheet
+        corners = np.array([corners[0], corners[-1], corners[-1]])
+    deep, wide = sorted(np.linalg.norm(np.diff(corners, axis=0), axis=1))
+    high = float(np.ptp(mesh.vertices[:, 2]))
+    is_high = NAMED_DOOR_M[0] <= high <= NAMED_DOOR_M[1]
+    return bool(is_high and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_M and deep <= THICKEST_WALL_M)
+
+
 def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
     """Return the doors and windows in each opening, by its step id (E7)."""
     found = {opening.id(): opening_fillings(opening) for opening in elements.openings}
@@ -596,8 +650,8 @@ def _stands_in(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
 
 
 def _is_door(element: Any) -> bool:
-    """Return whether what fills an opening is a door (E7)."""
-    if element.is_a("IfcDoor"):
+    """Return whether what fills an opening is a door (E7, E8)."""
+    if element.is_a("IfcDoor") or _is_called_door(element):
         return True
     return element.is_a("IfcWindow") and any(FRENCH_WINDOW.search(word) for word in element_words(element))
 
@@ -667,6 +721,8 @@ def _placement(element: Any, metres: float) -> npt.NDArray[np.float64] | None:
 
 def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, float | None]:
     """The direction of a door's or window's width in plan (the x axis of its placement), and the width, where known."""
+    if not hasattr(door, "OverallWidth"):  # E8: its placement says nothing of its direction
+        return None, None
     matrix = _placement(door, metres)
     width = door.OverallWidth * metres if door.OverallWidth else None
     if matrix is None or abs(matrix[2, 0]) > AXIS_TILT:  # an x axis that is not level is no width in plan

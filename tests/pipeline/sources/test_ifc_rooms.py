@@ -217,6 +217,65 @@ def test_a_door_without_an_opening_is_one(holed_flat, tmp_path):
     assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
 
 
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("IfcBuildingElementProxy", "Zimmertür 0.9"),
+        ("IfcBuildingElementProxy", "Ovi 9x21"),
+        ("IfcBuildingElementProxy", "дверь"),
+        ("IfcFurniture", "Door"),
+        ("IfcMember", "室内ドア"),
+    ],
+)
+def test_what_is_called_a_door_is_one_whatever_its_class(holed_flat, tmp_path, kind, name):
+    holed_flat.house.element(kind, holed_flat.storey, (4.05, 2, 0, 4.1, 2.9, 2.1), name)
+    (level,) = holed_flat.levels(tmp_path)
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+    assert [leaf.words for leaf in level.leaves] == [(name, kind)]
+    assert not level.furniture
+
+
+def test_what_fills_a_hole_and_is_called_a_door_is_one(holed_flat, tmp_path):
+    leaf = holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcBuildingElementProxy")
+    leaf.Name = "Porte intérieure"
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "box"),
+    [
+        ("Door handle", (4.05, 2, 0, 4.1, 2.9, 2.1)),
+        ("Door stop", (4.05, 2, 0, 4.1, 2.9, 0.1)),
+        ("Cabinet door", (4.05, 2, 0, 4.1, 2.9, 2.1)),
+    ],
+)
+def test_a_part_of_a_door_and_a_door_of_furniture_are_none(holed_flat, tmp_path, name, box):
+    holed_flat.house.element("IfcFurniture", holed_flat.storey, box, name)
+    assert holed_flat.bounds(tmp_path) == []
+
+
+def test_in_a_file_without_walls_doors_and_furniture_are_told_from_walls_by_their_names(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    sides = (
+        (0, 0, 8, 0.2),
+        (7.8, 0.2, 8, 6),
+        (0, 5.8, 7.8, 6),
+        (0, 0.2, 0.2, 5.8),
+        (4, 0.2, 4.2, 2),
+        (4, 2.9, 4.2, 5.8),
+    )
+    for x1, y1, x2, y2 in sides:
+        house.element("IfcBuildingElementProxy", storey, (x1, y1, 0, x2, y2, 2.5), "Wall")
+    house.element("IfcBuildingElementProxy", storey, (4.05, 2, 0, 4.1, 2.9, 2.1), "Door 1")
+    house.element("IfcBuildingElementProxy", storey, (1, 1, 0, 3, 1.6, 2.2), "Wardrobe")
+    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "house.ifc"))) for x in ifc.read(item)]
+    assert [thing.words[0] for thing in level.furniture] == ["Wardrobe"]
+    plan = plan_of(level)
+    assert len(plan.rooms) == 2
+    assert kinds(plan) == ["door"]
+
+
 def test_a_door_without_a_body_has_its_placement_and_size(holed_flat, tmp_path):
     door = holed_flat.house.element("IfcDoor", holed_flat.storey, None, "door", OverallWidth=0.8, OverallHeight=2.0)
     holed_flat.house.turned(door, (4.15, 2.0, 0.0), (0.0, 1.0))

@@ -277,6 +277,36 @@ def test_doors_in_eight_languages(name):
     assert said(name) is Role.DOOR
 
 
+@pytest.mark.parametrize(
+    ("name", "role"),
+    [
+        ("Дверь 90", Role.DOOR),
+        ("внутренняя дверь", Role.DOOR),
+        ("室内門", Role.DOOR),
+        ("スチールドア", Role.DOOR),
+        ("卧室门", Role.DOOR),
+        ("방문", Role.DOOR),
+        ("Ovi 9x21", Role.DOOR),
+        ("Dörr", Role.DOOR),
+        ("dør", Role.DOOR),
+        ("drzwi", Role.DOOR),
+        ("창문", Role.WALL),
+        ("стена", Role.WALL),
+        ("okno", Role.WALL),
+        ("пол", Role.FLOOR),
+        ("门把手", Role.LEFT_OUT),
+        ("柜门", Role.FURNITURE),
+    ],
+)
+def test_words_in_other_languages_and_scripts(name, role):
+    assert said(name) is role
+
+
+@pytest.mark.parametrize("name", ["полка", "Полтава", "стенд"])
+def test_a_word_within_a_russian_word_says_nothing(name):
+    assert said(name) is None
+
+
 @pytest.mark.parametrize("name", ["door_wall", "wallDoorway", "mur_porte", "Wall with door"])
 def test_a_wall_with_a_door_is_the_wall(name):
     assert said(name) is Role.WALL

@@ -60,6 +60,34 @@ def test_a_frame_without_a_leaf_is_an_opening_and_a_part_of_a_piece_is_the_hole(
     assert level.openings[0].polygon.bounds == pytest.approx((4.0, -1.725, 4.2, -1.275))
 
 
+PIECE = "<pieceOfFurniture name='{}' x='410' y='{}' angle='1.5707964' width='90' depth='{}' height='{}'/>"
+
+
+@pytest.mark.parametrize("name", ["Puerta", "Door 2", "Дверь"])
+def test_furniture_that_is_called_a_door_and_stands_in_a_wall_is_one(tmp_path, name):
+    level = one(tmp_path, home(PIECE.format(name, 150, 12, 205), door=""))
+    assert [(each.polygon.bounds, each.has_door) for each in level.openings if each.polygon.centroid.x > 4] == [
+        (pytest.approx((4.0, -1.95, 4.2, -1.05)), True)
+    ]
+    assert not level.furniture
+    assert kinds(plan_of(level)) == ["door", "entrance"]
+
+
+@pytest.mark.parametrize(
+    "piece",
+    [
+        PIECE.format("Door mat", 150, 12, 205),
+        PIECE.format("Puerta", 150, 12, 30),
+        PIECE.format("Puerta", 150, 120, 205),
+        PIECE.format("Puerta", 150, 12, 205).replace("x='410'", "x='600'"),
+    ],
+)
+def test_what_is_no_door_by_its_name_its_size_or_its_place_stays_furniture(tmp_path, piece):
+    level = one(tmp_path, home(piece, door=""))
+    assert len(level.furniture) == 1
+    assert len(level.openings) == 1
+
+
 def test_an_open_leaf_belongs_to_no_hole(tmp_path):
     door = "<doorOrWindow name='d' x='370' y='150' angle='1.5707964' width='90' depth='100' height='208' "
     frame = "wallThickness='0.1' wallDistance='0.05'><sash/></doorOrWindow>"
