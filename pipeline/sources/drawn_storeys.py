@@ -264,11 +264,14 @@ def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
 def _without_crossing_wall(part: Polygon, hole: Hole) -> BaseGeometry:
     """Return what of a wall lies across a hole, without one that crosses it and laps over an end of the hole.
 
-    Such a wall takes little of the hole's breadth and goes on beyond the lane, where the hole's own wall ends.
+    Such a wall takes little of the hole's breadth and goes on beyond the lane, where the hole's own wall ends. If the
+    hole's own wall is as thin, it is what lies about the hole.
     """
     if not _is_deep(part, hole):
         return part
     own = drop_thin_parts(part, MIN_DEPTH_M)
+    if own.is_empty:
+        return shapely.intersection(part, shapely.buffer(hole.shape, MIN_DEPTH_M / 2, join_style="mitre"))
     return part if _is_deep(own, hole) else own
 
 

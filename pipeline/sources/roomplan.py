@@ -9,16 +9,19 @@ R1  Walls are what lies between and around the floors (``around``), and the surf
 R2  A door is a door, an opening one without a door; what two rooms have of one is one. It goes through all wall there.
 R3  A floor is a room. Sections name it; where a floor holds several, they name the rooms that walls make of it.
 R4  What stands STOREYS_APART_M over the walls' lowest feet is a level of its own.
+R5  Where no surface was seen along a floor's edge, farther than EDGE_REACH_M from all others, the room is open there.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import shapely
+import shapely.ops
 from shapely import Polygon
 
 from houseexpo.files import sha256_of
@@ -44,7 +47,9 @@ from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
 from pipeline.sources.roomplan_scan import Floor, LabelledSection, Scan, UprightBox, parse_scan
 from pipeline.sources.tolerances import (
+    EDGE_REACH_M,
     NAME_BOX_M,
+    NARROWEST_DOOR_M,
     NARROWEST_ROOM_M,
     ROOMPLAN_WALL_M,
     SAME_M,
@@ -130,6 +135,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
     walls = _walls(scan, [floor.shape for floor in scan.floors] or _enclosed_spaces(scan.walls), top)
     found = [Hole(d.shape, d.low_m - height, d.high_m - height, has_door=True) for d in scan.doors]
     found += [Hole(o.shape, o.low_m - height, o.high_m - height) for o in scan.openings]
+    found += [Hole(side, 0.0, top) for side in _open_sides(scan)]
     holes = [
         hole for each in merge_parallel_holes(found) if (hole := deepen_to_wall_faces(each, walls)) is not None
     ]  # R2
@@ -160,6 +166,25 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     reached = shapely.union_all([buffer_mitred(part, SCAN_INSIDE_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
+
+
+def _open_sides(scan: Scan) -> list[Polygon]:
+    """R5: return strips along the stretches of the floors' edges where nothing was seen."""
+    seen = shapely.union_all([thing.shape for thing in (*scan.walls, *scan.doors, *scan.openings)])
+    near, found = shapely.buffer(seen, EDGE_REACH_M), []
+    floor = close_cracks(shapely.union_all([each.shape for each in scan.floors], grid_size=SAME_M))
+    for ring in shapely.get_parts(shapely.boundary(floor)):
+        corners = shapely.get_coordinates(shapely.simplify(ring, SHEET_M))
+        for start, end in itertools.pairwise(corners):
+            side = shapely.LineString([start, end])
+            for open_ in shapely.get_parts(shapely.difference(side, near)):
+                if open_.length >= NARROWEST_DOOR_M:
+                    ends = np.sort(
+                        shapely.line_locate_point(side, shapely.points(shapely.get_coordinates(open_)[[0, -1]]))
+                    )
+                    wide = shapely.ops.substring(side, max(0.0, ends[0] - EDGE_REACH_M), ends[1] + EDGE_REACH_M)
+                    found.append(wide.buffer(SHEET_M / 2, cap_style="flat"))
+    return found
 
 
 def _enclosed_spaces(walls: Sequence[UprightBox]) -> list[Polygon]:

@@ -24,12 +24,12 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import drop_thin_parts, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, usd_fault
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
-from pipeline.sources.tolerances import SAME_M, SHEET_M, SLIVER_M2
+from pipeline.sources.tolerances import NARROWEST_DOOR_M, ROOMPLAN_WALL_M, SAME_M, SHEET_M, SLIVER_M2
 
 _ADVICE = "export the scan again"
 
@@ -191,6 +191,9 @@ def _word(surface: _Surface) -> str:
 # R1  The names on the way to a mesh decide, the nearest first: Wall, Door, Opening, Window, Floor; what else is in the
 #     scene is an object of its name. Windows are part of their wall.
 # R2  All layers lie in the archive: a scene that names a file elsewhere is refused before it is put together.
+# R3  Openings have no mesh: they are the holes of a wall's mesh in which no window is. With doors they are one hole.
+# R4  Walls are bodies that stand outside of the surface that was seen, and floors go on under them: a room's floor is
+#     what of it lies beside the walls.
 
 
 MAX_MESHES = 20_000
@@ -296,7 +299,8 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
     metres = float(geometry.GetStageMetersPerUnit(stage))
     z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
     found: dict[str, list[UprightBox]] = {kind: [] for kind in (*_KINDS, "object")}
-    floors = []
+    floors: list[Floor] = []
+    holes: list[UprightBox] = []
     cache = geometry.XformCache()
     for count, prim in enumerate(prim for prim in stage.Traverse() if prim.IsA(geometry.Mesh)):
         if count >= MAX_MESHES:
@@ -314,8 +318,60 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
             floors += _floors(mesh, points)
         elif (thing := upright_box(word, points)) is not None:
             found[kind].append(thing)
+            if kind == "wall":
+                holes += _holes(thing, points, _faces(mesh, points))
     walls, doors, gaps = (tuple(found[kind]) for kind in ("wall", "door", "opening"))
-    return Scan(walls, doors, gaps, tuple(found["object"]), tuple(floors))
+    glazed = shapely.union_all([window.shape for window in found["window"]])
+    gaps += tuple(hole for hole in holes if shapely.intersection(hole.shape, glazed).length < hole.shape.length / 2)
+    return Scan(walls, doors, gaps, tuple(found["object"]), tuple(_beside_walls(floors, walls)))
+
+
+def _holes(wall: UprightBox, points: np.ndarray, faces: np.ndarray) -> list[UprightBox]:
+    """R3: the holes of a wall's mesh, points (n, 3) and triangles (m, 3), each through all of the wall."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(wall.shape))[:4]
+    sides = np.roll(corners, -1, axis=0) - corners
+    k = int(np.argmax(np.hypot(*sides.T)))
+    first, along, across = corners[k], sides[k] / np.hypot(*sides[k]), sides[(k + 1) % 4]
+    seen = np.column_stack([(points[:, :2] - first) @ along, points[:, 2]])[faces]
+    legs = seen[:, 1:] - seen[:, :1]
+    broad = np.abs(legs[:, 0, 0] * legs[:, 1, 1] - legs[:, 0, 1] * legs[:, 1, 0]) > SLIVER_M2
+    solid = shapely.union_all(shapely.polygons(seen[broad]), grid_size=SAME_M)
+    length = float(np.hypot(*sides[k]))
+    found = []
+    free = shapely.difference(shapely.box(0.0, wall.low_m, length, wall.high_m), solid)
+    for part in polygons_of(drop_thin_parts(free, SHEET_M)):
+        start, low, end, high = part.bounds
+        if end - start >= NARROWEST_DOOR_M:
+            a, b = first + start * along, first + end * along
+            found.append(UprightBox("opening", Polygon([a, b, b + across, a + across]), low, high))
+    return found
+
+
+def _beside_walls(floors: list[Floor], walls: tuple[UprightBox, ...]) -> Iterator[Floor]:
+    """R4; walls that are sheets have nothing under them."""
+    bodies = [wall.shape for wall in walls if _depth(wall.shape) > ROOMPLAN_WALL_M]
+    if not bodies:
+        yield from floors
+        return
+    depth, covered = max(_depth(shape) for shape in bodies), shapely.union_all(bodies)
+    for floor in floors:
+        for part in polygons_of(drop_thin_parts(shapely.difference(floor.shape, covered), depth + SHEET_M)):
+            yield Floor(part, floor.height_m)
+
+
+def _depth(shape: Polygon) -> float:
+    """Return the short side of the rectangle about a wall."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shape))
+    return float(np.hypot(*np.diff(corners[:3], axis=0).T).min())
+
+
+def _faces(mesh: Any, points: np.ndarray) -> np.ndarray:
+    """Return the triangles (m, 3) of a mesh."""
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    if counts.sum() != len(corners) or (len(corners) and not (corners.min() >= 0 and corners.max() < len(points))):
+        raise ValueError("faces")
+    return triangulate_polygons(points, corners, counts)[0]
 
 
 def _kind(path: str) -> tuple[str, str]:

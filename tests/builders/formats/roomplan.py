@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 Rectangle = tuple[float, float, float, float]
+Pair = tuple[float, float]
 ROOMS: dict[str, Rectangle] = {"bedroom": (0.0, 0.0, 3.0, 4.0), "kitchen": (3.12, 0.0, 8.12, 4.0)}
 HEIGHT = 2.5
 FLOOR = -1.2
@@ -93,7 +94,7 @@ def write(path: Path, value: Any) -> Path:
 
 def usda(value: dict[str, Any], extra: str = "") -> str:
     """Return the walls, doors, openings and objects of a structure as a USD scene in text."""
-    prims = []
+    prims: list[str] = []
     for each in value["rooms"]:
         for kind in ("walls", "doors", "openings", "windows", "objects"):
             for item in each.get(kind, []):
@@ -126,3 +127,58 @@ def pack(path: Path, layers: dict[str, str | bytes]) -> Path:
         for name, content in layers.items():
             archive.writestr(zipfile.ZipInfo(name), content)
     return path
+
+
+def bodies_usda(
+    rectangle: Rectangle,
+    holes: list[tuple[int, float, float, float, float]],
+    glazed: int | None = None,
+    thick: float = 0.16,
+) -> str:
+    """Return a room as phones write it: walls are bodies outside of the surface, and the floor goes on under them.
+
+    ``holes`` are (wall, start, end, low, high); the one of index ``glazed`` holds a window.
+    """
+    x1, z1, x2, z2 = rectangle
+    ring = [(x1, z1), (x2, z1), (x2, z2), (x1, z2)]
+    prims: list[str] = []
+    for k in range(4):
+        (ax, az), (bx, bz) = ring[k], ring[(k + 1) % 4]
+        length = math.dist((ax, az), (bx, bz))
+        ux, uz = (bx - ax) / length, (bz - az) / length
+
+        def at(u: float, out: float, y: float, a: Pair = (ax, az), d: Pair = (ux, uz)) -> tuple[float, float, float]:
+            return (a[0] + u * d[0] + out * d[1], FLOOR + y, a[1] + u * d[1] - out * d[0])
+
+        own = sorted(hole[1:] for hole in holes if hole[0] == k)
+        quads: list[Rectangle] = []
+        last = 0.0
+        for start, end, low, high in [*own, (length, length, 0.0, HEIGHT)]:
+            quads += [(last, start, 0.0, HEIGHT), (start, end, 0.0, low), (start, end, high, HEIGHT)]
+            last = end
+        points = [
+            at(u, out, y)
+            for out in (0.0, thick)
+            for a, b, low, high in quads
+            if b - a > 0 and high - low > 0
+            for u, y in ((a, low), (b, low), (b, high), (a, high))
+        ]
+        prims.append(_quads(f"Wall{k}", points))
+        for number, (wall, start, end, low, high) in enumerate(holes):
+            if wall == k and number == glazed:
+                corners = ((start, low), (end, low), (end, high), (start, high))
+                prims.append(_quads("Window0", [at(u, out, y) for out in (0.04, 0.12) for u, y in corners]))
+    slab = [(x1 - thick, z1 - thick), (x2 + thick, z1 - thick), (x2 + thick, z2 + thick), (x1 - thick, z2 + thick)]
+    prims.append(_quads("Floor0", [(x, FLOOR - 0.08, z) for x, z in slab]))
+    header = '#usda 1.0\n(\n    defaultPrim = "Room"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\n'
+    return f'{header}def Xform "Room"\n{{\n{"".join(prims)}}}\n'
+
+
+def _quads(name: str, points: list[tuple[float, float, float]]) -> str:
+    count = len(points) // 4
+    return (
+        f'    def Mesh "{name}"\n    {{\n'
+        f"        point3f[] points = [{', '.join(str(point) for point in points)}]\n"
+        f"        int[] faceVertexCounts = {[4] * count}\n"
+        f"        int[] faceVertexIndices = {list(range(4 * count))}\n    }}\n"
+    )

@@ -12,7 +12,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
 from pipeline.sources.files import LARGEST_BYTES
 from tests.builders.damage import mutated, outcome
-from tests.builders.formats.roomplan import FLOOR, HEIGHT, home, pack, room, surface, usda, whole, write
+from tests.builders.formats.roomplan import FLOOR, HEIGHT, bodies_usda, home, pack, room, surface, usda, whole, write
 from tests.builders.houses import kinds, plan_of
 from tests.builders.meshes import one_level, y_up
 
@@ -95,6 +95,41 @@ def test_a_usdz_says_the_same_as_the_json(tmp_path):
     plan = plan_of(level)
     assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.015)
     assert kinds(plan) == ["door", "entrance"]
+
+
+def test_the_openings_of_a_usdz_are_the_holes_of_its_walls(tmp_path):
+    pytest.importorskip("pxr")
+    way, window, french = (0, 1.0, 2.2, 0.0, 2.1), (1, 1.0, 2.0, 0.9, 2.0), (2, 2.0, 3.5, 0.0, 2.1)
+    scene = bodies_usda((0.0, 0.0, 5.0, 4.0), [way, window, french], glazed=2)
+    (level,) = levels(pack(tmp_path / "scan.usdz", {"scan.usda": scene}))
+    (opening,) = level.openings
+    assert not opening.has_door
+    assert opening.polygon.bounds[::2] == pytest.approx((1.0, 2.2), abs=0.01)
+    assert level.floor.area == pytest.approx(20.0, rel=0.01)  # less what lies under the walls
+    plan = plan_of(level)
+    assert [room.area for room in plan.rooms] == pytest.approx([20.0], rel=0.01)
+    assert kinds(plan) == ["entrance"]
+
+
+def test_a_side_of_a_floor_along_which_nothing_was_seen_is_open(tmp_path):
+    value = room("kitchen", (0.0, 0.0, 5.0, 4.0), windows=[])
+    del value["walls"][1]  # the right side
+    value["walls"][0] = surface("wall", (0.0, 0.0), (4.8, 0.0))  # a wall that ends before its corner is closed
+    level = one(tmp_path, value)
+    (opening,) = level.openings
+    assert opening.polygon.bounds[1::2] == pytest.approx((-4.0, 0.0), abs=0.2)
+    assert kinds(plan_of(level)) == ["entrance"]
+
+
+def test_an_opening_as_wide_as_the_closet_behind_it_is_kept(tmp_path):
+    value = room("bathroom", (0.0, 0.0, 3.0, 4.0), windows=[])
+    value["walls"] += [surface("wall", *ends) for ends in (((2.0, 0.0), (2.0, 1.0)), ((2.0, 1.0), (3.0, 1.0)))]
+    value["openings"] = [surface("opening", (2.0, 0.05), (2.0, 0.95), 0.0, 1.9)]
+    level = one(tmp_path, value)
+    assert len(level.openings) == 1
+    plan = plan_of(level)
+    assert sorted(round(room.area) for room in plan.rooms) == [1, 11]
+    assert kinds(plan) == ["opening"]
 
 
 @pytest.mark.parametrize(("up", "unit", "scale"), [("Y", 1.0, 1.0), ("Z", 0.01, 100.0)])
