@@ -61,7 +61,7 @@ def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
         touching = [shapely.intersection(scrap.buffer(1e-6), core).area for core in cores]
         parts[int(np.argmax(touching))].append(scrap)
     grown = [polygons_of(shapely.buffer(unite(p).buffer(1e-6), -1e-6, join_style="mitre")) for p in parts]
-    return [g[0] for g in grown]
+    return [g[0] for g in grown if g] or [room]
 
 
 def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceRoom, int]]:

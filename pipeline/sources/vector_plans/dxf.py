@@ -1,15 +1,16 @@
 """Read a DXF drawing by ezdxf: walls, rooms, doors and names by words in the names of its layers.
 
-R1  The unit is ``$INSUNITS``. Where it states none, or one in which the walls are no house (templates state
-    millimetres for drawings in inches), it is the first of mm, m, cm, inches and feet in which the walls are as long as
-    a house and as thick as walls, or else as long as a house; the plan says that it is a guess.
+R1  The unit is ``$INSUNITS``, unless it states none, or one in which the drawing is no house (``dxf_units``).
 R2  Layers are told by words in their names (wall, door, room, text and their like in other languages), inserts by
     their own layer, or by the block's. What is on other layers is passed over.
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
 R4  Where no layer says wall or room, or such layers hold only texts, the lines of the layers that say nothing are
     walls, but those in blocks and on layers with the words of ``_OTHERS``; the plan says that its layers are a guess.
     An arc among them as wide as a door is a door, and a line from its hinge to its end the leaf.
-R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall.
+    Where all lines stand in blocks (a drawing that was inserted as a whole), those of the blocks count.
+R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall, and so
+    is a polyline with a width.
+R6  An arc on a layer called door or opening is a swing: also one of a polyline, and of a block that was stretched.
 """
 
 from __future__ import annotations
@@ -25,22 +26,15 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts
-from pipeline.sources.tolerances import (
-    DRAWING_M,
-    DRAWN_UNITS_M,
-    LINES_BESIDE,
-    LONGEST_SITE_M,
-    PARALLEL,
-    SAME,
-    SWING_M,
-    WALL_THICKNESS_M,
-)
+from pipeline.sources.tolerances import SAME, SWING_M, WALL_THICKNESS_M
 from pipeline.sources.vector_plans.drawing import Drawing, Point
+from pipeline.sources.vector_plans.dxf_units import metres_per_unit
 from pipeline.sources.vector_plans.named_features import (
     DrawnFeatures,
     kind_from_name,
@@ -54,10 +48,11 @@ DEEPEST_BLOCK = 20
 MOST_WALL_LINES = 20_000
 """Letters and patterns that a program took apart have more; the walls of a hospital have some thousand."""
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
-_MOST_LINES: Final = 2_000
 _ADVICE = "save it again as DXF (R2010 or later)"
 _TEXTS: Final = frozenset({"TEXT", "MTEXT"})
 _CURVES: Final = frozenset({"ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
+_POLYLINES: Final = frozenset({"LWPOLYLINE", "POLYLINE"})
+_BINARY: Final = b"AutoCAD Binary DXF"
 AJAR_DEG: Final = 12
 """A leaf is drawn this far open, at least."""
 _PIECES: Final = 8
@@ -90,6 +85,7 @@ def read_drawing(path: Path) -> Drawing:
     """
     try:
         from ezdxf import recover
+        from ezdxf.filemanagement import readfile
         from ezdxf.lldxf.const import DXFError
     except ImportError:
         said = f"{path.name} needs ezdxf, which is not installed: {install_command('cad')}"
@@ -101,13 +97,22 @@ def read_drawing(path: Path) -> Drawing:
     left_out = LeftOutParts()
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
-        document, _ = recover.read(io.BytesIO(path.read_bytes()))
+        data = path.read_bytes()
+        document = readfile(path) if data.startswith(_BINARY) else recover.read(io.BytesIO(data))[0]
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
         if is_guessed:
             found += _unnamed(every)  # R4
-        scale, is_stated = _scale(found, _UNITS.get(int(document.header.get("$INSUNITS", 0))), path)
+        outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
+        swings = [
+            math.dist(swing[0], swing[1])
+            for kind, entity in found
+            if kind in {"door", "opening"}
+            for swing in _swings(entity)
+        ]
+        stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
+        scale, is_stated = metres_per_unit(outlines, swings, stated, path.name)
     except (
         DXFError,
         OSError,
@@ -177,14 +182,16 @@ def _entities(
 
 def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
     """R4: return the lines that may be walls, and the arcs that may be doors; none where there are too many."""
+    others = [each for each in every if not each[0] and not _OTHERS.search(str(each[1].dxf.get("layer", "0")))]
+    drawn = [each for each in others if each[1].dxftype() == "LINE" or each[1].dxftype() in _POLYLINES]
+    in_blocks = all(is_inside for _, _, is_inside in drawn)
     lines: list[tuple[str, Any]] = []
-    for kind, entity, is_inside in every:
-        layer = str(entity.dxf.get("layer", "0"))
-        if kind or is_inside or _OTHERS.search(layer):
+    for _, entity, is_inside in others:
+        if is_inside and not in_blocks:
             continue
         if entity.dxftype() == "ARC":
             lines.append(("door", entity))
-        elif entity.dxftype() in {"LINE", "LWPOLYLINE", "POLYLINE"}:
+        elif entity.dxftype() == "LINE" or entity.dxftype() in _POLYLINES:
             lines.append(("wall", entity))
     arcs = [entity for kind, entity in lines if kind == "door"]
     leaves = {_ends(arc.dxf.center, end) for arc in arcs for end in (arc.start_point, arc.end_point)}
@@ -204,46 +211,9 @@ def _rounded(at: Any) -> tuple[float, float]:
     return float(f"{at.x:.6g}"), float(f"{at.y:.6g}")
 
 
-def _scale(found: list[tuple[str, Any]], stated: float | None, path: Path) -> tuple[float, bool]:
-    """R1: metres per unit, and whether the drawing states it."""
-    outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
-    if not outlines:
-        return stated or 1.0, stated is not None
-    size = float(np.ptp(np.concatenate(outlines), axis=0).max())
-    if stated is not None and DRAWING_M[0] <= size * stated <= LONGEST_SITE_M:
-        return stated, True
-    thick = _thickness([line for points in outlines for line in pairwise(points)])
-    fits = [metres for metres in DRAWN_UNITS_M if DRAWING_M[0] <= size * metres <= DRAWING_M[1]]
-    sound = [metres for metres in fits if WALL_THICKNESS_M[0] <= thick * metres <= WALL_THICKNESS_M[1]]
-    if fits:
-        return (sound or fits)[0], False
-    states = "no unit" if stated is None else f"a unit of {stated:g} m"
-    detail = f"{path.name} states {states}, and its walls are {size:.4g} long: a house in none"
-    raise Rejection("source", Reason.BAD_UNITS, detail, "set its unit ($INSUNITS)")
-
-
-def _thickness(lines: list[tuple[Point, Point]]) -> float:
-    """Return the usual distance of a line from the nearest one beside and along it, in units; 0 if there are no two."""
-    ends = np.array(lines[:_MOST_LINES], np.float64).reshape(-1, 4)
-    start, along = ends[:, :2], ends[:, 2:] - ends[:, :2]
-    length = np.hypot(*along.T)
-    start, along, length = start[length > 0], along[length > 0], length[length > 0]
-    beside = []
-    for at, way, long in zip(start, along / length[:, None], length, strict=True):
-        across = np.array([-way[1], way[0]])
-        away, turned = np.abs((start - at) @ across), np.abs(along @ across) / length
-        first = (start - at) @ way
-        last = first + along @ way
-        shared = np.minimum(np.maximum(first, last), long) - np.maximum(np.minimum(first, last), 0.0)
-        near = away[(turned < PARALLEL) & (shared > LINES_BESIDE * np.minimum(length, long)) & (away > SAME * long)]
-        if len(near):
-            beside.append(float(near.min()))
-    return float(np.median(beside)) if beside else 0.0
-
-
 def _points(entity: Any) -> list[tuple[float, float]]:
     kind = entity.dxftype()
-    if kind in _CURVES or (kind in {"LWPOLYLINE", "POLYLINE"} and bool(entity.has_arc)):  # R5
+    if kind in _CURVES or (kind in _POLYLINES and bool(entity.has_arc)):  # R5
         from ezdxf.path import make_path
 
         return [(point.x, point.y) for point in make_path(entity).flattening(1e9, segments=_PIECES)]
@@ -262,8 +232,11 @@ def _add(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
     shape = entity.dxftype()
     if shape in _TEXTS:
         drawn.texts += _lines_of_text(entity, scale)
-    elif shape == "ARC" and kind == "door":
-        drawn.arcs += _swing(entity, scale)
+    elif kind in {"door", "opening"} and (swings := list(_swings(entity))):  # R6
+        for swing in swings:
+            hinge, start, end = (_scaled(at, scale) for at in swing)
+            if SWING_M[0] < math.dist(hinge, start) < SWING_M[1]:
+                drawn.arcs.append((hinge, start, end))
     elif shape in {"HATCH", "MPOLYGON"}:
         drawn.wall_bodies += _filled(entity, scale) if kind == "wall" else []
     elif shape not in _CURVES or kind == "wall":
@@ -278,13 +251,36 @@ def _lines_of_text(entity: Any, scale: float) -> Iterator[tuple[str, Point]]:
             yield re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale)
 
 
-def _swing(arc: Any, scale: float) -> Iterator[tuple[Point, Point, Point]]:
-    """Yield the hinge and the ends of an arc if it is as wide as a door, up to a quarter of a circle or a bit more."""
-    centre = (arc.dxf.center.x * scale, arc.dxf.center.y * scale)
-    turn = (arc.dxf.end_angle - arc.dxf.start_angle) % 360
-    ends = [(each.x * scale, each.y * scale) for each in (arc.start_point, arc.end_point)]
-    if AJAR_DEG <= turn <= 120 and SWING_M[0] < math.dist(centre, ends[0]) < SWING_M[1]:
-        yield centre, ends[0], ends[1]
+def _swings(entity: Any) -> Iterator[tuple[Point, Point, Point]]:
+    """R6: yield the hinges and the ends of the arcs up to a quarter of a circle, or a bit more, in units."""
+    shape = entity.dxftype()
+    if shape in _POLYLINES and bool(entity.has_arc):
+        for part in entity.virtual_entities():
+            if part.dxftype() == "ARC":
+                yield from _swings(part)
+    elif shape == "ARC":
+        turn = (entity.dxf.end_angle - entity.dxf.start_angle) % 360
+    elif shape == "ELLIPSE":
+        turn = math.degrees((entity.dxf.end_param - entity.dxf.start_param) % math.tau)
+    if shape in {"ARC", "ELLIPSE"} and AJAR_DEG <= turn <= 120:
+        centre, start, end = entity.dxf.center, entity.start_point, entity.end_point
+        yield (centre.x, centre.y), (start.x, start.y), (end.x, end.y)
+
+
+def _scaled(at: Point, scale: float) -> Point:
+    return at[0] * scale, at[1] * scale
+
+
+def _width(entity: Any) -> float:
+    """Return the width of a polyline, in units; 0 where it has none, or several."""
+    if entity.dxftype() == "LWPOLYLINE":
+        constant = float(entity.dxf.get("const_width", 0.0))
+        widths = {round(width, 9) for each in entity.get_points("se") for width in each}
+        return constant or (widths.pop() if len(widths) == 1 else 0.0)
+    if entity.dxftype() == "POLYLINE":
+        start, end = (float(entity.dxf.get(f"default_{which}_width", 0.0)) for which in ("start", "end"))
+        return start if start == end else 0.0
+    return 0.0
 
 
 def _add_line(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
@@ -295,11 +291,18 @@ def _add_line(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> Non
     closed = len(points) > 2 and (
         shape in {"SOLID", "TRACE", "3DFACE"} or bool(getattr(entity, "is_closed", False)) or points[0] == points[-1]
     )
+    wide = _width(entity) * scale if kind == "wall" else 0.0
+    if WALL_THICKNESS_M[0] <= wide <= WALL_THICKNESS_M[1] and len(points) > 1:  # R5
+        line = LineString([*points, points[0]] if closed else points)
+        drawn.wall_bodies += polygons_of(shapely.buffer(line, wide / 2, cap_style="flat", join_style="mitre"))
+        return
     area = polygon_from_points(points) if closed else None
     if kind == "wall" and area is not None:
         drawn.wall_areas.append(area)
     elif kind == "wall":
         drawn.wall_lines += pairwise(points)
+    elif kind == "window":
+        drawn.window_lines += pairwise([*points, points[0]] if closed else points)
     elif kind == "room" and area is not None:
         drawn.rooms.append((area, (), ""))
     elif kind == "room":

@@ -10,6 +10,9 @@ R5  A closed line called wall that is wide inside, and has rooms, doors or other
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
     wide inside, and in no closed line but one around the names of two rooms, is space, too.
 R6  A closed line called room without a name, inside one with a name, is a hole of it.
+R7  Two lines called wall that run beside each other, longer than they are apart, are the two faces of a wall, also
+    where its ends are open. A line much farther off than another beside it (a measure beside a wall) is no face of it.
+R8  Lines called window that hang together stand for the wall that they fill, if they are as thin as a wall.
 """
 
 from __future__ import annotations
@@ -37,6 +40,7 @@ from pipeline.sources.tolerances import (
     THICKEST_WALL_M,
     WALL_HEIGHT_M,
 )
+from pipeline.sources.vector_plans.double_lines import bodies_between_faces, windows_from_lines
 from pipeline.sources.vector_plans.drawing import (
     DrawnStorey,
     Point,
@@ -51,12 +55,13 @@ from pipeline.values import SourceObject, SourceRoom
 _WORDS: Final = {
     "name": r"name|text|label|beschriftung|texte|annot",
     "opening": r"opening|openings|doorway|durchgang|passage|cut|entrance_open",
-    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|porta|deur|deuren|"
-    r".*门.*|двер\w*",
-    "window": r"window|windows|fenster|fenêtre|fenetre|ventana|ventanas|finestra|finestre|glaz|glazing|raam|"
-    r".*窗.*|окн\w*",
+    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|porta|portas|deur|"
+    r"deuren|dør|dörr|dörrar|drzwi|dveře|dvere|vrata|kap\u0131|kapi|cửa|ajtó|uși|.*[门門扉戸].*|.*ドア.*|.*문|двер\w*",
+    "window": r"window|windows|fenster|fenêtre|fenetre|ventana|ventanas|finestra|finestre|glaz|glazing|raam|wid|win|"
+    r"janela|janelas|okno|okna|fönster|vindu|vindue|pencere|ablak|.*[窗窓].*|창.*|окн\w*",
     "wall": r"wall|walls|wand|wände|waende|wanden|mauer|mur|murs|muro|muros|muri|parede|paredes|parete|pareti|muur|"
-    r"muren|column|columns|pillar|pillars|stütze|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
+    r"muren|wal|muratura|murature|pared|mury|ściany?|sciany?|vägg|väggar|duvar|duvarlar|falak|zdi|zidovi|perete|pereți|"
+    r".*[壁牆].*|벽.*|column|columns|pillar|pillars|stütze|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
     r".*墙.*|стен\w*",
     "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
     "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures|.*家具.*|мебел\w*",
@@ -78,6 +83,7 @@ class DrawnFeatures:
     wall_areas: list[Polygon] = field(default_factory=list)
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
     rooms: list[NamedArea] = field(default_factory=list)
+    window_lines: list[tuple[Point, Point]] = field(default_factory=list)
     texts: list[tuple[str, Point]] = field(default_factory=list)
     door_areas: list[tuple[Polygon, bool]] = field(default_factory=list)
     door_lines: list[tuple[Point, Point, bool]] = field(default_factory=list)
@@ -99,8 +105,10 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     """Return the storey of a drawing; it may be empty."""
     drawn_rooms = _with_holes(drawn)
     areas, sides = _outlines(drawn, drawn_rooms)
-    shapes = [*areas, *drawn.wall_bodies, *walls_along_lines([*drawn.wall_lines, *sides], SHEET_M)]
-    walls = walls_between_faces(shapes) if drawn.wall_lines or sides else shapes
+    panes, frames = windows_from_lines(drawn.window_lines)  # R8
+    lines = [*drawn.wall_lines, *sides, *frames]
+    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, SHEET_M), *bodies_between_faces(lines)]
+    walls = walls_between_faces(shapes) if lines or panes else shapes
     holes = [
         deepen_to_wall(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None
     ]

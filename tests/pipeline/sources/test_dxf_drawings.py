@@ -206,3 +206,121 @@ def test_a_tangle_on_layers_that_say_nothing_is_no_plan(tmp_path):
 )
 def test_words_of_layers(layer, kind):
     assert kind_from_name(layer) == kind
+
+
+def open_faces(space: Any, scale: float = 1.0, layer: str = "MUROS") -> None:
+    """Draw two rooms by faces that end free: the outer walls beyond the corners, the inner wall at a gap of 0.9 m."""
+
+    def line(*corners: float) -> None:
+        x1, y1, x2, y2 = (value * scale for value in corners)
+        space.add_line((x1, y1), (x2, y2), dxfattribs={"layer": layer})
+
+    for off in (-0.07, 0.07):
+        line(0, off, 8, off)
+        line(0, 4 + off, 8, 4 + off)
+        line(off, 0, off, 4)
+        line(8 + off, 0, 8 + off, 4)
+        line(4 + off, 0, 4 + off, 1)
+        line(4 + off, 1.9, 4 + off, 4)
+    space.add_arc((4 * scale, scale), 0.9 * scale, 0, 90, dxfattribs={"layer": "PUERTAS"})
+
+
+@pytest.mark.parametrize("layer", ["MUROS", "wal", "muratura"])
+def test_two_faces_that_end_free_are_one_wall(tmp_path, layer):
+    plan = plan_of(drawn(tmp_path, lambda space: open_faces(space, layer=layer)))
+    assert [room.area for room in plan.rooms] == pytest.approx([3.86 * 3.86] * 2, rel=0.02)
+    assert kinds(plan) == ["door"]
+
+
+@pytest.mark.parametrize("scale", [1000.0, 1 / 0.0254])
+def test_doors_tell_that_the_stated_unit_is_wrong(tmp_path, scale):
+    """In metres, the arc would be 900 m or 35 m wide."""
+    level = drawn(tmp_path, lambda space: open_faces(space, scale))
+    assert level.guesses == ("units",)
+    assert plan_of(level).area == pytest.approx(2 * 3.86**2 + 0.9 * 0.14, rel=0.02)
+
+
+def test_millimetres_that_are_said_to_be_inches(tmp_path):
+    """A house of 16 m is 406 m long in inches, which a site may be, but its doors are not."""
+    drawing = ezdxf.new("R2000", units=1)
+    open_faces(drawing.modelspace(), 2000)
+    drawing.saveas(tmp_path / "plan.dxf")
+    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    assert level.guesses == ("units",)
+    assert plan_of(level).area == pytest.approx(4 * (2 * 3.86**2 + 0.9 * 0.14), rel=0.03)
+
+
+def test_a_measure_beside_a_wall_is_no_face_of_it(tmp_path):
+    def draw(space: Any) -> None:
+        open_faces(space, layer="0")
+        space.add_line((0, -0.55), (8, -0.55))
+
+    assert [room.area for room in plan_of(drawn(tmp_path, draw)).rooms] == pytest.approx([3.86**2] * 2, rel=0.02)
+
+
+def test_a_window_between_the_ends_of_walls_closes_the_house(tmp_path):
+    def draw(space: Any) -> None:
+        for off in (-0.07, 0.07):
+            for corners in ((0, 4 + off, 6, 4 + off), (off, 0, off, 4), (6 + off, 0, 6 + off, 4)):
+                space.add_line(corners[:2], corners[2:], dxfattribs={"layer": "WALL"})
+            space.add_line((0, off), (1, off), dxfattribs={"layer": "WALL"})
+            space.add_line((4, off), (6, off), dxfattribs={"layer": "WALL"})
+        for off in (-0.03, 0.0, 0.03):
+            space.add_line((1, off), (4, off), dxfattribs={"layer": "VENTANAS"})
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert plan.area == pytest.approx(5.86 * 3.86, rel=0.03)
+    assert not plan.doors
+
+
+def test_swings_of_polylines_and_of_stretched_blocks_are_doors(tmp_path):
+    def draw(space: Any) -> None:
+        open_faces(space)
+        for arc in space.query("ARC"):
+            space.delete_entity(arc)
+        quarter = math.tan(math.pi / 8)
+        space.add_lwpolyline(
+            [(4.0, 1.0, 0.0), (4.9, 1.0, quarter), (4.0, 1.9, 0.0)], format="xyb", dxfattribs={"layer": "DOOR"}
+        )
+
+    assert kinds(plan_of(drawn(tmp_path, draw))) == ["door"]
+
+    def stretch(space: Any) -> None:
+        open_faces(space)
+        for arc in space.query("ARC"):
+            space.delete_entity(arc)
+        block = space.doc.blocks.new("leaf")
+        block.add_arc((0, 0), 1.0, 0, 90)
+        nested = space.doc.blocks.new("door 90")
+        nested.add_blockref("leaf", (0, 0), dxfattribs={"xscale": -0.8, "yscale": 0.9})
+        space.add_blockref("door 90", (4, 1), dxfattribs={"layer": "0"})
+
+    assert kinds(plan_of(drawn(tmp_path, stretch))) == ["door"]
+
+
+def test_a_polyline_with_a_width_is_a_wall_of_this_width(tmp_path):
+    def draw(space: Any) -> None:
+        for corners in (ring(0, 0, 8, 4), ring(0, 0, 4, 4)):
+            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "WALL", "const_width": 0.2})
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert [room.area for room in plan.rooms] == pytest.approx([3.8 * 3.8] * 2, rel=0.01)
+
+
+def test_a_drawing_that_is_one_block_is_read(tmp_path):
+    def draw(space: Any) -> None:
+        two_rooms(space.doc.blocks.new("the whole plan"))
+        space.add_blockref("the whole plan", (100, 50), dxfattribs={"rotation": 90})
+
+    level = drawn(tmp_path, draw)
+    assert level.guesses == ("layers",)
+    assert sorted(room.area for room in plan_of(level).rooms) == pytest.approx([3.7 * 3.6, 3.8 * 3.6], rel=0.02)
+
+
+@pytest.mark.parametrize(("version", "form"), [("R12", "asc"), ("R2000", "bin"), ("R2018", "bin")])
+def test_old_and_binary_files_are_read(tmp_path, version, form):
+    drawing = ezdxf.new(version, units=6)
+    open_faces(drawing.modelspace(), layer="WALL")
+    drawing.saveas(tmp_path / "plan.dxf", fmt=form)
+    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    assert len(plan_of(level).rooms) == 2
