@@ -176,7 +176,7 @@ def drop_thin_parts_of_each(shapes: Sequence[BaseGeometry], width_m: float) -> S
     return intersect_pairs(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
 
 
-def are_too_narrow(shapes: Sequence[Polygon], width_m: float) -> npt.NDArray[np.bool_]:
+def are_too_narrow(shapes: Sequence[Polygon] | Shapes, width_m: float) -> npt.NDArray[np.bool_]:
     """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
     return np.asarray(shapely.is_empty(buffer_mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
 

@@ -24,6 +24,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, doorway_around_leaf, fit_into_wall
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
+from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     CM_M,
     CRACK_M,
@@ -95,6 +96,11 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
             plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
     return [leaf for leaf in found if not _is_panelling(leaf, found)]
+
+
+def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
+    """Return whether any of some upright bodies ends where a leaf does: at a person's breast or higher, not above."""
+    return any(MIN_M <= each.top_m <= ceiling_m - HAND_M for each in walls.bodies)
 
 
 def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:

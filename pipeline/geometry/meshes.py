@@ -34,6 +34,16 @@ class Mesh:
     faces: npt.NDArray[np.int64]
 
     @property
+    def is_empty(self) -> bool:
+        """Whether it has neither triangles nor points."""
+        return not (len(self.faces) or len(self.vertices))
+
+    @property
+    def heights(self) -> npt.NDArray[np.float64]:
+        """(n,) at which its corners lie, metres."""
+        return self.vertices[:, 2]
+
+    @property
     def is_cloud(self) -> bool:
         """Whether it has points only."""
         return len(self.vertices) > 0 and not len(self.faces)

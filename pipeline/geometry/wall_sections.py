@@ -17,10 +17,12 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import (
     EMPTY,
     Shapes,
+    are_too_narrow,
     buffer_mitred,
     clip_to_box,
     drop_lines_and_points,
     drop_thin_parts,
+    enclosed_pieces,
     intersect,
     polygons_of,
     subtract,
@@ -30,6 +32,7 @@ from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.noding import are_edges_of, node_on_grid
+from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
@@ -111,6 +114,22 @@ def section_from_segments(cut: SectionSegments, *, sheet_m: float, solid_m: floa
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arrange(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
     return WallSection(close_cracks(unite([thin, others.walls])), others.solids, others.closets)
+
+
+def section_from_bodies(bodies: Shapes, *, sheet_m: float, solid_m: float) -> WallSection:
+    """Return the walls and solids of upright bodies (n,), of which the plan is known (R1, R2, R4)."""
+    filled, spaces = enclosed_pieces(unite(_not_too_slim(bodies, sheet_m)))
+    walls = np.array(polygons_of(filled), dtype=np.object_)
+    if not len(walls):
+        return WallSection(EMPTY, EMPTY)
+    narrow = [space for space, is_narrow in zip(spaces, are_too_narrow(spaces, solid_m), strict=True) if is_narrow]
+    thin = are_too_narrow(walls, solid_m)
+    solids = unite(walls[~thin])
+    massive = EMPTY if solids.is_empty else drop_thin_parts(solids, solid_m)
+    rest = drop_thin_parts(subtract(solids, massive), CRACK_M)
+    standing = close_cracks(unite([*walls[thin], *narrow, rest]))
+    closets = [space for space, is_slim in zip(narrow, are_too_narrow(narrow, WALL_M), strict=True) if not is_slim]
+    return WallSection(standing, massive, unite(closets))
 
 
 def _is_dense(segments: Floats) -> bool:
@@ -425,19 +444,19 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class MeshSections:
-    """Sections of a mesh. ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
+class WallSections:
+    """Sections of a mesh, or of upright bodies, of which the area is known at each height.
 
+    ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
     ``foot_m`` is a height near the floor: what stands there is no slab.
-    ``prisms`` says that all stands upright: heights with no vertex between them have the same section, made once.
-    Elsewhere each is made for itself: where the triangles of a wall meet, rounding differs, and so may the plan.
+    Heights between which no upright body begins or ends have the same section, made once. In a mesh each is made for
+    itself: where the triangles of a wall meet, rounding differs, and so may the plan.
     """
 
-    cutter: MeshSlicer
+    cutter: MeshSlicer | Prisms
     sheet_m: float
     solid_m: float
     foot_m: float
-    prisms: bool = False
     _made: dict[float, BaseGeometry] = field(default_factory=dict)
     _closets: dict[float, BaseGeometry] = field(default_factory=dict)
     _layers: dict[int, tuple[WallSection, BaseGeometry]] = field(default_factory=dict)
@@ -453,16 +472,20 @@ class MeshSections:
         """Return a section, and its walls without the slits between their sheets."""
         if layer in self._layers:
             return self._layers[layer]
-        cut = self.cutter.cut(height, upright_only=upright_only)
-        found = section_from_segments(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
+        if isinstance(self.cutter, Prisms):
+            bodies = self.cutter.bodies_at(height)
+            found = section_from_bodies(bodies, sheet_m=self.sheet_m, solid_m=self.solid_m)
+        else:
+            cut = self.cutter.cut(height, upright_only=upright_only)
+            found = section_from_segments(cut, sheet_m=self.sheet_m, solid_m=self.solid_m)
         made = found, fill_slits_between_sheets(found.walls, self.sheet_m)
         if layer is not None:
             self._layers[layer] = made
         return made
 
     def _layer(self, height: float) -> int | None:
-        """Return the number of the layer between two vertex heights, or None if each height has its own section."""
-        return int((self.cutter.heights < height).sum()) if self.prisms else None
+        """Return the number of the layer between two ends of bodies, or None if each height has its own section."""
+        return int((self.cutter.heights < height).sum()) if isinstance(self.cutter, Prisms) else None
 
     def at(self, height: float) -> BaseGeometry:
         """Return the upright faces at a height, and of massive bodies those that stand near the floor too.
@@ -563,6 +586,8 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
 
 def find_low_headroom(mesh: Mesh) -> BaseGeometry:
     """Return where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    if not ((mesh.heights > HEADROOM_M[0]) & (mesh.heights < HEADROOM_M[1])).any():
+        return EMPTY
     corners = mesh.vertices[mesh.faces]
     top = corners[:, :, 2].max(axis=1)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -571,7 +596,7 @@ def find_low_headroom(mesh: Mesh) -> BaseGeometry:
     return unite(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
-def ends_at_sloped_roof(part: Polygon, cutter: MeshSlicer, stood_m: float = FOOT_M) -> bool:
+def ends_at_sloped_roof(part: Polygon, cutter: MeshSlicer | Prisms, stood_m: float = FOOT_M) -> bool:
     """Return whether a piece that stands up to a height ends over that at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
     meets = cutter.caps.slopes_over(inside, WALL_M, stood_m)

@@ -26,9 +26,10 @@ from shapely import MultiPolygon, Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, polygons_of, triangulate
+from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, polygons_of
 from pipeline.geometry.doorless_openings import find_doorless_openings
-from pipeline.geometry.meshes import NO_MESH, merge_meshes
+from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.prisms import Prism, Prisms
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,
@@ -50,7 +51,7 @@ from pipeline.sources.tolerances import (
     TINY,
     WALLS_COVERED,
 )
-from pipeline.values import Mesh, SourceOpening, SourceRoom
+from pipeline.values import SourceOpening, SourceRoom
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +82,8 @@ class Hole:
         return self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
 
 
-def wall_mesh(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
-    """Return the walls with their holes as triangles."""
+def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole]) -> Prisms:
+    """Return the walls with their holes as upright bodies."""
     courses: dict[tuple[float, float], list[Polygon]] = {}
     for wall in walls:
         courses.setdefault((round(wall.bottom_m, 4), round(wall.top_m, 4)), []).append(wall.shape)
@@ -92,24 +93,22 @@ def wall_mesh(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
         whole = shapely.union_all(shapes, grid_size=SAME_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
         open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
-        parts.append(extrude_polygon(shapely.difference(whole, open_), bottom, top))
+        parts.append(Prism(shapely.difference(whole, open_), bottom, top))
         for hole in across:  # R2
             shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
-            parts += [extrude_polygon(shape, bottom, hole.bottom_m), extrude_polygon(shape, hole.top_m, top)]
-    return merge_meshes(parts)
+            parts += [Prism(shape, bottom, hole.bottom_m), Prism(shape, hole.top_m, top)]
+    return Prisms(parts)
+
+
+def wall_mesh(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
+    """Return the walls with their holes as triangles."""
+    made = wall_prisms(walls, holes)
+    return Mesh(made.vertices, made.faces)
 
 
 def passage_openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
     """Return the passages among the holes, as the stages want them."""
     return tuple(SourceOpening(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
-
-
-def extrude_polygon(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
-    """Return a body that stands on a plan shape, or nothing if it has no height."""
-    polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SPECK_M2]
-    if top_m - bottom_m < SAME_M or not polygons:
-        return NO_MESH
-    return merge_meshes([_prism(shapely.orient_polygons(polygon), bottom_m, top_m) for polygon in polygons])
 
 
 def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
@@ -205,28 +204,6 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
     polygons = [part for part in parts if isinstance(part, Polygon)]
     largest = max(polygons, key=lambda part: part.area, default=Polygon())
     return largest if largest.area > SPECK_M2 else None
-
-
-def _prism(polygon: Polygon, bottom_m: float, top_m: float) -> Mesh:
-    points, triangles = triangulate(polygon)
-    corners = points[triangles]
-    flat = [_lift_triangles(corners, top_m), _lift_triangles(corners[:, ::-1], bottom_m)]
-    sides = [_sides(shapely.get_coordinates(ring), bottom_m, top_m) for ring in (polygon.exterior, *polygon.interiors)]
-    vertices = np.concatenate([*flat, *sides]).reshape(-1, 3)
-    return Mesh(vertices, np.arange(len(vertices), dtype=np.int64).reshape(-1, 3))
-
-
-def _lift_triangles(corners: np.ndarray, z: float) -> np.ndarray:
-    """Triangles (n, 3, 2) at a height: (n, 3, 3)."""
-    return np.concatenate([corners, np.full((*corners.shape[:2], 1), z)], axis=2)
-
-
-def _sides(ring: np.ndarray, bottom_m: float, top_m: float) -> np.ndarray:
-    """Upright triangles (n, 3, 3) over a closed ring that has the body on its left."""
-    a, b = ring[:-1], ring[1:]
-    low, high = np.full((len(a), 1), bottom_m), np.full((len(a), 1), top_m)
-    a0, b0, a1, b1 = np.hstack([a, low]), np.hstack([b, low]), np.hstack([a, high]), np.hstack([b, high])
-    return np.concatenate([np.stack([a0, b0, b1], axis=1), np.stack([a0, b1, a1], axis=1)])
 
 
 # Walls of which a source shows the surfaces only: their bodies are what lies between and around the rooms' floors.

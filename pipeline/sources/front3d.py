@@ -32,11 +32,11 @@ from shapely import LineString, Polygon
 
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     deepen_to_wall_faces,
-    extrude_polygon,
     merge_parallel_holes,
     passage_openings,
     unite_rooms,

@@ -39,8 +39,9 @@ import shapely
 
 from houseexpo.files import real_path
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import extrude_polygon, polygon_from_ring
+from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
 from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY

@@ -28,11 +28,11 @@ import shapely
 
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
-    extrude_polygon,
     passage_openings,
     polygon_from_ring,
     unite_rooms,

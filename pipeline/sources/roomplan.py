@@ -27,6 +27,7 @@ from shapely import Polygon
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, enclosed_pieces, polygons_of
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
@@ -34,7 +35,6 @@ from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
     deepen_to_wall_faces,
-    extrude_polygon,
     group_storey_heights,
     merge_parallel_holes,
     passage_openings,

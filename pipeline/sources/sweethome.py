@@ -49,12 +49,12 @@ from shapely.ops import substring
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
     drop_outdoor_rooms,
-    extrude_polygon,
     passage_openings,
     polygon_from_ring,
     subtract_rooms_from_walls,

@@ -45,17 +45,20 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.doorways import box_around_polygon, doorway_around_leaf
 from pipeline.geometry.known_doors import (
+    Leaf,
     cubicle_leaves,
     find_known_doorways,
     find_leaves,
     glazed_recesses,
     judge_leaves,
+    may_hold_leaves,
 )
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, footprint
+from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.scan_columns import is_scan
 from pipeline.geometry.wall_sections import (
-    MeshSections,
+    WallSections,
     close_cracks,
     ends_at_sloped_roof,
     find_low_headroom,
@@ -87,17 +90,14 @@ LARGEST_CUPBOARD_M2 = 2.5
 
 def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     """Decide what each thing in a level is. A level without walls gives empty evidence."""
-    if level.sills or not (len(level.walls.faces) or level.walls.is_cloud):
+    if level.sills or level.walls.is_empty:
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
-    if level.walls.is_cloud or is_scan(level.walls):
+    if not isinstance(level.walls, Prisms) and (level.walls.is_cloud or is_scan(level.walls)):
         return gather_scan_evidence(level, config)
-    bodies = Bodies.of(level.walls)
-    shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)  # R7
-    leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
-    cutter = MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
+    leaves, cutter = _take_leaves_out(level)
     heights = _Heights.of(cutter, level, config)
-    sections = MeshSections(cutter, config.sheet_m, config.solid_m, heights.sill, prisms=level.prisms)
-    as_high = cutter.is_upright_between(min(heights.step, heights.sill), heights.head) and not level.prisms  # R9
+    sections = WallSections(cutter, config.sheet_m, config.solid_m, heights.sill)
+    as_high = cutter.is_upright_between(min(heights.step, heights.sill), heights.head)  # R9
     new = [h for h in heights.above if not (level.only_walls and cutter.is_upright_between(heights.head, h))]
     foot = EMPTY if as_high else sections.foot
     above = [sections.at(height) for height in new]
@@ -112,8 +112,8 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     hanging = subtract(find_overhangs(above, unite([full, cupboards])), sections.closets)  # R6
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
-        again = MeshSlicer(bodies.only(list(judged.walls)))
-        full = close_cracks(unite([full, MeshSections(again, config.sheet_m, config.solid_m, heights.breast).foot]))
+        again = MeshSlicer(Bodies.of(level.walls).only(list(judged.walls)))
+        full = close_cracks(unite([full, WallSections(again, config.sheet_m, config.solid_m, heights.breast).foot]))
     sills = EMPTY if as_high else unite([foot, sections.at(heights.step)])
     windows = _in_walls(drop_thin_parts(intersect(hanging, sills), SLIVER_M), full)  # R2
     low = _beyond(foot, [full, hanging, cupboards])
@@ -142,12 +142,24 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     )
 
 
+def _take_leaves_out(level: Level) -> tuple[list[Leaf], MeshSlicer | Prisms]:
+    """Return what is shaped as a door (R7), and the walls without it, ready to be cut."""
+    if isinstance(level.walls, Prisms) and not may_hold_leaves(level.walls, level.ceiling_m):
+        return [], level.walls
+    bodies = Bodies.of(level.walls)
+    shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)
+    leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
+    if isinstance(level.walls, Prisms) and not leaves:
+        return [], level.walls
+    return leaves, MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
+
+
 def _beyond(what: BaseGeometry, known: list[BaseGeometry]) -> BaseGeometry:
     """Return what of an area is none of the known ones."""
     return EMPTY if what.is_empty else drop_thin_parts(subtract(what, unite(known)), SLIVER_M)
 
 
-def _shallow_headers(sections: MeshSections, heights: _Heights, ceiling_m: float) -> BaseGeometry:
+def _shallow_headers(sections: WallSections, heights: _Heights, ceiling_m: float) -> BaseGeometry:
     """Return what hangs from the ceiling by less than ``HAND_M``. It occurs only in the highest section."""
     *lower, highest = heights.above or [0.0]
     if not lower or 2 * (ceiling_m - highest) > HAND_M:  # a section stands in the middle of its layer
@@ -156,7 +168,7 @@ def _shallow_headers(sections: MeshSections, heights: _Heights, ceiling_m: float
 
 
 def _ending_below_ceiling(
-    full: BaseGeometry, sections: MeshSections, heights: _Heights, ceiling_m: float
+    full: BaseGeometry, sections: WallSections, heights: _Heights, ceiling_m: float
 ) -> BaseGeometry:
     """Return the walls that end more than ``HAND_M`` below the ceiling."""
     lower = [height for height in heights.above if height <= ceiling_m - HAND_M]
@@ -181,7 +193,7 @@ class _Heights:
     between: list[float]
 
     @classmethod
-    def of(cls, cutter: MeshSlicer, level: Level, config: EvidenceConfig) -> _Heights:
+    def of(cls, cutter: MeshSlicer | Prisms, level: Level, config: EvidenceConfig) -> _Heights:
         z = cutter.heights
         wanted = FOOT_M, config.sill_m, config.breast_m, config.head_m - 0.1
         step, sill, breast, head = (nearest_clear_height(height, z) for height in wanted)
@@ -195,7 +207,7 @@ class _Heights:
         return {"sill": self.sill, "breast": self.breast, "head": self.head, "lintels": self.above}
 
 
-def _fill_between_sheets(full: BaseGeometry, sections: MeshSections, heights: _Heights) -> BaseGeometry:
+def _fill_between_sheets(full: BaseGeometry, sections: WallSections, heights: _Heights) -> BaseGeometry:
     """Return the walls with the slit between two sheets filled, where the same wall lies over the slit (R4)."""
     slits = long_slits_between_sheets(full)
     if slits.is_empty:

@@ -63,7 +63,7 @@ class Level:
     ``walls`` holds everything that may be a wall: walls, columns and windows by the source's names, everything without
     a name, and all points of a point cloud. ``leaves`` holds doors (leaves, frames) and ``furniture`` furniture, by the
     source's names; neither is in ``walls``. ``only_walls`` is True if the source names its walls, so that ``walls``
-    holds no furniture, and ``prisms`` if all of them stand upright. ``floor`` is the plan area of the floor's faces, or
+    holds no furniture. ``floor`` is the plan area of the floor's faces, or
     None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
     if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
     but a wide gap in a wall is a passage too.
@@ -90,7 +90,6 @@ class Level:
     named_openings: bool = False
     unnamed_gaps: bool = False
     only_walls: bool = False
-    prisms: bool = False
     guesses: tuple[str, ...] = ()
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None

@@ -32,8 +32,9 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred
 from pipeline.geometry.meshes import merge_meshes
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import extrude_polygon, walls_around
+from pipeline.sources.drawn_storeys import walls_around
 from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
 from pipeline.sources.ifc.model import Building, ElementBody, load_building
 from pipeline.sources.ifc.rooms_and_openings import (

@@ -119,7 +119,7 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOutParts())
     for level in levels_from_drawing(item, drawing, path, name):
-        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), prisms=True)
+        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level))
 
 
 def _no_room(name: str, found: str) -> Rejection:

@@ -34,7 +34,7 @@ from pipeline.sources.drawn_storeys import (
     merge_parallel_holes,
     passage_openings,
     unite_rooms,
-    wall_mesh,
+    wall_prisms,
     walls_around,
 )
 from pipeline.sources.files import LeftOutParts, level_id
@@ -259,7 +259,7 @@ def _level(storey: DrawnStorey, name: str) -> Level:
     named = [each for each in storey.rooms if each.polygon is not None or each.box is not None]
     return Level(
         id="",
-        walls=wall_mesh(walls, holes),
+        walls=wall_prisms(walls, holes),
         ceiling_m=top,
         frame=Frame(((1.0, 0.0, shift[0]), (0.0, 1.0, shift[1])), "z", storey.height_m, 0),
         floor=storey.floor or unite_rooms([*shapes, *(hole.shape for hole in holes if shapes)]),

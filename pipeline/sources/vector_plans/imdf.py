@@ -28,8 +28,9 @@ from shapely import Polygon
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Wall, extrude_polygon, unite_rooms, walls_around
+from pipeline.sources.drawn_storeys import Wall, unite_rooms, walls_around
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import SPECK_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M

@@ -24,15 +24,9 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import (
-    Hole,
-    Wall,
-    extrude_polygon,
-    merge_parallel_holes,
-    polygon_from_ring,
-    unite_rooms,
-)
+from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, polygon_from_ring, unite_rooms
 from pipeline.sources.files import LeftOutParts, read_json_object
 from pipeline.sources.tolerances import HEAD_M, LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M
 from pipeline.sources.vector_plans.drawing import (

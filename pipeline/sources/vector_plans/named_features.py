@@ -29,7 +29,8 @@ from shapely import LineString, Polygon
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import drop_thin_parts, polygons_of
-from pipeline.sources.drawn_storeys import Hole, Wall, extrude_polygon, polygon_from_ring
+from pipeline.geometry.prisms import extrude_polygon
+from pipeline.sources.drawn_storeys import Hole, Wall, polygon_from_ring
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DOOR_M,

@@ -29,14 +29,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import buffer_mitred, polygons_of
-from pipeline.sources.drawn_storeys import (
-    Hole,
-    Wall,
-    extrude_polygon,
-    group_storey_heights,
-    merge_parallel_holes,
-    unite_rooms,
-)
+from pipeline.geometry.prisms import extrude_polygon
+from pipeline.sources.drawn_storeys import Hole, Wall, group_storey_heights, merge_parallel_holes, unite_rooms
 from pipeline.sources.files import file_inside
 from pipeline.sources.meshes.formats import frame_convention, load_scene
 from pipeline.sources.roles import labels_for

@@ -25,8 +25,9 @@ from typing import Final
 import numpy as np
 from shapely import Polygon
 
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, extrude_polygon
+from pipeline.sources.drawn_storeys import Hole, Wall
 from pipeline.sources.files import LeftOutParts
 from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, SHORTEST_M, THICKEST_LINE_M, TINY
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, walls_along_lines

@@ -9,7 +9,6 @@ from shapely import box as area
 from pipeline.geometry.areas import EMPTY
 from pipeline.geometry.mesh_slicing import MeshSlicer, winding_number
 from pipeline.geometry.wall_sections import (
-    MeshSections,
     WallSection,
     close_cracks,
     ends_at_sloped_roof,
@@ -160,20 +159,6 @@ def test_winding_numbers() -> None:
     assert winding_number(points, ring).tolist() == [1, 0, 0]
     assert winding_number(points, np.concatenate([ring, ring])).tolist() == [2, 0, 0]
     assert winding_number(points, ring[:, ::-1]).tolist() == [-1, 0, 0]
-
-
-def test_walls_that_stand_upright_are_cut_once_between_two_heights_of_vertices() -> None:
-    """The head of a window, at 2.1 m, and its sill, at 0.9 m, part three layers."""
-    cutter = MeshSlicer(joined(shell((0.0, 0.0, 5.0, 4.0), front=[window(2.0, 3.0)])))
-    once, each = (MeshSections(cutter, 0.05, 0.7, 0.1, prisms=prisms) for prisms in (True, False))
-    heights = (0.2, 0.5, 1.2, 1.9, 2.3)
-    assert [once.at(h).area for h in heights] == pytest.approx([each.at(h).area for h in heights])
-    lowest, higher, between, _, top = (once.at(h) for h in heights)
-    assert lowest is higher
-    assert each.at(0.2) is not each.at(0.5)
-    assert between.area < lowest.area - 0.1
-    assert top.area == pytest.approx(lowest.area)
-    assert len(once._layers) == 3
 
 
 PIECE = area(4.5, 0.0, 5.5, 0.3)
