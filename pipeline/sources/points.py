@@ -14,6 +14,10 @@ V1  Points that are not finite are passed over; a cloud of nothing else is none.
 V2  A cloud longer than LONGEST_CLOUD_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and
     in mirrors: the few points that lie farther are passed over, and so are those beyond all others (``_near``).
 V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
+V4  A sensor that is held askew writes a cloud that is. It is turned to where its fullest level layer is the fullest, if
+    this holds LEVELLED times as much as before.
+V5  The unit is the metre. Where the cloud is too large for metres, it is the first of the smaller units in which its
+    storeys take more than half of its height.
 
 **Storeys**, from the histogram of heights.
 
@@ -21,12 +25,15 @@ S1  A layer is level where it is as full as LEVEL_LAYER of the fullest: floors a
 S2  A storey goes from a level layer to the next one that is CLOUD_STOREY_M higher; what lies between is furniture.
 S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, CEILING_EDGE of theirs.
 S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
+S5  Below a layer that nothing lies over, a storey goes down to where the cloud ends, and as deep as the lowest storeys
+    are at least: a sensor that sees no floor.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +45,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import input_from_file, level_id
 from pipeline.sources.points_file import read_blocks
-from pipeline.sources.storeys.scale import metres_per_unit
+from pipeline.sources.storeys.scale import UNITS, metres_per_unit
 from pipeline.sources.tolerances import (
     CEILING_EDGE,
     CEILING_NOISE_M,
@@ -46,8 +53,10 @@ from pipeline.sources.tolerances import (
     CLOUD_TOP,
     FEWEST_VOXELS,
     FLOOR_NOISE_M,
+    HEAD_M,
     LAYER_APART_M,
     LEVEL_LAYER,
+    LEVELLED,
     LONGEST_CLOUD_M,
     SLAB_BETWEEN_M,
     STRAY,
@@ -59,6 +68,10 @@ from pipeline.sources.tolerances import (
 from pipeline.values import Input, Level, Mesh
 
 MAX_VOXELS = 30_000_000
+TILT_SAMPLE = 20_000
+TILTS = ((0.2, 12.0, 2.0), (0.1, 2.0, 1.0), (0.06, 1.0, 0.5), (0.06, 0.5, 0.25))
+"""Searches for the tilt, each about what the one before found: layers so thick (m), so far, in such steps (degrees)."""
+SMALLER_UNITS = ("cm", "mm")
 _BITS = 20
 _HALF = 1 << (_BITS - 1)
 
@@ -72,6 +85,8 @@ class Voxels:
     up: str
     far: int = 0
     """How many voxels, or points beyond LONGEST_CLOUD_M, were passed over (V2)."""
+    turn: npt.NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    """(3, 3): how the plan's axes and up lie in the cloud's, row by row (V4)."""
 
     def centres(self) -> npt.NDArray[np.float64]:
         """Middles (n, 3) in metres, in the plan's axes."""
@@ -117,7 +132,7 @@ def fill_voxels(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: st
     mask = (1 << _BITS) - 1
     index3 = np.column_stack([keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask]) - _HALF
     near = _drop_strays(index3.astype(np.int32))
-    return _turn_upright(near, origin, up, far + len(index3) - len(near))
+    return _level_out(_turn_upright(near, origin, up, far + len(index3) - len(near)))
 
 
 def _drop_strays(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
@@ -135,6 +150,34 @@ def _turn_upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64],
         return Voxels(index, origin, "z", far)
     turned = np.column_stack([index[:, 0], -1 - index[:, 2], index[:, 1]])
     return Voxels(turned, np.array([origin[0], -origin[2], origin[1]]), "y", far)
+
+
+def _level_out(voxels: Voxels) -> Voxels:
+    """V4."""
+    points = voxels.centres()
+    tried = points[:: max(1, len(points) // TILT_SAMPLE)] - voxels.origin
+    up = np.array([0.0, 0.0, 1.0])
+    for layer_m, most_deg, step_deg in TILTS:
+        slopes = np.tan(np.deg2rad(np.arange(-most_deg, most_deg + step_deg / 2, step_deg)))
+        ways = [up + np.array([x, y, 0.0]) for x in slopes for y in slopes]
+        ways.sort(key=lambda way: float(np.hypot(way[0], way[1])))  # of equals, the one that is turned least
+        up = max(ways, key=lambda way: _fullest_layer(tried @ (way / np.linalg.norm(way)), layer_m))
+    up /= np.linalg.norm(up)
+    layer_m = TILTS[-1][0]
+    if _fullest_layer(tried @ up, layer_m) < LEVELLED * _fullest_layer(tried[:, 2], layer_m):
+        return voxels
+    axis = np.cross(up, (0.0, 0.0, 1.0))
+    skew = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    turn = np.eye(3) + skew + skew @ skew / (1.0 + up[2])
+    level = points @ turn.T
+    origin = np.floor(level.min(axis=0))
+    index = np.unique(np.floor((level - origin) / VOXEL_M).astype(np.int32), axis=0)
+    return replace(voxels, index=index, origin=origin, turn=turn)
+
+
+def _fullest_layer(heights: npt.NDArray[np.float64], layer_m: float) -> int:
+    """Return how many heights the fullest layer, so many metres thick, holds."""
+    return _fullest(np.floor((heights - heights.min()) * (3.0 / layer_m)).astype(np.int32))
 
 
 def _fullest(layer: npt.NDArray[np.int32]) -> int:
@@ -175,6 +218,10 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
             if not found and top >= least:  # S4
                 found.append((peaks[k], min(top, most)))
             k += 1
+    if not found and peaks and top - peaks[-1] < LAYER_APART_M / VOXEL_M:  # S5
+        depth = (peaks[-1] - float(np.quantile(z - low, 1 - CLOUD_TOP))) * VOXEL_M
+        if HEAD_M <= depth <= CLOUD_STOREY_M[1]:
+            found.append((peaks[-1] - round(max(depth, CLOUD_STOREY_M[0]) / VOXEL_M), peaks[-1]))
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))
     return [
@@ -192,7 +239,7 @@ def _peaks(counts: np.ndarray) -> list[int]:
 
 def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
     """S3."""
-    low, high = round(floor), min(round(ceiling), len(counts) - 1)
+    low, high = max(0, round(floor)), min(round(ceiling), len(counts) - 1)
     margin = round(WALLS_ONLY_M / VOXEL_M)
     usual = float(np.median(counts[low + margin : high - margin]))
     below = np.arange(high - round(CEILING_NOISE_M / VOXEL_M), high + 1)
@@ -224,8 +271,7 @@ def read(item: Input) -> Iterator[Level]:
     options, path = dict(item.options), Path(item.path)
     name = options.get("file", path.name)
     units = options.get("units", "auto")
-    voxels = fill_voxels(read_blocks(path), metres_per_unit(units) or 1.0, options.get("up", "auto"), path.name)
-    storeys = find_storeys(voxels)
+    voxels, storeys, guesses = _measure(path, metres_per_unit(units), options.get("up", "auto"))
     if not storeys:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
@@ -233,12 +279,37 @@ def read(item: Input) -> Iterator[Level]:
     if voxels.far:
         provenance[LEFT_OUT] = f"{voxels.far:,} points or voxels of 2 cm far from all others"
     for number, storey in enumerate(storeys):
-        yield _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
+        made = _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
+        yield replace(made, guesses=guesses)
+
+
+def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[StoreyHeights], tuple[str, ...]]:
+    """V5: return the voxels, the storeys, and what was guessed; raises as ``fill_voxels``."""
+    try:
+        voxels = fill_voxels(read_blocks(path), metres or 1.0, up, path.name)
+        return voxels, find_storeys(voxels), ()
+    except Rejection as rejection:
+        if metres is not None or rejection.reason is not Reason.BAD_UNITS:
+            raise
+        for smaller in SMALLER_UNITS:
+            with suppress(Rejection):
+                voxels = fill_voxels(read_blocks(path), UNITS[smaller], up, path.name)
+                storeys = find_storeys(voxels)
+                if sum(storey.ceiling_m - storey.floor_m for storey in storeys) > _height(voxels) / 2:
+                    return voxels, storeys, ("units",)
+        raise
+
+
+def _height(voxels: Voxels) -> float:
+    """Return how high a cloud is, without what lies over its top."""
+    return float(np.quantile(voxels.index[:, 2], CLOUD_TOP) - voxels.index[:, 2].min()) * VOXEL_M
 
 
 def _level(voxels: Voxels, storey: StoreyHeights, name: str, number: int, provenance: dict[str, str]) -> Level:
     """R1."""
     x, y, _ = (float(value) for value in voxels.origin)
+    (a, b), (c, d) = voxels.turn.T[:2, :2].tolist()
+    at = (voxels.turn.T @ (x, y, storey.floor_m)).tolist() if a < 1.0 else (x, y)
     points = voxels.centres() - (x, y, storey.floor_m)
     clear = storey.ceiling_m - storey.floor_m
     sign = -1.0 if voxels.up == "y" else 1.0
@@ -246,6 +317,11 @@ def _level(voxels: Voxels, storey: StoreyHeights, name: str, number: int, proven
         id=name,
         walls=Mesh(points[(points[:, 2] > -FLOOR_NOISE_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
         ceiling_m=clear,
-        frame=Frame(((1.0, 0.0, x), (0.0, sign, sign * y)), "y" if voxels.up == "y" else "z", storey.floor_m, number),
+        frame=Frame(
+            ((a, b, at[0]), (sign * c, sign * d, sign * at[1])),
+            "y" if voxels.up == "y" else "z",
+            storey.floor_m,
+            number,
+        ),
         provenance=provenance,
     )

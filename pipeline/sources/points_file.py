@@ -14,6 +14,7 @@ R2  Any other says in its upper 3 bits how long a copy is, less two (7: a furthe
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import sys
 import warnings
@@ -72,6 +73,7 @@ Points = npt.NDArray[np.float64]
 BLOCK = 1_000_000
 LARGEST_PACKED = 1 << 29
 LINE_BYTES = 1 << 25
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|nan|[-+]?inf")
 _PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
         "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
         "float32": "f4", "float64": "f8"}  # fmt: skip
@@ -103,7 +105,7 @@ def read_blocks(path: Path) -> Iterator[Points]:
             yield from _pcd(path, head)
         else:
             with path.open("rb") as stream:
-                yield from _text(stream, (0, 1, 2))
+                yield from _text(stream, _columns_by_heading(stream))
     except (Rejection, MissingDependencyError, MemoryError):
         raise
     except Exception as error:  # noqa: BLE001 - what the libraries raise on broken bytes is of many kinds
@@ -199,6 +201,23 @@ def _text(stream: BinaryIO, columns: tuple[int, ...], count: int | None = None) 
         left -= len(found)
     if count is not None and left > 0:
         raise ValueError(f"it announces {count:,} points and breaks off {int(left):,} before")
+
+
+def _columns_by_heading(stream: BinaryIO) -> tuple[int, ...]:
+    """Pass over what stands above the numbers, as the count of points; return the columns that it names x, y and z."""
+    columns: tuple[int, ...] = (0, 1, 2)
+    start = stream.tell()
+    for line in iter(lambda: stream.readline(HEAD_BYTES), b""):
+        words = line.translate(bytes.maketrans(b",;\t", b"   ")).decode("ascii", "replace").lower().strip("#/ ").split()
+        if len(words) >= len(columns) and all(_NUMBER.fullmatch(word) for word in words):
+            break
+        if {"x", "y", "z"} <= (names := {word.strip("\"'"): k for k, word in enumerate(words)}).keys():
+            columns = tuple(names[axis] for axis in "xyz")
+        start = stream.tell()
+    else:
+        start = 0  # no line of numbers: whoever reads them says so
+    stream.seek(start)
+    return columns
 
 
 def _in_child(path: Path) -> Iterator[Points]:

@@ -321,6 +321,7 @@ FEWEST_VOXELS: Final = 500  # a cloud that fills fewer shows no room
 STRAY: Final = 0.002  # share of the points, or of the voxels, that a sensor saw through windows and in mirrors
 STRAY_M: Final = 4.0  # what lies farther than this from the rest was seen so
 Y_IS_UP: Final = 1.4  # y is up where its fullest layer holds this many times as much as that of z
+LEVELLED: Final = 1.25  # a cloud is turned upright where its fullest layer then holds this many times as much
 LEVEL_LAYER: Final = 0.25  # share of the fullest layer from which a layer is a floor or a ceiling; table tops hold less
 CEILING_EDGE: Final = 1.6  # a ceiling's noise begins where a layer holds this many times as much as the walls do
 CEILING_NOISE_M: Final = 0.16  # and this far below the ceiling at most

@@ -9,7 +9,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, points
-from pipeline.sources.points_file import decompress_lzf
+from pipeline.sources.points_file import decompress_lzf, read_blocks
 from tests.builders.damage import mutated, outcome
 from tests.builders.formats.clouds import (
     flat,
@@ -121,11 +121,52 @@ def test_a_cloud_with_y_up_is_turned_upright(tmp_path):
     assert free_iou(plan_of(level), shapely.transform(ROOMS, lambda xy: xy * (1.0, -1.0))) > 0.95
 
 
-def test_millimetres_are_said(tmp_path):
+def test_millimetres_are_said_or_guessed(tmp_path):
     path = write_ply(tmp_path / "scan.ply", 1000 * cloud(density=500.0))
-    assert outcome(path).reason is Reason.BAD_UNITS
-    assert len(levels(path, units="mm")) == 1
-    assert len(levels(path, units="0.001")) == 1
+    (guessed,) = levels(path)
+    assert (guessed.guesses, guessed.ceiling_m) == (("units",), pytest.approx(2.5, abs=0.08))
+    for said in ("mm", "0.001"):
+        (level,) = levels(path, units=said)
+        assert level.guesses == ()
+    with pytest.raises(Rejection) as found:
+        levels(path, units="m")
+    assert found.value.reason is Reason.BAD_UNITS
+
+
+@pytest.mark.parametrize(
+    ("heading", "order"),
+    [("x y z nx\n", "xyzn"), ("12\n", "xyzn"), ('"I";"X";"Y";"Z"\n', "nxyz"), ("//X,Y,Z,R\n", "xyzn")],
+)
+def test_a_heading_is_passed_over_and_names_the_columns(tmp_path, heading, order):
+    columns = {"x": [0.5, 1.5, -2.5], "y": [3.0, 4.0, 5e-1], "z": [6.0, 7.0, 8.0], "n": [255.0, 0.0, 9.0]}
+    rows = np.column_stack([columns[name] for name in order])
+    path = tmp_path / "scan.xyz"
+    path.write_text(heading + "\n".join(" ".join(map(str, row)) for row in rows.tolist()))
+    (found,) = read_blocks(path)
+    assert found == pytest.approx(np.column_stack([columns[name] for name in "xyz"]))
+
+
+@pytest.mark.slow
+def test_a_cloud_of_a_sensor_held_askew_is_turned_upright(tmp_path):
+    tilt = np.deg2rad(7.0)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(tilt), -np.sin(tilt)], [0.0, np.sin(tilt), np.cos(tilt)]])
+    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud(noise_m=0.005) @ turn.T))
+    assert level.ceiling_m == pytest.approx(2.5, abs=0.1)
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.09)
+    assert free_iou(plan, shapely.transform(ROOMS, lambda xy: xy * (1.0, np.cos(tilt)))) > 0.9  # its floor, from above
+
+
+def test_an_upright_cloud_stays_as_it_is():
+    voxels = points.fill_voxels([cloud(density=300.0)], 1.0, "auto", "scan")
+    assert (voxels.turn == np.eye(3)).all()
+
+
+def test_a_storey_of_which_the_floor_was_not_seen_begins_where_the_cloud_does(tmp_path):
+    found = cloud()
+    (level,) = levels(write_ply(tmp_path / "scan.ply", found[found[:, 2] > 0.8]))
+    assert level.frame.floor == pytest.approx(0.6, abs=0.06)  # 1.9 m under the ceiling
+    assert sorted(round(room.area) for room in plan_of(level).rooms) == pytest.approx([9, 12], abs=1)
 
 
 def test_two_storeys_are_two_levels(tmp_path):
