@@ -12,7 +12,8 @@ L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings
 L6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
 L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
     leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
-L8  What lies under a slab above head height lies under cover.
+L8  What lies under a slab, a roof or a plate above head height lies under cover.
+L9  A sheet that stands in a room of the file and ends below its ceiling (a screen of a shower) is no wall of it.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ from pipeline.sources.ifc.rooms_and_openings import (
     door_level_height,
     find_openings,
     find_rooms,
+    floor_polygon,
     is_room,
     largest_footprint,
     project_to_plan,
@@ -65,6 +67,7 @@ from pipeline.sources.tolerances import (
     UPRIGHT_M,
     WALL_FOOT_M,
 )
+from pipeline.tolerances import HAND_M, SHEET_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 
@@ -129,6 +132,9 @@ def _level(
         part for part in parts if _runs_through(part, floor + RUNS_THROUGH_M, standing.above - RUNS_THROUGH_M)
     ]  # L1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
+    spaces = [space for space in building.spaces if _is_on(space, standing, floors)]
+    screens = _screens(here, spaces)  # L9
+    here = [part for part in here if all(part is not screen for screen in screens)]
     standing_walls = WallFootprints([part.mesh for part in here])
     panes = window_hole_fillings(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
@@ -143,10 +149,10 @@ def _level(
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
         cover=_cover(building, floor),
-        rooms=find_rooms([space for space in building.spaces if _is_on(space, standing, floors)], standing_walls),
+        rooms=find_rooms(spaces, standing_walls),
         openings=find_openings(building.holes, standing_walls, floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if door_level_height(leaf.bottom, floors) == floor),
-        furniture=tuple(thing for thing in building.furniture if _is_on(thing, standing, floors)),
+        furniture=(*(thing for thing in building.furniture if _is_on(thing, standing, floors)), *screens),
         named_openings=building.named_openings,
         guesses=("levels",) if is_made_storey(standing.storey) else (),
     )
@@ -174,6 +180,26 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
     return bool(leans < UPRIGHT_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
 
 
+def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:
+    """L9."""
+    rooms = [(space, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
+    low = [part for part in parts if any(part.top <= space.top - HAND_M for space, _ in rooms) and _is_sheet(part.mesh)]
+    return [
+        part
+        for part in low
+        if any(part.top <= space.top - HAND_M and _lies_in(part.mesh, room) for space, room in rooms)
+    ]
+
+
+def _is_sheet(mesh: Mesh) -> bool:
+    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.multipoints(mesh.vertices[:, :2])))[:3]
+    return len(corners) < 3 or bool(np.linalg.norm(np.diff(corners, axis=0), axis=1).min() <= SHEET_M)
+
+
+def _lies_in(mesh: Mesh, room: Polygon) -> bool:
+    return bool(shapely.covers(shapely.buffer(room, SHEET_M), shapely.multipoints(mesh.vertices[:, :2])))
+
+
 def _is_on(part: ElementBody, standing: LevelStorey, floors: Sequence[float]) -> bool:
     """L4; the same holds for rooms."""
     if part.storey is not None:
@@ -198,7 +224,9 @@ def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon
 
 def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
     """L8."""
-    over = [project_to_plan(part.mesh) for part in building.slabs if part.bottom >= floor + CLEAR_M]
+    plates = (part for part in (*building.walls, *building.loose) if part.kind == "IfcPlate")
+    parts = (*building.slabs, *building.roofs, *plates)
+    over = [project_to_plan(part.mesh) for part in parts if part.bottom >= floor + CLEAR_M]
     return _area(shapely.union_all(over, grid_size=ROUGH_M))
 
 

@@ -31,8 +31,9 @@ E5  Spaces count unless they lie outside, measure a whole storey, or only group 
     the parts of a space that has a body of its own do not.
 E8  What is called a door and is as large as one is a door, whatever its class: a proxy, a plate, a piece of furniture.
     In a file without walls, proxies that are called furniture, plants or lamps are not the walls.
-E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. Coverings, roofs, footings,
-    ramps and pipes are left out: over the head, underfoot, passable or within walls.
+E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. So are roofs, with all that
+    they are made of: they tell what lies under the open sky. Coverings, footings, ramps and pipes are left out: over
+    the head, underfoot, passable or within walls.
 
 **Checking products**, so that native code may follow them. ifcopenshell takes the kinds of instances that a placement
 or a representation refers to on trust; a damaged file that names another kind there ends the process, and one whose
@@ -184,6 +185,7 @@ class ElementsByKind:
     loose: list[Any]
     beams: list[Any]
     slabs: list[Any]
+    roofs: list[Any]
     spaces: list[Any]
     openings: list[Any]
     doors: list[Any]
@@ -191,7 +193,7 @@ class ElementsByKind:
 
     def all(self) -> Iterator[Any]:
         """Every one of them."""
-        for kind in (self.walls, self.loose, self.beams, self.slabs, self.spaces):
+        for kind in (self.walls, self.loose, self.beams, self.slabs, self.roofs, self.spaces):
             yield from kind
         for kind in (self.openings, self.doors, self.furniture):
             yield from kind
@@ -211,6 +213,7 @@ def sort_elements(model: Any) -> ElementsByKind:
         loose=loose,
         beams=_of_type(model, "IfcBeam"),
         slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab)],
+        roofs=_roofs(model),
         spaces=_rooms(_of_type(model, "IfcSpace")),
         openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, opening_hosts(each)))],
         doors=_of_type(model, "IfcDoor"),
@@ -342,6 +345,13 @@ def _is_host(element: Any) -> bool:
 
 def _is_roof(slab: Any) -> bool:
     return slab.PredefinedType == "ROOF" or any(whole.is_a("IfcRoof") for whole in _containers(slab))
+
+
+def _roofs(model: Any) -> list[Any]:
+    """E6."""
+    wholes = [*_of_type(model, "IfcRoof"), *(slab for slab in _of_type(model, "IfcSlab") if _is_roof(slab))]
+    parts = (part for whole in wholes for part in (whole, *_members(whole)) if part.is_a("IfcElement"))
+    return list({part.id(): part for part in parts}.values())
 
 
 def _rooms(spaces: list[Any]) -> list[Any]:
@@ -494,6 +504,7 @@ class Building:
     loose: tuple[ElementBody, ...]
     beams: tuple[ElementBody, ...]
     slabs: tuple[ElementBody, ...]
+    roofs: tuple[ElementBody, ...]
     spaces: tuple[ElementBody, ...]
     holes: tuple[WallHole, ...]
     windows: tuple[WallHole, ...]  # in walls, filled by windows; ``holes`` are all others
@@ -540,6 +551,7 @@ def _building(model: Any, schema: str) -> Building:
         loose=_parts(elements.loose, meshes),
         beams=_parts(elements.beams, meshes),
         slabs=_parts(elements.slabs, meshes),
+        roofs=_parts(elements.roofs, meshes),
         spaces=_parts(elements.spaces, meshes),
         holes=tuple(_holes(elements, fillings, meshes, metres)),
         windows=tuple(_windows(elements, fillings, meshes, metres)),

@@ -567,3 +567,68 @@ def test_a_leaf_is_no_wall(room, tmp_path):
     assert not room.stands(tmp_path, (2.1, 0, 2.9, 0.2))
     (leaf,) = room.level(tmp_path).leaves
     assert leaf.words == ("leaf", "IfcDoor")
+
+
+# Screens of showers, and courts.
+
+
+@pytest.mark.parametrize(
+    ("box", "is_screen"),
+    [
+        ((5.8, 0.2, 0, 5.82, 5.8, 2.1), True),
+        ((5.8, 0.2, 0, 5.82, 5.8, 2.5), False),  # up to the ceiling: a partition
+        ((5.8, 0.2, 0, 5.92, 5.8, 2.1), False),  # as thick as a wall
+        ((2.0, 0.2, 0, 2.02, 5.8, 2.1), False),  # in no room of the file
+    ],
+)
+def test_a_low_sheet_in_a_room_is_a_screen_and_no_wall(tmp_path, box, is_screen):
+    house = Flat()
+    house.house.space(house.storey, RIGHT, "2", "Bad")
+    house.house.element("IfcWall", house.storey, box, "screen")
+    (level,) = [x for item in ifc.find(str(house.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    assert ["screen" in thing.words for thing in level.furniture] == [True] * is_screen
+    assert len(plan_of(level).rooms) == (2 if is_screen else 3)
+
+
+class Atrium:
+    """A ring of four rooms with doors between them around a place of 6 x 6 m, with a door to it."""
+
+    def __init__(self) -> None:
+        self.house = TinyBuilding()
+        self.storey = self.house.storey("EG", 0.0)
+        self.house.walls_around(self.storey, (0, 0, 0, 10, 10, 2.8))
+        south, *_ = self.house.walls_around(self.storey, (1.8, 1.8, 0, 8.2, 8.2, 2.8))
+        self.house.opening(south, (4, 1.7, 0, 5, 2.1, 2.1), "IfcDoor")
+        for x1, y1, x2, y2 in ((0.2, 1.8, 1.8, 2.0), (8, 0.2, 8.2, 1.8), (8.2, 8, 9.8, 8.2), (1.8, 8.2, 2, 9.8)):
+            wall = self.house.element("IfcWall", self.storey, (x1, y1, 0, x2, y2, 2.8), "inner")
+            x, y = (x1 + x2) / 2, (y1 + y2) / 2
+            self.house.opening(wall, (x - 0.45, y - 0.45, 0, x + 0.45, y + 0.45, 2.1), "IfcDoor")
+
+    def slabs(self, kind: str, bottom: float, top: float) -> None:
+        for x1, y1, x2, y2 in ((0, 0, 10, 2), (0, 8, 10, 10), (0, 2, 2, 8), (8, 2, 10, 8)):
+            self.house.element(kind, self.storey, (x1, y1, bottom, x2, y2, top), kind)
+
+    def areas(self, folder: Path) -> list[float]:
+        (level,) = [x for item in ifc.find(str(self.house.write(folder / "ring.ifc"))) for x in ifc.read(item)]
+        return sorted(round(room.area) for room in plan_of(level).rooms)
+
+
+@pytest.mark.parametrize("roof", ["IfcSlab", "IfcRoof"])
+@pytest.mark.parametrize("floored", [True, False])
+def test_a_court_under_the_open_sky_is_no_room(tmp_path, roof, floored):
+    ring = Atrium()
+    ring.slabs(roof, 2.8, 3.0)
+    if floored:
+        ring.slabs("IfcSlab", -0.2, 0.0)
+    assert len(ring.areas(tmp_path)) == 4
+
+
+@pytest.mark.parametrize("roof", ["IfcSlab", "IfcPlate", None])
+def test_a_hall_under_a_roof_of_its_own_is_a_room(tmp_path, roof):
+    ring = Atrium()
+    ring.slabs("IfcSlab", 2.8, 3.0)
+    if roof:
+        ring.house.element(roof, ring.storey, (2, 2, 5.0, 8, 8, 5.1), "skylight")
+    else:
+        ring.house.space(ring.storey, (2, 2, 0, 8, 8, 2.8), "5", "Atrium")
+    assert len(ring.areas(tmp_path)) == 5
