@@ -2,8 +2,8 @@
 
 The level frame: metres, x right, y up in the plan, z above the floor. What is drawn is cut by the stages like any mesh.
 
-R1  A hole that starts at the knee or lower and ends above a person's head is a passage. The others are windows, through
-    which nobody goes: the wall stands there as if they were not.
+R1  A hole that starts at the knee or lower and ends above a person's head is a passage, unless the source says that it
+    is a window. The others are windows, through which nobody goes: the wall stands there as if they were not.
 R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
 R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
 R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
@@ -67,7 +67,8 @@ class Wall:
 class Hole:
     """A hole through walls: its shape in plan covers the walls' thickness; open between two heights.
 
-    ``across`` is the direction, of length 1, in which one walks through it; (0, 0) where nobody asks.
+    ``across`` is the direction, of length 1, in which one walks through it; (0, 0) where nobody asks. ``is_window`` is
+    True where the source says that nobody goes through it.
     """
 
     shape: Polygon
@@ -75,11 +76,12 @@ class Hole:
     top_m: float
     has_door: bool = False
     across: tuple[float, float] = (0.0, 0.0)
+    is_window: bool = False
 
     @property
     def is_passage(self) -> bool:
         """R1."""
-        return self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
+        return not self.is_window and self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
 
 
 def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole]) -> Prisms:

@@ -15,6 +15,8 @@ H3  A piece that is not visible is not there. A level that is not shown is one a
     have places of their own.
 H4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
 H5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
+H7  A window by its kind or its name, other than a French one, is no way out if it is fixed or starts above the floor,
+    however low.
 H6  A piece of furniture that is called a door, and is as large as one, is a door if it stands in a wall.
 
 **Shapes** of walls and doors in plan, metres, axes as in the file.
@@ -72,7 +74,7 @@ from pipeline.sources.files import (
     parse_xml,
     read_member,
 )
-from pipeline.sources.roles import Role, labels_for, role_from_name
+from pipeline.sources.roles import Role, labels_for, role_from_name, split_words, word_role
 from pipeline.sources.tolerances import (
     ALONG,
     ARC_STEP_RAD,
@@ -91,6 +93,7 @@ from pipeline.sources.tolerances import (
     WALL_HEIGHT_M,
     WIDEST_DOOR_M,
 )
+from pipeline.tolerances import HAND_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 CM = 0.01
@@ -141,7 +144,10 @@ class FurniturePiece:
 
 @dataclass(frozen=True)
 class DoorOrWindow(FurniturePiece):
-    """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame."""
+    """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame.
+
+    ``is_window`` is True where the program says that it is a window and no door.
+    """
 
     wall_left: float
     wall_width: float
@@ -149,6 +155,7 @@ class DoorOrWindow(FurniturePiece):
     wall_thickness: float
     mirrored: bool
     has_leaf: bool
+    is_window: bool = False
 
 
 @dataclass(frozen=True)
@@ -263,7 +270,17 @@ def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
         wall_thickness=_number(element, "wallThickness", 1.0),
         mirrored=_flag(element, "modelMirrored", False),
         has_leaf=element.find("sash") is not None or not _is_frame(element),
+        is_window=_is_window(element, values["elevation_m"]),
     )
+
+
+def _is_window(element: Element, sill_m: float) -> bool:
+    """H7."""
+    kind = f"{element.get('catalogId') or ''} {element.get('name') or ''}"
+    roles = {word_role(word) for word in split_words(kind)}
+    if Role.WALL not in roles or Role.DOOR in roles or "french" in kind.lower():
+        return False
+    return sill_m > HAND_M or "fixed" in kind.lower()
 
 
 def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWindow | None:
@@ -369,7 +386,12 @@ def door_hole(door: DoorOrWindow, found: Sequence[WallStrip]) -> Hole | None:
         return None
     shape = shapely.convex_hull(shapely.union_all(parts))
     return Hole(
-        shape, door.elevation_m, door.elevation_m + door.height_m, door.has_leaf, (float(across[0]), float(across[1]))
+        shape,
+        door.elevation_m,
+        door.elevation_m + door.height_m,
+        door.has_leaf,
+        (float(across[0]), float(across[1])),
+        door.is_window,
     )
 
 

@@ -60,6 +60,27 @@ def test_a_frame_without_a_leaf_is_an_opening_and_a_part_of_a_piece_is_the_hole(
     assert level.openings[0].polygon.bounds == pytest.approx((4.0, -1.725, 4.2, -1.275))
 
 
+GLASS = "<doorOrWindow {} x='200' y='-10' elevation='{}' width='100' depth='20' height='220'/>"
+
+
+@pytest.mark.parametrize(
+    ("kind", "elevation", "passages"),
+    [
+        ("name='Window'", 30, 2),
+        ("name='Ventana'", 30, 2),
+        ("catalogId='eTeks#slidingWindow126x123'", 30, 2),
+        ("catalogId='eTeks#fixedWindow85x123'", 0, 2),
+        ("catalogId='eTeks#slidingWindow126x123'", 0, 3),
+        ("catalogId='eTeks#frenchWindow85x200' name='French window'", 30, 3),
+        ("name='Porte-fenêtre'", 30, 3),
+        ("name='garden'", 30, 3),
+    ],
+)
+def test_a_window_above_the_floor_is_no_way_however_low(tmp_path, kind, elevation, passages):
+    level = one(tmp_path, home(GLASS.format(kind, elevation)))
+    assert len(level.openings) == passages
+
+
 PIECE = "<pieceOfFurniture name='{}' x='410' y='{}' angle='1.5707964' width='90' depth='{}' height='{}'/>"
 
 
