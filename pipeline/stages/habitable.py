@@ -8,7 +8,7 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on past the
     walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
     parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace); nor, where
-    the source keeps slabs and roofs apart, one under the sky larger than most of them, in which no floor lies
+    the source keeps slabs and roofs apart, one under the sky twice as large as most, in which no floor lies
     either or which they surround (a court). Where
     railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
     lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
@@ -64,6 +64,7 @@ from pipeline.tolerances import (
     SOME,
     STANDS,
     TINY_M2,
+    TWICE,
     WALL_M,
 )
 from pipeline.values import ClosingCandidate, Evidence, Level, Planes
@@ -203,7 +204,7 @@ def _courts(
     sheltered = under > MOST
     if area[sheltered].sum() <= area.sum() / 2:
         return set()
-    large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > np.median(area[sheltered])}
+    large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > TWICE * np.median(area[sheltered])}
     edge = shapely.buffer(fill_enclosed(unite(buffer_mitred(r, WALL_M / 2) for r in rooms)).boundary, WALL_M)
     draws_floors = (floored[sheltered] * area[sheltered]).sum() > MOST * area[sheltered].sum()
     return {k for k in large if (draws_floors and floored[k] < SOME) or not rooms[k].intersects(edge)}
