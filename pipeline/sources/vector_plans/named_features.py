@@ -36,6 +36,7 @@ from pipeline.sources.tolerances import (
     DOOR_M,
     MASSIVE_WALL_M,
     NAME_BOX_M,
+    ROUGH_M,
     SAME_M,
     SHEET_M,
     THICKEST_WALL_M,
@@ -108,8 +109,10 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     areas, sides = _outlines(drawn, drawn_rooms)
     panes, frames = windows_from_lines(drawn.window_lines)  # R8
     lines = [*drawn.wall_lines, *sides, *frames]
-    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, SHEET_M), *bodies_between_faces(lines)]
+    bodies = bodies_between_faces(lines)
+    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, SHEET_M), *bodies]
     walls = walls_between_faces(shapes) if lines or panes else shapes
+    walls = [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
     holes = [
         deepen_to_wall(hole, walls) for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None
     ]
