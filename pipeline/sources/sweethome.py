@@ -15,8 +15,8 @@ H3  A piece that is not visible is not there. A level that is not shown is one a
     have places of their own.
 H4  A piece without a sash is a mere opening where the catalogue calls it a frame: sliding windows have no sash either.
 H5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
-H7  A window by its kind or its name, other than a French one, is no way out if it is fixed or starts above the floor,
-    however low.
+H7  A window by its kind or its name, other than a French or a sliding one, is no way out if it is fixed or starts above
+    the floor, however low.
 H6  A piece of furniture that is called a door, and is as large as one, is a door if it stands in a wall.
 
 **Shapes** of walls and doors in plan, metres, axes as in the file.
@@ -36,6 +36,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -98,6 +99,7 @@ from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 CM = 0.01
 LARGEST_CM = 100_000.0
+WALKED_THROUGH: Final = re.compile(r"french|slid|schieb|coulissant|corredera|scorrevol", re.IGNORECASE)  # H7
 PIECES = frozenset({"pieceOfFurniture", "light", "shelfUnit"})
 _ADVICE = "save it again in Sweet Home 3D"
 
@@ -278,7 +280,7 @@ def _is_window(element: Element, sill_m: float) -> bool:
     """H7."""
     kind = f"{element.get('catalogId') or ''} {element.get('name') or ''}"
     roles = {word_role(word) for word in split_words(kind)}
-    if Role.WALL not in roles or Role.DOOR in roles or "french" in kind.lower():
+    if Role.WALL not in roles or Role.DOOR in roles or WALKED_THROUGH.search(kind):
         return False
     return sill_m > HAND_M or "fixed" in kind.lower()
 

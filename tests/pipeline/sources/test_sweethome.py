@@ -68,9 +68,11 @@ GLASS = "<doorOrWindow {} x='200' y='-10' elevation='{}' width='100' depth='20' 
     [
         ("name='Window'", 30, 2),
         ("name='Ventana'", 30, 2),
-        ("catalogId='eTeks#slidingWindow126x123'", 30, 2),
+        ("catalogId='eTeks#window85x163'", 12, 2),
         ("catalogId='eTeks#fixedWindow85x123'", 0, 2),
-        ("catalogId='eTeks#slidingWindow126x123'", 0, 3),
+        ("catalogId='eTeks#window85x163'", 0, 3),
+        ("catalogId='eTeks#sliderWindow126x200'", 11, 3),
+        ("name='Fenêtre coulissante'", 11, 3),
         ("catalogId='eTeks#frenchWindow85x200' name='French window'", 30, 3),
         ("name='Porte-fenêtre'", 30, 3),
         ("name='garden'", 30, 3),
