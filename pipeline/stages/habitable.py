@@ -13,13 +13,15 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
     lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
     the outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the
-    floor counts for nothing where rooms at it are most of the house, which then is cut open; and a space to which
-    two rooms or more, which nothing else joins, open by more than the width of a door with one leaf, is their hall.
-    Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the others together (a
-    garden), nor one too low to stand in (a void under a roof), nor, without a way to another space, one that lies
-    over the floor of a lower level for the most part (the upper part of a hall, a lantern over it); but not where
-    the source names the walls of a storey and shows no way inside it: nobody drew its slab and its doors. A room
-    that the source names is one. What a person says is no room (``overrides.toml``) is none.
+    floor counts for nothing where rooms with 0.15 of their edge at it are most of the house, which then is cut open;
+    and a space to which two rooms or more, which nothing else joins, open by more than the width of a door with one
+    leaf, is their hall. Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the
+    others together (a garden), nor one too low to stand in (a void under a roof), nor, without a way to another
+    space, one that lies over the floor of a lower level for the most part (the upper part of a hall, a lantern over
+    it); but not where the source names the walls of a storey and shows no way inside it: nobody drew its slab and
+    its doors. Nor is one without a known door that furniture fills (a block under a ceiling), nor one without any
+    way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
+    source names is one. What a person says is no room (``overrides.toml``) is none.
 R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
 """
 
@@ -46,11 +48,13 @@ from pipeline.geometry.areas import (
     polygons_of,
     unite,
 )
+from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
     DOORWAY_M,
+    HARDLY,
     HEAD_M,
     LARGELY,
     MM_M,
@@ -58,7 +62,7 @@ from pipeline.tolerances import (
     MOSTLY,
     NEARLY_ALL,
     OPEN_EDGE,
-    PASSABLE_M,
+    SHEET_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
     SOME,
@@ -102,6 +106,8 @@ def keep_habitable_spaces(
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
         fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
+    outdoors |= filled_spaces(rooms, candidates, evidence)
+    outdoors |= _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(
@@ -133,6 +139,43 @@ def _solids(
     return {k for k in shut if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
 
 
+def filled_spaces(rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence) -> set[int]:
+    """Return the spaces without a known door that what stands in them fills: pillars and blocks under a ceiling."""
+    known = {side for c in candidates if c.kind in KNOWN and c.portal is not None for side in c.portal.sides}
+    filled = _shares(rooms, evidence.furniture)
+    return {k for k in range(len(rooms)) if filled[k] > NEARLY_ALL and k not in known}
+
+
+def _boxes_seen_from_outside(
+    rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence, level: Level
+) -> set[int]:
+    """Return the spaces without a way in into which hardly any face looks, where faces look into the others.
+
+    A plinth or a pillar of sheets is seen from the room around it, and nobody sees the back of its faces. Where the
+    source does not wind its faces with care, they say nothing.
+    """
+    ways = {side for c in candidates if c.portal is not None for side in c.portal.sides}
+    shut = [k for k in range(len(rooms)) if k not in ways]
+    height = evidence.heights.get("breast")
+    if not isinstance(height, float) or level.walls.is_cloud or not shut or len(rooms) < 2:
+        return set()
+    cut = MeshSlicer(level.walls).cut(height, upright_only=True).ends
+    along = cut[:, 1] - cut[:, 0]
+    length = np.hypot(*along.T)
+    ahead = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, MM_M)[:, None]  # where a face looks
+    places = cut.mean(axis=1)
+
+    def looks(room: Polygon) -> tuple[float, float]:
+        """Return the length of the faces that look into a space, and of those that look away from it."""
+        sides = [shapely.contains_xy(room, *(places + way * SHEET_M * ahead).T) for way in (1.0, -1.0)]
+        return float(length[sides[0]].sum()), float(length[sides[1]].sum())
+
+    seen = [looks(room) for room in rooms]
+    boxes = {k for k in shut if seen[k][0] < HARDLY * seen[k][1]}
+    into, away = (sum(seen[k][way] for k in range(len(rooms)) if k not in boxes) for way in (0, 1))
+    return boxes if into > LARGELY * (into + away) else set()
+
+
 def _without_boards(planes: Planes) -> BaseGeometry:
     """Return the railings but those that stand along a wall for their whole length."""
     rails = polygons_of(planes.rails)
@@ -150,7 +193,7 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
     wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > SINGLE_DOOR_M[1]]
     area, length = shapely.area(rooms), shapely.length(rooms)
     at_edge = length * [_along(room, edge) for room in rooms]
-    if area[at_edge > PASSABLE_M].sum() > MOST * area.sum():
+    if area[at_edge > HARDLY * length].sum() > MOST * area.sum():
         at_edge = np.zeros(len(rooms))
     outside = {OUTSIDE}
     while True:

@@ -83,7 +83,12 @@ from pipeline.geometry.doorless_openings import find_doorless_openings
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
 from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.habitable import clip_rooms_to_floor, keep_habitable_spaces, part_under_cover
+from pipeline.stages.habitable import (
+    clip_rooms_to_floor,
+    filled_spaces,
+    keep_habitable_spaces,
+    part_under_cover,
+)
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
@@ -146,6 +151,8 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             if any(way.kind == "mouth" for way in ways):
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
+        filled = filled_spaces(rooms, candidates, evidence)  # what hangs over their edges is no way outside
+        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
         rooms = clip_rooms_to_floor(keep_habitable_spaces(rooms, candidates, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
 

@@ -12,7 +12,7 @@ from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
 from pipeline.values import Layout, SourceObject, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
-from tests.builders.meshes import box, joined
+from tests.builders.meshes import box, joined, sheet
 
 
 def layout(parts: Parts, config: LayoutConfig | None = None, **values: object) -> Layout:
@@ -495,6 +495,14 @@ def test_rooms_at_the_edge_of_the_floor_are_rooms_where_the_house_is_cut_open() 
     assert len(found.rooms) == 2
 
 
+def test_a_terrace_is_no_room_beside_a_hall_that_lies_open_for_a_small_share_of_its_edge() -> None:
+    """The hall of 10 x 6 m ends at the edge of the floor for 3.5 m; the house is not cut open for that."""
+    walls = [*wall((-0.2, 6, 10.2, 6.2)), *wall((-0.2, 0, 0, 6)), *wall((10, 0, 10.2, 1)), *wall((10, 4.5, 10.2, 6))]
+    walls += [*wall((-0.2, -0.2, 10.2, 0), Hole(1, 1.9)), *wall((-0.2, -3.0, 0.0, -0.2))]
+    floor = shapely.union_all([shapely.box(0, -3.0, 6, 0), shapely.box(0, 0, 10.05, 6)])
+    assert areas(layout(walls, floor=floor)) == [60.0]
+
+
 @pytest.mark.parametrize(("width", "rooms"), [(4.0, 3), (0.9, 2)])
 def test_the_hall_to_which_two_rooms_lie_open_is_no_terrace(width: float, rooms: int) -> None:
     """Its own sides lie open at the edge of the floor. Behind doors, it may be a terrace."""
@@ -581,6 +589,25 @@ def test_what_has_no_floor_nothing_above_and_no_way_in_is_the_inside_of_a_wall(
     house = three_rooms([Hole(1.0, 1.9)])
     floor, cover = shapely.box(0, 0, 6.1, 3), shapely.box(0, 0, covered_m, 3)
     assert len(layout(house, floor=floor, cover=cover, only_walls=only_walls).rooms) == rooms
+
+
+@pytest.mark.parametrize(("outward", "rooms"), [(True, 1), (False, 2)])
+def test_a_box_of_sheets_that_is_seen_from_the_hall_around_it_is_no_room(outward: bool, rooms: int) -> None:
+    """The walls of a hall of sheets that look inwards, and a plinth of 2 x 2 m in it, up to the ceiling."""
+    hall, plinth = [(0, 0), (0, 8), (10, 8), (10, 0)], [(4, 3), (6, 3), (6, 5), (4, 5)]
+    inward = [sheet(a, b, 0.0, 2.6) for a, b in zip(hall, [*hall[1:], hall[0]], strict=True)]
+    corners = plinth if outward else plinth[::-1]
+    around = [sheet(a, b, 0.0, 2.6) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+    assert len(layout([*inward, *around]).rooms) == rooms
+
+
+@pytest.mark.parametrize(("deep_m", "rooms"), [(1.6, 1), (0.7, 2)])
+def test_what_a_block_fills_is_no_room_and_has_no_entrance(deep_m: float, rooms: int) -> None:
+    """A corner of 1.5 m x 1.6 m under a lintel on both sides, and a block in it, or one that leaves half of it."""
+    beam = [box((0.0, 1.6, 1.6, 1.7), 2.0, 2.6), box((1.5, 0.0, 1.6, 1.6), 2.0, 2.6)]
+    found = layout([*shell((0, 0, 6, 4)), *beam, box((0.0, 0.0, 1.5, deep_m), 0.0, 1.7)])
+    assert len(found.rooms) == rooms
+    assert not any(OUTSIDE in c.portal.sides for c in found.candidates if c.portal is not None)
 
 
 def test_what_a_person_says_is_no_room_is_none() -> None:
