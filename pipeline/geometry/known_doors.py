@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import networkx as nx
 import numpy as np
@@ -82,6 +83,11 @@ class Leaf:
 
 def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     """Return all that is shaped as a door; heights count from the level's floor."""
+    return part_from_panelling(find_plates(bodies, ceiling_m))[0]
+
+
+def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+    """Return all that is shaped as a door, or as a plate of panelling (R1, R2)."""
     boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
@@ -95,7 +101,7 @@ def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
         if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= WALL_M:
             plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
-    return [leaf for leaf in found if not _is_panelling(leaf, found)]
+    return found
 
 
 def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
@@ -200,12 +206,15 @@ def _volume(bodies: Bodies, body: int) -> float:
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6
 
 
-def _is_panelling(leaf: Leaf, leaves: list[Leaf]) -> bool:
-    """R3: return whether a row of plates goes on from this one, or it is one itself."""
-    if leaf.box.width > LEAF_WIDTH_M[1]:
-        return _plates(leaf) > 2
-    beside = sum(other is not leaf and _in_row(leaf.box, other.box) for other in leaves)
-    return beside >= 2
+def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
+    """R3: return the leaves, and the rows of three plates or more, from their first plate to their last."""
+    rows = nx.Graph()
+    rows.add_nodes_from(range(len(leaves)))
+    pairs = combinations(range(len(leaves)), 2)
+    rows.add_edges_from((one, other) for one, other in pairs if _in_row(leaves[one].box, leaves[other].box))
+    panelling = {k for row in nx.connected_components(rows) if len(row) > 2 for k in row}
+    panelling |= {k for k, leaf in enumerate(leaves) if leaf.box.width > LEAF_WIDTH_M[1] and _plates(leaf) > 2}
+    return [leaf for k, leaf in enumerate(leaves) if k not in panelling], [leaves[k] for k in sorted(panelling)]
 
 
 def _plates(leaf: Leaf) -> int:
@@ -304,14 +313,21 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
     return bool((shapely.distance(ends, walls) < STAND_M).all())
 
 
-def glazed_recesses(lintels: BaseGeometry, walls: BaseGeometry, *, any_width: bool = False) -> list[Polygon]:
+def glazed_recesses(
+    lintels: BaseGeometry, walls: BaseGeometry, panes: Sequence[Leaf] = (), *, any_width: bool = False
+) -> list[Polygon]:
     """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they.
 
-    ``any_width``: so does it where the pane is as wide as a door, since all doors are known.
+    ``panes`` are plates of rows, whatever their width. ``any_width``: so is a pane as wide as a door, since all doors
+    are known.
     """
     bare = lintels if any_width else drop_thin_parts(lintels, HAND_M)  # without the seams of a ceiling that end at them
     least = DOORWAY_M[0] if any_width else DOORWAY_M[1]
-    return [lintel for lintel, _ in _door_recesses(bare, walls, (least, np.inf))]
+    beside = unite([box_polygon(pane.box, depth=2 * WALL_M) for pane in panes])
+    return [
+        *(lintel for lintel, _ in _door_recesses(bare, walls, (least, np.inf))),
+        *polygons_of(intersect(lintels, beside)),
+    ]
 
 
 def _door_recesses(

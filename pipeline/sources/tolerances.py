@@ -195,7 +195,9 @@ CUSTOM_WEIGHT: Final = 0.9
 BINDING_WEIGHT: Final = 1.6
 DECLARED_WEIGHT: Final = 6.0  # for an axis that the file declares
 IMPOSSIBLE_WEIGHT: Final = 10.0  # against an axis on which no unit makes a house
-UNLIKELY_WEIGHT: Final = 8.0  # against it, if a scale does
+# where a format has no unit: for each e-fold by which the nearest unit's storey differs from the usual one, ...
+ODD_STOREY_WEIGHT: Final = 2.0
+NO_UNIT_WEIGHT: Final = 3.0  # ... and at most this: one in twenty such models is in no known unit
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
 STANDS: Final = 0.2  # share of the greatest wall length from which a storey's walls stand
 DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys

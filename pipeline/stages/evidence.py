@@ -6,7 +6,7 @@ neither, so that each thing is judged by where it begins and where it ends.
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
 R2  Below and above a window stands wall too: what stands at sill height, or at any height above a threshold's, and
     goes on over the opening, and touches wall (a lamp over a table does not). Glazing from the floor up, too wide for
-    a door, is wall as deep as the lintel over it.
+    a door, or a row of three panes or more, is wall as deep as the lintel over it.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
     the slit between them is filled.
@@ -48,10 +48,11 @@ from pipeline.geometry.known_doors import (
     Leaf,
     cubicle_leaves,
     find_known_doorways,
-    find_leaves,
+    find_plates,
     glazed_recesses,
     judge_leaves,
     may_hold_leaves,
+    part_from_panelling,
 )
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, footprint
@@ -94,7 +95,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         return Evidence(EMPTY, EMPTY, EMPTY, EMPTY, _furniture(level), floor=level.floor)
     if not isinstance(level.walls, Prisms) and (level.walls.is_cloud or is_scan(level.walls)):
         return gather_scan_evidence(level, config)
-    leaves, cutter = _take_leaves_out(level)
+    leaves, panes, cutter = _take_leaves_out(level)
     heights = _Heights.of(cutter, level, config)
     sections = WallSections(cutter, config.sheet_m, config.solid_m, heights.sill)
     as_high = cutter.is_upright_between(min(heights.step, heights.sill), heights.head)  # R9
@@ -120,7 +121,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     sloped = [part for part in polygons_of(low) if ends_at_sloped_roof(part, cutter)]  # R3
     walls = close_cracks(unite([full, windows, *sloped]))
     lintels = drop_thin_parts(subtract(hanging, walls), SLIVER_M)
-    glazed = glazed_recesses(lintels, walls, any_width=level.names_doors)  # R2, R7
+    glazed = glazed_recesses(lintels, walls, panes, any_width=level.names_doors)  # R2, R7
     walls, lintels = unite([walls, *glazed]), subtract(lintels, unite(glazed))
     doorways, found_leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
     rails = EMPTY if as_high else unite([foot, *(sections.at(height) for height in heights.between)])
@@ -142,16 +143,16 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     )
 
 
-def _take_leaves_out(level: Level) -> tuple[list[Leaf], MeshSlicer | Prisms]:
-    """Return what is shaped as a door (R7), and the walls without it, ready to be cut."""
+def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer | Prisms]:
+    """Return what is shaped as a door (R7), the panes in rows (R2), and the walls without the doors, ready to be cut."""
     if isinstance(level.walls, Prisms) and not may_hold_leaves(level.walls, level.ceiling_m):
-        return [], level.walls
+        return [], [], level.walls
     bodies = Bodies.of(level.walls)
-    shaped = [] if level.names_doors else find_leaves(bodies, level.ceiling_m)
+    shaped, panes = part_from_panelling([] if level.names_doors else find_plates(bodies, level.ceiling_m))
     leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
     if isinstance(level.walls, Prisms) and not leaves:
-        return [], level.walls
-    return leaves, MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
+        return [], panes, level.walls
+    return leaves, panes, MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
 
 
 def _beyond(what: BaseGeometry, known: list[BaseGeometry]) -> BaseGeometry:

@@ -49,6 +49,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
@@ -157,7 +158,7 @@ def _boxes_seen_from_outside(
     ways = {side for c in candidates if c.portal is not None for side in c.portal.sides}
     shut = [k for k in range(len(rooms)) if k not in ways]
     height = evidence.heights.get("breast")
-    if not isinstance(height, float) or level.walls.is_cloud or not shut or len(rooms) < 2:
+    if isinstance(level.walls, Prisms) or not isinstance(height, float) or not shut or len(rooms) < 2:
         return set()
     cut = MeshSlicer(level.walls).cut(height, upright_only=True).ends
     along = cut[:, 1] - cut[:, 0]
@@ -166,12 +167,13 @@ def _boxes_seen_from_outside(
     places = cut.mean(axis=1)
 
     def looks(room: Polygon) -> tuple[float, float]:
-        """Return the length of the faces that look into a space, and of those that look away from it."""
-        sides = [shapely.contains_xy(room, *(places + way * SHEET_M * ahead).T) for way in (1.0, -1.0)]
-        return float(length[sides[0]].sum()), float(length[sides[1]].sum())
+        """Return the length of the faces at a space's edge that look into it, and of those that look away."""
+        sides = [np.flatnonzero(shapely.contains_xy(room, *(places + way * SHEET_M * ahead).T)) for way in (1.0, -1.0)]
+        near = [side[shapely.dwithin(shapely.points(places[side]), room.exterior, SHEET_M)] for side in sides]
+        return float(length[near[0]].sum()), float(length[near[1]].sum())
 
     seen = [looks(room) for room in rooms]
-    boxes = {k for k in shut if seen[k][0] < HARDLY * seen[k][1]}
+    boxes = {k for k in shut if seen[k][0] < LARGELY * seen[k][1]}
     into, away = (sum(seen[k][way] for k in range(len(rooms)) if k not in boxes) for way in (0, 1))
     return boxes if into > LARGELY * (into + away) else set()
 

@@ -4,7 +4,9 @@ A mesh that is no house in any unit is rejected. ``SizeOptions`` is what the use
 
 R1  The up axis is the convention's unless the shape speaks clearly against it: a house is flatter than it is wide, its
     faces stand upright or lie level, and in a mesh of walls alone hardly any looks up. An axis that the file itself
-    declares is outvoted by nothing but an absurd shape.
+    declares is outvoted by nothing but an absurd shape. In a format without a unit, a storey of an unusual height in
+    every unit speaks against an axis, but less than a house that would be higher than deep: models to odd scales are
+    no rarer than that.
 R2  A unit fits where a storey is 1.9 to 6.6 m high and the walls stand 1.5 to 200 m apart, the longer way at least 2 m.
 R3  A declared unit stands while the building is 1.9 to 60 m high: a shell has no inner slab. Without one, metres are
     taken where they make a usual storey, or a usual head of an opening; else what the heads of openings tell
@@ -68,6 +70,8 @@ from pipeline.sources.tolerances import (
     LOW_HEADS_AT,
     MAX_HEADS,
     NAMED_DOOR_M,
+    NO_UNIT_WEIGHT,
+    ODD_STOREY_WEIGHT,
     PLINTH,
     PROFILE_BINS,
     SAME,
@@ -76,7 +80,6 @@ from pipeline.sources.tolerances import (
     STANDS,
     STOREY_M,
     TINY,
-    UNLIKELY_WEIGHT,
     USUAL_DOOR_M,
     USUAL_STOREY_M,
     WIDTH_M,
@@ -186,7 +189,7 @@ def _given_metres(shape: UprightShape, convention: FrameConvention, wish: SizeOp
 
 
 def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConvention) -> float:
-    """R1, as a sum of evidence; an axis on which no unit makes a house comes last."""
+    """R1, as a sum of evidence: where the format lays down a unit, an axis on which none makes a house comes last."""
     weight = CUSTOM_WEIGHT
     if convention.binding:
         weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
@@ -196,14 +199,11 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
         + (weight if axis == convention.up else 0.0)
     )
     evidence += SQUARE_WEIGHT * min(shape.square, SQUARE)
-    possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres or 0.0)
-    if possible:
-        return evidence
-    told = unit_from_opening_heads(shape.storey, shape.heads) if convention.metres is None else None
-    is_model = told is not None and shape.fits_width(told)
-    return evidence - (
-        UNLIKELY_WEIGHT if is_model or (convention.metres is None and _is_likely(shape)) else IMPOSSIBLE_WEIGHT
-    )
+    if convention.metres is None:
+        odd = [abs(math.log(shape.storey * metres / USUAL_STOREY_M)) for metres in UNITS.values() if shape.fits(metres)]
+        return evidence - min([ODD_STOREY_WEIGHT * min(odd, default=math.inf), NO_UNIT_WEIGHT])
+    possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres)
+    return evidence - (0.0 if possible else IMPOSSIBLE_WEIGHT)
 
 
 def _is_likely(shape: UprightShape) -> bool:

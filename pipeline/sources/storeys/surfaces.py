@@ -17,6 +17,7 @@ from pipeline.sources.tolerances import (
     END_SLACK_M,
     HORIZONTAL,
     LAYER_EDGE,
+    SAME,
     SAME_M,
     SAME_PLACE,
     STOREY_ENDED,
@@ -252,7 +253,7 @@ def find_storey_pairs(
         return []
     plan = [i for i in range(3) if i != axis]
     heights = (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2
-    near = [np.flatnonzero(flats & (np.abs(heights - layer) <= step)) for layer in layers]
+    near = [np.flatnonzero(flats & (np.abs(heights - layer) <= step * (1 + SAME))) for layer in layers]
     boxes = [_box(surfaces, faces, plan) for faces in near]
     found = []
     for low, box in enumerate(boxes):

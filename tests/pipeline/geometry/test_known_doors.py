@@ -185,3 +185,10 @@ def test_a_named_door_in_a_wall_that_bulges_goes_through_all_of_it(bulge_m: floa
     assert len(doorways) == 1
     left = shapely.difference(walls, doorways[0].polygon)
     assert len(shapely.get_parts(left)) == 2
+
+
+@pytest.mark.parametrize(("panes", "found"), [(2, 2), (3, 0), (4, 0)])
+def test_a_row_of_panes_in_their_frames_is_glazing_from_its_first_to_its_last(panes: int, found: int) -> None:
+    """Panes of 1.2 m from the floor up, with 0.1 m of post between them."""
+    parts = [box((1.3 * k, 0.0, 1.3 * k + 1.2, 0.05), 0.02, 2.4) for k in range(panes)]
+    assert len(find_leaves(Bodies.of(joined(parts)), 2.6)) == found

@@ -110,6 +110,17 @@ def test_an_axis_against_the_convention_is_found_and_can_be_given(tmp_path, suff
     assert np.array_equal(found.walls.vertices, given_up.walls.vertices)
 
 
+@pytest.mark.parametrize("scale", [1.85, 1.5])
+def test_a_house_in_no_known_unit_is_not_laid_on_its_side_for_a_storey_in_metres(tmp_path, scale):
+    """On its side, the ground that it stands on would be a wall of 8 m, and a storey as high as a room's."""
+    ground = slab(-0.6, -0.3, [(-3.0, -4.0, 12.0, 10.0)])
+    house = two_levels()
+    whole = joined([*ground, as_trimesh(house)])
+    levels = read(write(Mesh(whole.vertices / scale, whole.faces), tmp_path / "house.obj"))
+    assert {level.frame.up for level in levels} == {"y"}
+    assert np.ptp(levels[0].walls.vertices[:, 0]) == pytest.approx(8.0, rel=0.1)
+
+
 def test_a_tower_keeps_its_formats_axis(tmp_path):
     """Higher than it is deep: the convention decides, not the flatness."""
     floors = [2.8 * k for k in range(4)]

@@ -451,6 +451,17 @@ def test_what_has_a_sill_higher_than_any_threshold_is_a_window(sill_m: float, ki
     assert [c.kind for c in found.candidates] == kinds
 
 
+@pytest.mark.parametrize(("panes", "ways"), [(1, 1), (3, 0)])
+def test_a_row_of_panes_from_the_floor_up_is_no_row_of_entrances(panes: int, ways: int) -> None:
+    """Panes of 1.2 m in the middle of a wall of 0.2 m, under a lintel each; one alone is the leaf of a door."""
+    starts = [1.0 + 1.3 * k for k in range(panes)]
+    house = shell((0, 0, 6, 4), front=[Hole(start, start + 1.2) for start in starts])
+    glass = [box((start + 0.01, -0.12, start + 1.19, -0.08), 0.02, 2.08) for start in starts]
+    found = layout([*house, *glass])
+    assert sum(OUTSIDE in c.portal.sides and c.kind != "lintel" for c in found.candidates if c.portal) == ways
+    assert len([c for c in found.candidates if c.portal]) == ways
+
+
 @pytest.mark.parametrize(("crack_m", "rooms"), [(0.01, 2), (0.04, 2)])
 def test_walls_that_nearly_meet_in_a_corner_close_it(crack_m: float, rooms: int) -> None:
     """A closed room of 8 x 4 m, and one of 6 x 4 m in whose corner neither wall points at the other."""
