@@ -144,7 +144,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
 
 
 def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer | Prisms]:
-    """Return what is shaped as a door (R7), the panes in rows (R2), and the walls without the doors, ready to be cut."""
+    """Return what is shaped as a door (R7), the panes in rows (R2), and the walls without doors, ready to be cut."""
     if isinstance(level.walls, Prisms) and not may_hold_leaves(level.walls, level.ceiling_m):
         return [], [], level.walls
     bodies = Bodies.of(level.walls)

@@ -107,7 +107,7 @@ def keep_habitable_spaces(
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
         fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
-    outdoors |= filled_spaces(rooms, candidates, evidence)
+    outdoors |= filled_spaces(rooms, candidates, evidence, level)
     outdoors |= _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
@@ -140,8 +140,15 @@ def _solids(
     return {k for k in shut if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
 
 
-def filled_spaces(rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence) -> set[int]:
-    """Return the spaces without a known door that what stands in them fills: pillars and blocks under a ceiling."""
+def filled_spaces(
+    rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence, level: Level
+) -> set[int]:
+    """Return the spaces without a known door that what stands in them fills: pillars and blocks under a ceiling.
+
+    Furniture that the source names makes no room full: a shower is one.
+    """
+    if level.furniture:
+        return set()
     known = {side for c in candidates if c.kind in KNOWN and c.portal is not None for side in c.portal.sides}
     filled = _shares(rooms, evidence.furniture)
     return {k for k in range(len(rooms)) if filled[k] > NEARLY_ALL and k not in known}

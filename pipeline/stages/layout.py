@@ -151,7 +151,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             if any(way.kind == "mouth" for way in ways):
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
-        filled = filled_spaces(rooms, candidates, evidence)  # what hangs over their edges is no way outside
+        filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
         rooms = clip_rooms_to_floor(keep_habitable_spaces(rooms, candidates, planes, evidence, level), level)
         return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
