@@ -414,9 +414,10 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
 # R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at, or
 #     that ends a partition's breadth beside where it points.
 # R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
-#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks, the room holds a disc
-#     ``WIDER`` times as wide as the mouth; so a corridor between bends and crossings is none. A hole in one wall,
-#     with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks that is not ``TWICE``
+#     as wide as deep, the room holds a disc ``WIDER`` times as wide as the mouth; so a corridor between bends and
+#     crossings is none. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+#     A block deeper than ``BLOCK_M`` makes a mouth that is no deeper than wide; what is deeper is a corridor.
 # R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
 # ---------------------------------------------------------------------------------------------------------------------
 
@@ -457,7 +458,7 @@ def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[P
     solid = polygons_of(walls)
     if not (solid and rooms):
         return []
-    ends = list(_ends_of(trace_outlines(solid, LAP_M), BLOCK_M))
+    ends = list(_ends_of(trace_outlines(solid, LAP_M), HALL_M))
     every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > CRACK_M]
     every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
     every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
@@ -489,7 +490,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
             width, side = past, way * (depth / 2 + THIN_WALL_M)
             low, high = min(-depth / 2, side), max(depth / 2, side)
             centre = end.centre + (low + high) / 2 * left
-    if not np.isfinite(width):
+    if not np.isfinite(width) or depth > max(BLOCK_M, width + PARTITION_M):
         return None
     near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
     filling = Polygon([near + low * left, near + high * left, far + high * left, far + low * left])
@@ -538,7 +539,8 @@ def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tup
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
     wide = WIDER * mouth.width
-    if mouth.depth > THICK_WALL_M and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
+    between_blocks = mouth.depth > THICK_WALL_M and mouth.width < TWICE * mouth.depth
+    if between_blocks and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
         return None
     return k, sum(piece.area for piece in seen) / look
 

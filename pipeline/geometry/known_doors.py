@@ -37,11 +37,15 @@ from pipeline.tolerances import (
     LAP_M,
     LARGELY,
     LOOKS,
+    MM_M,
     MOST,
+    MOSTLY,
     NEARLY_ALL,
     PARALLEL,
     PARTITION_M,
+    PLACE_M,
     SHEET_M,
+    SHOULDERS_M,
     SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
@@ -60,6 +64,9 @@ from pipeline.tolerances import (
 #     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
 #     parallel ones that only a third joins.
 # R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
+# R4  What has a handle is a door, though it reaches the ceiling or stands in such a row: something small that begins
+#     above a table and ends below a person's eyes, at the face of a plate, near one of its two edges. A pane beside
+#     it, broader than a post, has no handle and stays wall.
 # ---------------------------------------------------------------------------------------------------------------------
 
 LEAF_WIDTH_M = (0.5, 1.7)
@@ -73,12 +80,15 @@ class Leaf:
     """What may be a door: the box around it, the bodies that it is made of, and their boxes.
 
     ``plate_m`` is how thick it is without frames: the metres across the box from the first to the last of its plates.
+    ``ends_with_walls`` is True if a wall that it touches, wider than a door, ends at the same height.
     """
 
     box: Box
     bodies: tuple[int, ...]
     parts: tuple[Box, ...]
     plate_m: float
+    has_handle: bool = False
+    ends_with_walls: bool = False
 
 
 def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
@@ -90,18 +100,81 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     """Return all that is shaped as a door, or as a plate of panelling (R1, R2)."""
     boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
+    handled = _with_handles(bodies)  # R4
+    parts |= handled
     casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
     parts |= casings
     keys = list(parts)
     found = []
     parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
-    for group in (each for members in parallel for each in _touching(members, parts)):  # R2
+    groups = [each for members in parallel for each in _touching(members, parts)]  # R2
+    for group in (each for members in groups for each in _apart_from_panes(members, parts, handled)):  # R4
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
         if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= WALL_M:
             plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
-            found.append(Leaf(box, tuple(group), tuple(parts[k] for k in group), _depth(box, plates)))
+            has_handle = any(k in handled for k in group)
+            boxes_ = tuple(parts[k] for k in group)
+            found.append(
+                Leaf(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
+            )
     return found
+
+
+def _ends_with_walls(box: Box, bodies: Bodies) -> bool:
+    """Return whether a body that stands on the floor, is wider than a door and touches a box ends as high as it."""
+    low, high = bodies.low, bodies.high
+    wall = (low[:, 2] <= FOOT_M) & (np.abs(high[:, 2] - box.high) <= CRACK_M)
+    wall &= (high - low)[:, :2].max(axis=1) > LEAF_WIDTH_M[1]
+    near = shapely.box(low[wall, 0], low[wall, 1], high[wall, 0], high[wall, 1])
+    return bool(shapely.dwithin(near, box_polygon(box, depth=max(box.thickness, MM_M)), TOUCH_M).any())
+
+
+def _with_handles(bodies: Bodies) -> dict[int, Box]:
+    """Return the bodies as wide and thick as a door at which a handle sits, with their boxes (R4)."""
+    low, high = bodies.low, bodies.high
+    size = np.sort(high - low, axis=1)
+    small = (size <= (HAND_M, THIN_WALL_M, PLACE_M)).all(axis=1)
+    handles = np.flatnonzero(small & (low[:, 2] >= SHOULDERS_M) & (high[:, 2] <= MOSTLY * HEAD_M))
+    if not len(handles):
+        return {}
+    likely = _likely(bodies, HIGHEST_M)
+    plans = shapely.box(low[likely, 0], low[likely, 1], high[likely, 0], high[likely, 1])
+    grips = shapely.box(low[handles, 0], low[handles, 1], high[handles, 0], high[handles, 1])
+    pairs = shapely.STRtree(plans).query(grips, predicate="dwithin", distance=CRACK_M).T
+    boxes = {k: bodies.box(k) for k in sorted({likely[j] for _, j in pairs})}
+    return {
+        k: box
+        for k, box in boxes.items()
+        if LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1]
+        and box.thickness <= WALL_M
+        and any(_is_at_edge(bodies, int(handles[i]), box) for i, j in pairs if likely[j] == k)
+    }
+
+
+def _apart_from_panes(group: list[int], parts: Mapping[int, Box], handled: Mapping[int, Box]) -> list[list[int]]:
+    """Return a group of parts as it is, or only what has a handle in it, without the panes beside that (R4)."""
+    doors = [k for k in group if k in handled]
+    beside = {k for k in group if doors and not any(_overlap(parts[k], handled[door]) for door in doors)}
+    beside -= {k for k in beside if parts[k].width <= HAND_M}
+    if not beside:
+        return [group]
+    return _touching([k for k in group if k not in beside], parts)
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    """Return whether a good part of the narrower of two parallel boxes lies before the other."""
+    apart = abs(float(dot_product(one.centre - other.centre, other.along)))
+    return bool((one.width + other.width) / 2 - apart > SOME * min(one.width, other.width))
+
+
+def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
+    """Return whether a body lies at the face of a plate, no deeper in it than before it, near an edge (R4)."""
+    points = bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(handle)])][:, :2] - box.centre
+    along, across = dot_product(points, box.along), dot_product(points, box.across)
+    aside = abs(float(along.min() + along.max())) / 2
+    out = max(float(across.max()), -float(across.min())) - box.thickness / 2
+    return bool(SOME * box.width < aside < box.width / 2 and out > CM_M)
 
 
 def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
@@ -170,7 +243,7 @@ def _depth(box: Box, plates: list[Box]) -> float:
     return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
 
 
-def _likely(bodies: Bodies, highest_m: float) -> Iterable[int]:
+def _likely(bodies: Bodies, highest_m: float) -> list[int]:
     low, high = bodies.low, bodies.high
     extent = np.hypot(*(high - low)[:, :2].T)
     tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= HEAD_M) & (high[:, 2] <= highest_m)
@@ -207,13 +280,14 @@ def _volume(bodies: Bodies, body: int) -> float:
 
 
 def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
-    """R3: return the leaves, and the rows of three plates or more, from their first plate to their last."""
+    """R3, R4: return the leaves, and the rows of three plates or more, from their first plate to their last."""
     rows = nx.Graph()
     rows.add_nodes_from(range(len(leaves)))
     pairs = combinations(range(len(leaves)), 2)
     rows.add_edges_from((one, other) for one, other in pairs if _in_row(leaves[one].box, leaves[other].box))
     panelling = {k for row in nx.connected_components(rows) if len(row) > 2 for k in row}
     panelling |= {k for k, leaf in enumerate(leaves) if leaf.box.width > LEAF_WIDTH_M[1] and _plates(leaf) > 2}
+    panelling -= {k for k, leaf in enumerate(leaves) if leaf.has_handle}
     return [leaf for k, leaf in enumerate(leaves) if k not in panelling], [leaves[k] for k in sorted(panelling)]
 
 
@@ -388,11 +462,12 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 #
 # R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
-# R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one in a frame of its own as
-#     deep as that wall: a door in a thin partition.
+# R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one with a handle, or in a
+#     frame of its own as deep as that wall: a door in a thin partition.
 # R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
 #     width: that hangs over the doorway, and the leaf stands ajar against another wall.
-# R4  Any other leaf stands open, or is furniture where it is too thick for a leaf.
+# R4  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
+#     it touches, and has nothing above it, is a stretch of wall.
 # R5  A leaf that is one body with its wall shows by the recess under its lintel, as above.
 # R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
 #     Where the wall leans or bulges, what is left of it before a face of the doorway, thinner than a sheet, goes too.
@@ -421,19 +496,20 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     for leaf in leaves:
         way = doorway_around_leaf(leaf.box, walls)
         plan = box_polygon(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
-        if leaf.box.thickness <= HAND_M and _stands_ajar(leaf.box, hanging):  # R7
+        over = _thickness_above(leaf.box, hanging)
+        is_wall = leaf.ends_with_walls and not leaf.has_handle and over == 0  # R4
+        if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R7
             found.append(plan)
             continue
-        over = _thickness_above(leaf.box, hanging)
         if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
             doorways.append(Doorway(box_polygon(way), "leaf"))
             found.append(plan)
-        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not _is_framed(leaf, over):  # R2
+        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not (_is_framed(leaf, over) or leaf.has_handle):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
             doorways.append(Doorway(box_polygon(way), "leaf"))
             found.append(plan)
-        elif over > 0:
+        elif over > 0 or is_wall:
             pieces += leaf.bodies
         elif leaf.box.thickness <= HAND_M:  # R4
             found.append(plan)

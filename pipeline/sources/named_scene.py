@@ -5,6 +5,7 @@ R2  A part called floor is evidence for floors where it is flat; its faces stay 
     called wall, ceiling, roof or nothing.
 R3  Furniture, and what is left out, are dropped from the walls unless one piece of them is as large as the house. What
     is left out and reaches beyond the house is dropped all the same: a sky is much larger.
+    Handles of doors stay where no door has a name: the stages find doors by them.
 R4  Ground that ends with the house is its floor.
 R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
 R6  A part called threshold, flat, on the floor and as narrow as a doorway, is an opening where one can walk across it:
@@ -28,7 +29,15 @@ from scipy.sparse.csgraph import connected_components
 from shapely import Polygon
 
 from pipeline.sources.meshes.scene import PartNames, Scene
-from pipeline.sources.roles import NamedRole, Role, labels_for, part_room_words, role_from_part, split_words
+from pipeline.sources.roles import (
+    NamedRole,
+    Role,
+    labels_for,
+    names_door_handle,
+    part_room_words,
+    role_from_part,
+    split_words,
+)
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
@@ -311,7 +320,7 @@ class _Sorter:
         leaves, furniture = [*self._doors()], [*self._furniture()]
         openings = tuple(take_faces(self.mesh, faces) for _, faces in self._each(Role.OPENING))
         self._drop(Role.OPENING)
-        self._drop(Role.LEFT_OUT)
+        self._drop(Role.LEFT_OUT, but_handles=not leaves)
         self._terrain()
         spaces, floors, thresholds = tuple(self._spaces()), tuple(self._floors()), tuple(self._thresholds())
         for _, faces in self._each(Role.CEILING):
@@ -356,9 +365,11 @@ class _Sorter:
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
-    def _drop(self, role: Role) -> None:
-        """R3."""
-        for _, faces in self._each(role):
+    def _drop(self, role: Role, *, but_handles: bool = False) -> None:
+        """R3; handles of doors stay where no door has a name."""
+        for named, _, faces in self.nodes:
+            if named is None or named.role is not role or (but_handles and names_door_handle(named.words)):
+                continue
             if self._reaches_beyond(faces) or not any(
                 self._fills(piece) for piece in connected_pieces(self.mesh, faces)
             ):

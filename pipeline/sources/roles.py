@@ -324,6 +324,8 @@ def _table(words: Mapping[Role, frozenset[str]]) -> Mapping[str, Role]:
     return {**plural, **exact}
 
 
+HANDLES: Final = _set("handle handles knob knobs griff griffe klinke klinken")
+HANDLES_OF_DOORS: Final = _set("doorknob doorknobs doorhandle doorhandles tuergriff tuergriffe tuerklinke tuerklinken")
 SHORTEST_REST = 3  # letters before the ending of a compound
 SAID_BY_MATERIALS = frozenset({Role.DOOR, Role.WALL, Role.FLOOR, Role.CEILING})
 HANDED_DOWN = frozenset({Role.DOOR, Role.FURNITURE, Role.SPACE, Role.OPENING, Role.LEFT_OUT})
@@ -357,6 +359,14 @@ def role_from_name(name: str) -> NamedRole | None:
         solid = [pair for pair in solid if pair[0] not in ROOMS]
     word, role = solid[0] if is_romance_word(solid[0][0]) else solid[-1]  # R1
     return NamedRole(role, name, word not in AMBIGUOUS)
+
+
+def names_door_handle(name: str) -> bool:
+    """Return whether a name is of the handle or the knob of a door."""
+    words = split_words(name)
+    return any(word in HANDLES_OF_DOORS for word in words) or (
+        any(word in HANDLES for word in words) and any(_meaning(word) is Role.DOOR for word in words)
+    )
 
 
 def role_from_part(part: PartNames) -> NamedRole | None:

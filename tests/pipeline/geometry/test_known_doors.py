@@ -16,7 +16,7 @@ from pipeline.geometry.known_doors import (
 )
 from pipeline.geometry.meshes import Bodies, Box, Mesh
 from pipeline.values import SourceObject
-from tests.builders.houses import CEILING, Hole, Parts, gap, kinds, level, plan_of, two_rooms, wall
+from tests.builders.houses import CEILING, HEAD, Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall
 from tests.builders.meshes import box, joined
 
 HINGE = np.array([4.0, 1.05])
@@ -192,3 +192,45 @@ def test_a_row_of_panes_in_their_frames_is_glazing_from_its_first_to_its_last(pa
     """Panes of 1.2 m from the floor up, with 0.1 m of post between them."""
     parts = [box((1.3 * k, 0.0, 1.3 * k + 1.2, 0.05), 0.02, 2.4) for k in range(panes)]
     assert len(find_leaves(Bodies.of(joined(parts)), 2.6)) == found
+
+
+def knob(y: float, out_m: float = 0.04, size_m: float = 0.04, low: float = 1.0) -> trimesh.Trimesh:
+    """A knob at the left face of the wall between the rooms; it juts out from x = 4 by ``out_m``."""
+    return box((4.0 - out_m, y - size_m / 2, 4.0 + 0.005, y + size_m / 2), low, low + size_m + 0.02)
+
+
+@pytest.mark.parametrize(("knobs", "found"), [([1.82], "door"), ([], "cut"), ([1.45], "cut")])
+def test_a_block_up_to_the_ceiling_is_a_door_where_a_knob_is_near_its_edge(knobs: list[float], found: str) -> None:
+    """R4: a door that is one body with what is above it, as deep as the wall; a knob in its middle is a hook."""
+    block = box((4.0, 1.0, 4.2, 1.9), 0.0, CEILING)
+    parts = [*two_rooms(gap(1.0, 1.9)), block, *(knob(y) for y in knobs)]
+    assert kinds(plan_of(parts)) == [found]
+
+
+@pytest.mark.parametrize(("size_m", "low"), [(0.2, 1.0), (0.04, 1.5), (0.04, 0.3)])
+def test_a_pot_of_plants_at_a_block_its_leaves_and_sockets_are_no_handles(size_m: float, low: float) -> None:
+    block = box((4.0, 1.0, 4.2, 1.9), 0.0, CEILING)
+    assert kinds(plan_of([*two_rooms(gap(1.0, 1.9)), block, knob(1.75, size_m, size_m, low)])) == ["cut"]
+
+
+@pytest.mark.parametrize(("out_m", "found"), [(0.04, "door"), (0.005, "cut")])
+def test_a_leaf_in_a_row_of_panes_is_a_door_where_it_has_a_handle(out_m: float, found: str) -> None:
+    """R4: a glazed front of four panes under a lintel as thin; what is flush with its pane is a sticker."""
+    panes = [box((4.0, 0.01 + y, 4.03, y + 0.74), 0.0, HEAD) for y in (0.0, 0.75, 1.5, 2.25)]
+    lintel = box((4.0, 0.0, 4.03, 3.0), HEAD, CEILING)
+    parts = [*shell((0.0, 0.0, 7.1, 3.0)), lintel, *panes, knob(1.42, out_m)]
+    plan = plan_of(parts)
+    assert kinds(plan) == [found]
+    if found == "door":
+        assert plan.doors[0].width == pytest.approx(0.75, abs=0.03)
+
+
+@pytest.mark.parametrize("holed", [True, False])
+def test_a_short_wall_as_high_as_the_walls_that_it_touches_is_no_leaf_that_stands_open(holed: bool) -> None:
+    """R4: a niche of 1.4 m, closed by a thin wall with a door in it, or by one that ends. The roof is higher."""
+    body = trimesh.boolean.union(wall((3.0, 1.0, 4.4, 1.08), Hole(3.1, 3.9)), engine="manifold")
+    short = body if holed else box((3.0, 1.0, 3.6, 1.08), 0.0, CEILING)
+    sides = [box((2.9, 1.0, 3.0, 3.0), 0.0, CEILING), box((4.4, 1.0, 4.5, 3.0), 0.0, CEILING)]
+    found = plan_of(level([*shell((0.0, -2.0, 7.0, 3.0)), *sides, short], ceiling_m=CEILING + 0.12))
+    assert kinds(found) == ["opening"]
+    assert len(found.rooms) == 2

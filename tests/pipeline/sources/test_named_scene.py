@@ -76,6 +76,20 @@ def test_one_node_of_two_doors_is_two_leaves(tmp_path):
     assert len(level.leaves) == 2
 
 
+@pytest.mark.parametrize(("name", "kept"), [("Door Handle003", 1), ("doorknob", 1), ("Handle", 0), ("Door Lamp", 0)])
+def test_the_handle_of_a_door_stays_where_no_door_has_a_name(tmp_path, name, kept):
+    nodes = {
+        "Wall": WALLS,
+        "Floor": slab(-0.2, 0.0),
+        "Box": [box(LEAF, 0.0, 2.0)],
+        name: [box((4.6, 3.0, 4.64, 3.2), 1, 1.1)],
+    }
+    named = {("Door_1" if key == "Box" else key): parts for key, parts in nodes.items()}
+    bare = 12 * (len(WALLS) + len(L_FLOOR))
+    assert len(only_level(write(tmp_path / "house.glb", nodes)).walls.faces) == bare + 12 + 12 * kept
+    assert len(only_level(write(tmp_path / "named.glb", named)).walls.faces) == bare
+
+
 @pytest.mark.parametrize(
     "absurd",
     [

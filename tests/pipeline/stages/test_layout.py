@@ -116,6 +116,24 @@ def test_a_neck_parts_a_hall_from_its_chamber(neck_m: float, rooms: int) -> None
         assert sum(room.area for room in found.rooms) == pytest.approx(60.0 + 2.0 * neck_m - 0.2 * neck_m, abs=0.1)
 
 
+@pytest.mark.parametrize(("deep_m", "rooms"), [(1.5, 2), (3.2, 1)])
+def test_a_mouth_between_blocks_that_is_much_wider_than_deep_parts_rooms_not_much_deeper_than_it(
+    deep_m: float, rooms: int
+) -> None:
+    """Two halls of 10 m x 6 m and 6 m between their blocks: no disc of 9 m fits in, as none does in a corridor."""
+    blocks = [box((x, 6.0, x + 2.0, 6.0 + deep_m), 0.0, 2.5) for x in (0.0, 8.0)]
+    found = layout([*shell((0.0, 0.0, 10.0, 12.0 + deep_m)), *blocks])
+    assert len(found.rooms) == rooms
+
+
+@pytest.mark.parametrize(("deep_m", "rooms"), [(5.0, 2), (6.0, 1)])
+def test_a_mouth_between_deep_blocks_is_no_deeper_than_wide(deep_m: float, rooms: int) -> None:
+    """Two halls of 16 m x 16 m, joined by what is 5 m wide; where that is deeper, it is a corridor."""
+    blocks = [box((16.0, y, 16.0 + deep_m, y + 5.5), 0.0, 2.5) for y in (0.0, 10.5)]
+    found = layout([*shell((0.0, 0.0, 32.0 + deep_m, 16.0)), *blocks])
+    assert len(found.rooms) == rooms
+
+
 def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
     between = wall((5.0, 0.0, 5.2, 10.0), gap(1.0, 3.2), gap(6.5, 8.9))
     found = layout([*shell((0.0, 0.0, 10.2, 10.0)), *between])
