@@ -52,6 +52,14 @@ def export(
         Literal["world", "plan"] | None,
         typer.Option(help="As seen from above, or the plan's own axes.", show_default=_OWN),
     ] = None,
+    building: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Write the plans as storeys of one building (ifc, rmf).",
+            show_default="one file a plan",
+        ),
+    ] = None,
     find_rooms: Annotated[
         bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without them.")
     ] = False,
@@ -78,7 +86,9 @@ def export(
     if find_rooms:
         plans = _with_rooms(plans)
     refused: list[PlanError] = []
-    files = write(plans, to, out, refused=refused.append, replace=replace, sources=[dataset], **options)
+    files = write(
+        plans, to, out, refused=refused.append, replace=replace, sources=[dataset], building=building, **options
+    )
     if refused and len(refused) == count:
         raise refused[0]
     said = f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}"

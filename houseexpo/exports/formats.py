@@ -12,15 +12,16 @@ from typing import Any, Final
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports.coco import coco
 from houseexpo.exports.dxf import dxf
+from houseexpo.exports.encoding import Files
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
-from houseexpo.exports.ifc import ifc
+from houseexpo.exports.ifc import ifc, ifc_building
 from houseexpo.exports.mesh import glb, obj
 from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published_json import published_json
 from houseexpo.exports.rasters import npz, png, ros_map
-from houseexpo.exports.rmf import rmf
+from houseexpo.exports.rmf import rmf, rmf_building
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
 from houseexpo.exports.usd import usd
@@ -34,12 +35,14 @@ from houseexpo.words import suggest_name
 class ExportFormat:
     """One format: a short description, and the function that makes its files.
 
-    The function takes one plan or, if ``indexed``, all plans, for a format with a common index.
+    The function takes one plan or, if ``indexed``, all plans, for a format with a common index. ``building`` takes the
+    plans of one house and its name, for a format that holds several storeys.
     """
 
     what: str
     function: Callable[..., Any]
     indexed: bool = False
+    building: Callable[..., Any] | None = None
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -62,7 +65,7 @@ FORMATS: Final = {
     "geojson": ExportFormat("GeoJSON features in metres", geojson),
     "glb": ExportFormat("glTF mesh, binary", glb),
     "graphml": ExportFormat("GraphML: rooms and doors", graphml),
-    "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc),
+    "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc, building=ifc_building),
     "irsim": ExportFormat("IR-SIM world", irsim),
     "json": ExportFormat("HouseExpo JSON as published", published_json),
     "mjcf": ExportFormat("MuJoCo world", mjcf),
@@ -70,7 +73,7 @@ FORMATS: Final = {
     "obj": ExportFormat("OBJ mesh", obj),
     "png": ExportFormat("picture of the free space", png),
     "pol": ExportFormat("polygon with holes as fractions", pol),
-    "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf),
+    "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf, building=rmf_building),
     "ros": ExportFormat("ROS map_server: pgm and yaml", ros_map),
     "sdf": ExportFormat("Gazebo world", sdf),
     "stage": ExportFormat("Stage world", stage),
@@ -96,6 +99,7 @@ def export(
     refused: Callable[[PlanError], object] | None = None,
     replace: bool = False,
     sources: Iterable[str | os.PathLike[str]] = (),
+    building: str | None = None,
     **options: Any,
 ) -> list[Path]:
     """Write plans in another format.
@@ -115,6 +119,9 @@ def export(
         Whether to overwrite files that ``export`` did not write or that were changed since.
     sources
         Files and folders that the plans come from, if ``plans`` is not a ``Dataset``; nothing is written into them.
+    building
+        The name of a building of which the plans are the storeys: one file holds all of them. The formats are ``ifc``
+        and ``rmf``. The order and the place of the storeys are those that ``stack_storeys`` finds.
     **options
         Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 
@@ -141,7 +148,9 @@ def export(
     folder = Path(out)
     written = []
     distinct = _distinct([plans] if isinstance(plans, FloorPlan) else plans)
-    if refused is None or chosen.indexed:
+    if building is not None:
+        made = _files_of_building(chosen, to, distinct, building, options)
+    elif refused is None or chosen.indexed:
         made = chosen.files(distinct, **options)
     else:
         made = _files_of_plans(chosen, distinct, refused, options)
@@ -151,6 +160,17 @@ def export(
             output.write(folder / name, content)
             written.append(folder / name)
     return written
+
+
+def _files_of_building(
+    chosen: ExportFormat, to: str, plans: Iterable[FloorPlan], name: str, options: dict[str, Any]
+) -> Iterator[tuple[str, bytes]]:
+    """Yield the files of one building; all plans are read first."""
+    if chosen.building is None:
+        able = ", ".join(key for key, each in FORMATS.items() if each.building is not None)
+        raise ConfigError(f"export: expected one of {able} for a building of several storeys, found {to}")
+    found: Files = chosen.building(list(plans), name, **options)
+    return iter(found.items())
 
 
 def _files_of_plans(

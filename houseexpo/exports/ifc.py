@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import shapely
 
@@ -14,6 +14,7 @@ from houseexpo.exports.mesh import FLOOR_M
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.storeys import Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
@@ -48,23 +49,80 @@ def ifc(
     MissingDependencyError
         Where IfcOpenShell is not installed.
     """
+    level = 0 if plan.frame is None else plan.frame.level
+    return _file(
+        plan.id,
+        [(f"Level {level}", Storey(plan, (0.0, 0.0), 0.0))],
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+
+
+def ifc_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.ifc``: one building with a storey for each plan, lowest first, stacked by ``stack_storeys``.
+
+    The name of a storey is the id of its plan. All else is as in ``ifc``, and so is what is raised.
+    """
+    storeys = [(each.plan.id, each) for each in stack_storeys(plans, name, orientation)]
+    return _file(
+        name,
+        storeys,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+
+
+def _file(
+    name: str,
+    storeys: Sequence[tuple[str, Storey]],
+    *,
+    wall_thickness: float,
+    wall_height: float,
+    door_height: float,
+    orientation: Orientation,
+) -> Files:
+    """Write a building of storeys, each with its name."""
     try:
         import ifcopenshell
     except ImportError:
         raise MissingDependencyError(
             f"IFC needs ifcopenshell, which is not installed: {install_command('ifc')}"
         ) from None
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
-    writer = _Writer(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid.compress, plan.id)
-    writer.write(built, wall_openings(built.plan, wall_thickness))
+    parts = []
+    for word, storey in storeys:
+        built = plan_bodies(
+            storey.plan,
+            wall_thickness=wall_thickness,
+            wall_height=wall_height,
+            door_height=door_height,
+            orientation=orientation,
+        )
+        parts.append(_Part(word, storey, built, wall_openings(built.plan, wall_thickness)))
+    writer = _Writer(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid.compress, name)
+    writer.write(parts)
     writer.file.header.file_name.time_stamp = _TIME
-    return {f"{plan.id}.ifc": writer.file.to_string().encode()}
+    return {f"{name}.ifc": writer.file.to_string().encode()}
+
+
+class _Part(NamedTuple):
+    """A storey, its name, and what stands in it."""
+
+    name: str
+    storey: Storey
+    built: PlanBodies
+    doors: Sequence[WallOpening]
 
 
 class _Writer:
@@ -72,7 +130,8 @@ class _Writer:
 
     def __init__(self, file: Any, compress: Any, name: str) -> None:
         self.file, self._compress, self._name = file, compress, name
-        self._axes = self._new("IfcAxis2Placement3D", Location=self._point(0.0, 0.0, 0.0))
+        self._storey = ""
+        self._axes = self._here = self._new("IfcAxis2Placement3D", Location=self._point(0.0, 0.0, 0.0))
         context = self._new(
             "IfcGeometricRepresentationContext",
             ContextType="Model",
@@ -99,25 +158,44 @@ class _Writer:
             UnitsInContext=self._new("IfcUnitAssignment", Units=units),
         )
 
-    def write(self, built: PlanBodies, doors: Sequence[WallOpening]) -> None:
+    def write(self, parts: Sequence[_Part]) -> None:
         """Put a house into the file."""
         place = self._new("IfcLocalPlacement", RelativePlacement=self._axes)
         site = self._root("IfcSite", "site", Name="Site", ObjectPlacement=place, CompositionType="ELEMENT")
         building = self._root(
             "IfcBuilding", "building", Name=self._name, ObjectPlacement=place, CompositionType="ELEMENT"
         )
-        level = 0 if built.plan.frame is None else built.plan.frame.level
-        storey = self._root(
-            "IfcBuildingStorey",
-            "storey",
-            Name=f"Level {level}",
-            ObjectPlacement=place,
-            CompositionType="ELEMENT",
-            Elevation=0.0,
-        )
+        storeys = []
+        for number, part in enumerate(parts):
+            self._begin(number, part.storey)
+            storey = self._root(
+                "IfcBuildingStorey",
+                "storey",
+                Name=part.name,
+                ObjectPlacement=place if number == 0 else self._new("IfcLocalPlacement", RelativePlacement=self._here),
+                CompositionType="ELEMENT",
+                Elevation=part.storey.elevation_m,
+            )
+            storeys.append(storey)
+        self._begin(0, parts[0].storey)
         self._aggregate("in project", self._project, [site])
         self._aggregate("in site", site, [building])
-        self._aggregate("in building", building, [storey])
+        self._aggregate("in building", building, storeys)
+        for number, (part, storey) in enumerate(zip(parts, storeys, strict=True)):
+            self._begin(number, part.storey)
+            self._fill(storey, part.built, part.doors)
+
+    def _begin(self, number: int, storey: Storey) -> None:
+        """Place what follows in a storey; the lowest lies at the origin."""
+        self._storey = f"storey {number}\n" if number else ""
+        if number == 0:
+            self._here = self._axes
+            return
+        at = self._point(*storey.offset, storey.elevation_m)
+        self._here = self._new("IfcAxis2Placement3D", Location=at)
+
+    def _fill(self, storey: Any, built: PlanBodies, doors: Sequence[WallOpening]) -> None:
+        """Put a plan into its storey."""
         spaces = [self._space(room, built) for room in built.plan.rooms]
         if spaces:
             self._aggregate("spaces", storey, spaces)
@@ -195,7 +273,7 @@ class _Writer:
             kind,
             key,
             Name=name,
-            ObjectPlacement=self._new("IfcLocalPlacement", RelativePlacement=self._axes),
+            ObjectPlacement=self._new("IfcLocalPlacement", RelativePlacement=self._here),
             Representation=self._new("IfcProductDefinitionShape", Representations=[shown]),
         )
 
@@ -226,7 +304,7 @@ class _Writer:
 
     def _root(self, kind: str, key: str, **values: Any) -> Any:
         """Return a thing with an id of its own, which follows from the plan's id and the thing's key."""
-        mark = self._compress(uuid.uuid5(_NAMES, f"{self._name}\n{key}").hex)
+        mark = self._compress(uuid.uuid5(_NAMES, f"{self._name}\n{self._storey}{key}").hex)
         return self._new(kind, GlobalId=mark, **values)
 
     def _new(self, kind: str, **values: Any) -> Any:

@@ -14,6 +14,7 @@ from houseexpo.exports.orientation import Orientation, orient_plan
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
+from houseexpo.exports.storeys import Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings, free_mask
 from houseexpo.plan.room_labels import UNLABELLED
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 RMF_WALL_M: Final = 0.1
 """rmf_building_map_tools makes every wall so thick."""
 
-_LEVEL = "L1"
 _WALL: Final = {"alpha": [3, 1.0], "texture_name": [1, "default"]}
 
 
@@ -39,6 +39,41 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     a floor, what stands free in it is one of the level's holes, and a vertex in the room has its label or its source's
     own word as its name. Lanes are yours to draw.
     """
+    level = _level(plan, wall_thickness, orientation)
+    return {f"{plan.id}.building.yaml": _as_yaml(_building(plan.id, [level])), **png(plan, orientation=orientation)}
+
+
+def rmf_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.building.yaml`` with a level for each plan, lowest first, and a picture for each.
+
+    The levels are stacked by ``stack_storeys``. Three fiducials, the same in all levels, say how they lie over each
+    other. All else is as in ``rmf``.
+    """
+    storeys = stack_storeys(plans, name, orientation)
+    x1, y1, x2, y2 = shapely.total_bounds(
+        [shapely.box(*orient_plan(each.plan, orientation).bbox) for each in storeys]
+    ).tolist()
+    corners = {"southwest": (x1, y1), "southeast": (x2, y1), "northwest": (x1, y2)}
+    levels = [_level(each.plan, wall_thickness, orientation, each, corners) for each in storeys]
+    pictures = [png(each.plan, orientation=orientation) for each in storeys]
+    building = {f"{name}.building.yaml": _as_yaml(_building(name, levels))}
+    return building | {file: data for picture in pictures for file, data in picture.items()}
+
+
+def _level(
+    plan: FloorPlan,
+    wall_thickness: float,
+    orientation: Orientation,
+    storey: Storey | None = None,
+    corners: Mapping[str, tuple[float, float]] | None = None,
+) -> dict[str, Any]:
+    """Return a level; ``corners`` are the fiducials, in metres along the axes of the lowest storey."""
     turned = orient_plan(plan, orientation)
     _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
     sheet = _Sheet(frame)
@@ -48,8 +83,12 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
     level = {
         "drawing": {"filename": f"{plan.id}.png"},
-        "elevation": 0.0,
-        "fiducials": [],
+        "elevation": 0.0 if storey is None else storey.elevation_m,
+        "fiducials": [
+            [*sheet.pixel((x - storey.offset[0], y - storey.offset[1])), word]
+            for word, (x, y) in (corners or {}).items()
+            if storey is not None
+        ],
         "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(body)],
         "doors": [sheet.edge(*each.segment, _leaf(each)) for each in doors],
         "floors": [
@@ -72,14 +111,17 @@ def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
         if word:
             sheet.name(valid_xml_text(word.replace("_", " ")), (at.x, at.y))
     level["vertices"] = sheet.vertices
-    building = {
+    return level
+
+
+def _building(name: str, levels: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    return {
         "coordinate_system": "reference_image",
         "graphs": {},
-        "levels": {_LEVEL: level},
+        "levels": {f"L{number}": level for number, level in enumerate(levels, start=1)},
         "lifts": {},
-        "name": plan.id,
+        "name": name,
     }
-    return {f"{plan.id}.building.yaml": _as_yaml(building), **png(plan, orientation=orientation)}
 
 
 _FLOOR: Final = {"texture_name": [1, "blue_linoleum"], "texture_rotation": [3, 0.0], "texture_scale": [3, 1.0]}
@@ -118,9 +160,13 @@ class _Sheet:
         """Return an edge between two points."""
         return [self.vertex(a), self.vertex(b), dict(parameters)]
 
-    def _add(self, point: Sequence[float], name: str) -> None:
+    def pixel(self, point: Sequence[float]) -> list[float]:
+        """Return the pixel at a point in metres."""
         x, y = self._frame.pixel_from_point(*point)
-        self.vertices.append([round(x, 3), round(y, 3), 0.0, name])
+        return [round(x, 3), round(y, 3)]
+
+    def _add(self, point: Sequence[float], name: str) -> None:
+        self.vertices.append([*self.pixel(point), 0.0, name])
 
 
 def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], dict[str, Any]]]:
