@@ -26,7 +26,8 @@ S2  A storey goes from a level layer to the next one that is CLOUD_STOREY_M high
 S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, CEILING_EDGE of theirs.
 S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
 S5  Below a layer that nothing lies over, a storey goes down to where the cloud ends, and as deep as the lowest storeys
-    are at least: a sensor that sees no floor.
+    are at least: a sensor that sees no floor. The layers of its walls hold far less, or it is no ceiling. A floor that
+    lies below the cloud is a guess.
 """
 
 from __future__ import annotations
@@ -219,8 +220,10 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
                 found.append((peaks[k], min(top, most)))
             k += 1
     if not found and peaks and top - peaks[-1] < LAYER_APART_M / VOXEL_M:  # S5
-        depth = (peaks[-1] - float(np.quantile(z - low, 1 - CLOUD_TOP))) * VOXEL_M
-        if HEAD_M <= depth <= CLOUD_STOREY_M[1]:
+        lowest = round(float(np.quantile(z - low, 1 - CLOUD_TOP)))
+        depth = (peaks[-1] - lowest) * VOXEL_M
+        walls = float(np.median(counts[lowest : peaks[-1]])) if depth > 0 else np.inf
+        if HEAD_M <= depth <= CLOUD_STOREY_M[1] and walls < LEVEL_LAYER * counts[peaks[-1]]:
             found.append((peaks[-1] - round(max(depth, CLOUD_STOREY_M[0]) / VOXEL_M), peaks[-1]))
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))
@@ -287,7 +290,8 @@ def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[St
     """V5: return the voxels, the storeys, and what was guessed; raises as ``fill_voxels``."""
     try:
         voxels = fill_voxels(read_blocks(path), metres or 1.0, up, path.name)
-        return voxels, find_storeys(voxels), ()
+        storeys = find_storeys(voxels)
+        return voxels, storeys, _guessed_floor(voxels, storeys)
     except Rejection as rejection:
         if metres is not None or rejection.reason is not Reason.BAD_UNITS:
             raise
@@ -296,8 +300,15 @@ def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[St
                 voxels = fill_voxels(read_blocks(path), UNITS[smaller], up, path.name)
                 storeys = find_storeys(voxels)
                 if sum(storey.ceiling_m - storey.floor_m for storey in storeys) > _height(voxels) / 2:
-                    return voxels, storeys, ("units",)
+                    return voxels, storeys, ("units", *_guessed_floor(voxels, storeys))
         raise
+
+
+def _guessed_floor(voxels: Voxels, storeys: list[StoreyHeights]) -> tuple[str, ...]:
+    """S5."""
+    z = voxels.index[:, 2]
+    begins = float(voxels.origin[2]) + float(np.quantile(z, 1 - CLOUD_TOP)) * VOXEL_M
+    return ("floor",) if storeys and storeys[0].floor_m < begins - CEILING_NOISE_M else ()
 
 
 def _height(voxels: Voxels) -> float:

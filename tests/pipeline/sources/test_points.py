@@ -162,10 +162,21 @@ def test_an_upright_cloud_stays_as_it_is():
     assert (voxels.turn == np.eye(3)).all()
 
 
+def test_walls_as_full_as_the_layer_over_them_have_no_ceiling(tmp_path):
+    found = cloud(density=300.0)
+    walls = found[(found[:, 2] > 0.6) & (found[:, 2] < 2.3)]
+    dense = walls[walls[:, 2] > 2.2]  # where the sensor was
+    path = write_ply(tmp_path / "scan.ply", np.concatenate([walls, dense + np.array([0.0, 0.0, 0.05])]))
+    with pytest.raises(Rejection) as rejected:
+        levels(path, up="z")
+    assert rejected.value.reason is Reason.NO_LEVEL
+
+
 def test_a_storey_of_which_the_floor_was_not_seen_begins_where_the_cloud_does(tmp_path):
     found = cloud()
     (level,) = levels(write_ply(tmp_path / "scan.ply", found[found[:, 2] > 0.8]))
     assert level.frame.floor == pytest.approx(0.6, abs=0.06)  # 1.9 m under the ceiling
+    assert level.guesses == ("floor",)
     assert sorted(round(room.area) for room in plan_of(level).rooms) == pytest.approx([9, 12], abs=1)
 
 
