@@ -56,7 +56,11 @@ def words(tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "name", ["on_map", "near", "ranges", "steering", "frontiers", "places", "points", "done", "on_map,frontiers"]
+    "name",
+    [
+        *("on_map", "near", "ranges", "steering", "done"),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("frontiers", "places", "points", "on_map,frontiers")),
+    ],
 )
 def test_a_file_s_policy_sees_and_acts_as_it_says(tmp_path: Path, words: list[str], name: str) -> None:
     asked = ",".join(f"{tmp_path / 'mine.py'}:{each}" for each in name.split(","))
@@ -104,8 +108,8 @@ def test_what_fails_is_said_in_a_line(tmp_path: Path, words: list[str], asked: l
 def test_a_policy_is_refused_where_it_would_see_or_act_otherwise(tmp_path: Path, words: list[str]) -> None:
     file, config = tmp_path / "mine.py", SimulatorConfig(pixels_per_metre=16.0)
     assert words
-    with pytest.raises(ConfigError, match="expected an environment with discrete actions, found frontier actions"):
-        make_policy("frontier", ExplorationEnv(ROOM, config, actions="frontier"))
+    with pytest.raises(ConfigError, match="expected an environment with discrete actions, found continuous actions"):
+        make_policy("frontier", ExplorationEnv(ROOM, config, actions="continuous"))
     with pytest.raises(ConfigError, match="expected an environment that shows 'dict', found 'map'"):
         make_policy(f"{file}:ranges", ExplorationEnv(ROOM, config))
     env = NavigationEnv(ROOM, config)

@@ -155,7 +155,10 @@ def test_odometry_drifts_as_the_root_of_the_way(steps: int) -> None:
     assert swerved[:, 1].std() > 0.2 * 0.3 * steps * swerved[:, 2].std()
 
 
-@pytest.mark.parametrize("drive", [None, Differential(1.0, 90.0, 1e6, 1e6), Ackermann(0.4, 30.0, 1e6, 1.0, 1e6)])
+DRIVES = Differential(1.0, 90.0, 1e6, 1e6), Ackermann(0.4, 30.0, 1e6, 1.0, 1e6)
+
+
+@pytest.mark.parametrize("drive", [None, *(pytest.param(drive, marks=pytest.mark.slow) for drive in DRIVES)])
 def test_the_believed_pose_is_the_errors_one_after_the_other(drive: Differential | Ackermann | None) -> None:
     """Turned before, along the path with its turn and way stretched, and turned after."""
     noise = NoiseConfig(odometry_model=Odometry(0.01, 0.02, 0.01, 0.02), odometry_bias_deg_s=0.5, slip=0.1)

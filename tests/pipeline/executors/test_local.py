@@ -115,6 +115,7 @@ def test_an_item_whose_worker_was_killed_is_tried_again_at_once(workers: int, tm
     assert workers > 1 or [item for item, _ in found] == items
 
 
+@pytest.mark.slow
 def test_workers_and_their_server_killed_as_soon_as_they_stand_cost_nothing() -> None:
     killed: set[int] = set()
     done = threading.Event()

@@ -83,7 +83,14 @@ def test_single_and_vector_environments_agree(noise: NoiseConfig) -> None:
         one, other = many.step(actions)[0], alone.step(actions)[0]
 
 
-@pytest.mark.parametrize("more", [{"actions": "continuous"}, {"actions": "waypoint"}, {"motion": "differential"}])
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"actions": "continuous"},
+        pytest.param({"actions": "waypoint"}, marks=pytest.mark.slow),
+        pytest.param({"motion": "differential"}, marks=pytest.mark.slow),
+    ],
+)
 def test_actions_without_numbers_have_no_mask(more: dict[str, Any]) -> None:
     with pytest.raises(ConfigError, match="action_mask: expected actions="):
         single(action_mask=True, **more)
@@ -93,7 +100,7 @@ def test_actions_without_numbers_have_no_mask(more: dict[str, Any]) -> None:
         env.action_masks()
 
 
-@pytest.mark.parametrize("actions", ["discrete", "frontier"])
+@pytest.mark.parametrize("actions", ["discrete", pytest.param("frontier", marks=pytest.mark.slow)])
 def test_infos_hold_numbers_only_where_that_is_asked_for(actions: str) -> None:
     given = {**GIVEN, "actions": actions, "text_info": False}
     envs, plain = (

@@ -19,6 +19,8 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEn
 from houseexpo.pseudoslam.simulator import Simulator
 from tests.builders.simulations import HUTS, assert_same_step, at, hall, native, singles, started
 
+pytestmark = pytest.mark.slow  # the kernels of drives take a quarter of a minute to compile
+
 QUICK = Differential(1.0, 180.0, 1e6, 1e6)
 """A drive that is as commanded at once."""
 STIFF = Ackermann(0.4, 30.0, 1e6, 1.0, 1e6)

@@ -111,7 +111,10 @@ def test_marks_lie_where_odometry_has_the_robot() -> None:
         {"observation": "scales"},
         {"observation": "scales", "layout": "HWC", "task": "Navigation"},
         {"observation": "dict"},
-        {"observation": "scales", "actions": "frontier", "reward": "coverage", "cost_per_metre": 0.01},
+        pytest.param(
+            {"observation": "scales", "actions": "frontier", "reward": "coverage", "cost_per_metre": 0.01},
+            marks=pytest.mark.slow,
+        ),
         {"config": replace(SMALL, observation=ObservationConfig(3.0)), "observation": "scales"},
     ],
 )

@@ -19,6 +19,8 @@ from houseexpo.pseudoslam.tasks import Exploration, Task
 from tests.builders.robot_maps import reach_of
 from tests.builders.simulations import SMALL_PLANNER, env_of, hut
 
+pytestmark = pytest.mark.slow  # the kernels of planners' actions take half a minute to compile
+
 HALL = hut("hall", 9.0)  # wider than the laser sees
 STEPWISE = PlanningConfig(max_steps=1)
 

@@ -117,6 +117,14 @@ def test_wrong_resets_are_refused(given: dict[str, Any], text: str) -> None:
         env.reset(**given)
 
 
+@pytest.mark.slow
+def test_planners_have_no_choices_before_they_are_reset() -> None:
+    planners = explorers(2, actions="frontier").unwrapped
+    for which in ({}, {"i": 1}):
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]: call reset"):
+            planners.action_masks(**which)
+
+
 def test_nothing_steps_before_it_is_reset() -> None:
     env = explorers(2, "Disabled", config=replace(SMALL, max_steps=3))
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]: call reset"):
@@ -125,10 +133,6 @@ def test_nothing_steps_before_it_is_reset() -> None:
         env.unwrapped.state(1)
     with pytest.raises(gymnasium.error.ResetNeeded):
         explorers(2, render_mode="rgb_array").render()
-    planners = explorers(2, actions="frontier").unwrapped
-    for which in ({}, {"i": 1}):
-        with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\]: call reset"):
-            planners.action_masks(**which)
     _, info = env.reset(seed=0, options={"reset_mask": np.array([True, False])})
     assert info["_coverage"].tolist() == [True, False]
     assert np.isfinite(info["coverage"]).all()

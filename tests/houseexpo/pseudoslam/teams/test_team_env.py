@@ -36,6 +36,12 @@ def test_pettingzoo_accepts_it() -> None:
 
     parallel_api_test(parallel_env(robots=3, dataset=HALL, radio="sight"), num_cycles=150)
     parallel_seed_test(lambda: parallel_env(robots=3, dataset=HALL, radio="signal", observation="dict"), 60)
+
+
+@pytest.mark.slow
+def test_pettingzoo_accepts_drives() -> None:
+    from pettingzoo.test import parallel_api_test, parallel_seed_test
+
     for motion in ("differential", "ackermann"):
         parallel_api_test(parallel_env(robots=3, dataset=HALL, motion=motion), num_cycles=80)
     parallel_seed_test(lambda: parallel_env(robots=3, dataset=HALL, motion="ackermann"), 40)
@@ -49,10 +55,11 @@ def test_pettingzoo_accepts_it() -> None:
         (NOISY, {"reward": "coverage"}),
         (SimulatorConfig(people=PeopleConfig(2), obstacles=ObstaclesConfig(random=RandomObstacles((1, 2)))), {}),
         (SimulatorConfig(), {"observation": "scales"}),
-        (SimulatorConfig(), {"motion": "differential", "observation": "dict"}),
-        (
+        pytest.param(SimulatorConfig(), {"motion": "differential", "observation": "dict"}, marks=pytest.mark.slow),
+        pytest.param(
             replace(NOISY, noise=replace(NOISY.noise, odometry_model=Odometry(0.1, 0.1, 0.1, 0.1), slip=0.1)),
             {"motion": "ackermann"},
+            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -85,7 +92,10 @@ def _same(one: Any, other: Any) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("motion", ["discrete", "differential", "ackermann"])
+DRIVES = [pytest.param(name, marks=pytest.mark.slow) for name in ("differential", "ackermann")]
+
+
+@pytest.mark.parametrize("motion", ["discrete", *DRIVES])
 def test_robots_never_overlap_and_count_their_collisions(motion: Motion) -> None:
     slips = SimulatorConfig(noise=NoiseConfig(slip=0.3))
     env = parallel_env(robots=6, dataset=FloorPlan("cell", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {}), until="robot",
@@ -236,7 +246,7 @@ def test_people_walk_among_robots() -> None:
     assert np.abs(np.diff(where, axis=0)).sum() > 1.0
 
 
-@pytest.mark.parametrize("motion", ["diff", "differential"])
+@pytest.mark.parametrize("motion", ["diff", DRIVES[0]])
 def test_no_person_overlaps_any_robot(motion: str) -> None:
     config = SimulatorConfig(people=PeopleConfig(6))
     options = {} if motion == "diff" else {"motion": motion}
