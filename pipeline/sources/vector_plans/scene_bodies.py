@@ -198,7 +198,8 @@ def storeys_from_bodies(bodies: Sequence[SceneBody]) -> list[DrawnStorey]:
     sorted_ = [(body_kind((each.label, *each.names) if each.label else each.names), each) for each in bodies]
     sorted_ = [("floor" if canonical(each.label) and kind == "furniture" else kind, each) for kind, each in sorted_]
     tops = [each.high_m for kind, each in sorted_ if kind == "floor"]
-    heights = group_storey_heights(tops or [each.low_m for kind, each in sorted_ if kind == "wall"])
+    feet = [each.low_m for kind, each in sorted_ if kind == "wall" and "lintel" not in each.names]
+    heights = group_storey_heights(tops or feet)
     found = []
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf

@@ -5,7 +5,8 @@ Format: the Webots reference manual ("Nodes and Functions", "PROTO: apartment st
 
 R1  ``Wall``, ``Door`` and ``Window`` stand on their translation; ``size`` is (thickness, width, height) where z is up,
     and (width, height, thickness) where y is up. A door has wall over its frame; a window is wall.
-R2  z is up from R2021c on, y before that, but where ``WorldInfo.coordinateSystem`` says otherwise.
+R2  z is up from R2021c on, y before that, but where ``WorldInfo.coordinateSystem`` says otherwise. In a world whose
+    walls are mostly turned from the one to the other, the other is up: people drew so before R2021c for ROS.
 R3  Boxes, planes, cylinders, face sets and grids count by the names of the nodes around them, as bodies of MJCF do. A
     mesh beside the world is read where it is an .obj, an .stl or a .dae; nothing is fetched. One whose nodes have no
     name of a part of a house is called after its file.
@@ -57,6 +58,7 @@ DEFAULT_WALL_M: Final = (0.2, 1.0, 2.4)
 DEFAULT_WINDOW_M: Final = (0.2, 0.8, 2.4)
 DEFAULT_FRAME_M: Final = 2.0
 """Height of a door's frame that is not said."""
+STRUCTURE: Final = frozenset({"Wall", "Door", "Window"})
 HIDDEN: Final = "hidden"
 """Stands before a field in which Webots saved the state of a node inside a PROTO; its name is none that is read."""
 SIDES: Final = 16
@@ -130,7 +132,7 @@ def read_drawing(path: Path) -> Drawing:
     if world.unread:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(world.unread.items())[:8])
         left_out.add(f"{world.unread.total()} PROTO nodes whose shapes are not in the file: {kinds}"[:200])
-    return Drawing("webots", tuple(storeys), left_out, y_up=not world.z_up)
+    return Drawing("webots", tuple(storeys), left_out, y_up=world.z_up == world.is_turned)
 
 
 class _Parser:
@@ -248,7 +250,15 @@ class _World:
         version = re.match(r"#VRML_SIM R(\d{4})([a-z]?)", text)
         newer = version is None or (int(version[1]), version[2]) >= Z_UP_SINCE
         self.z_up = str(said[0]).upper().endswith("U") if said else newer  # R2: ENU, or NUE
-        self._upright = np.eye(3) if self.z_up else np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+        self.is_turned = self._are_walls_turned()
+        z_is_up = self.z_up != self.is_turned
+        self._upright = np.eye(3) if z_is_up else np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+
+    def _are_walls_turned(self) -> bool:
+        """Return whether most walls, doors and windows stand along the other axis (R2)."""
+        up, other = (2, 1) if self.z_up else (1, 2)
+        stand = [_pose(node)[:3, up] for node in self.nodes if node.kind in STRUCTURE]
+        return sum(abs(way[other]) > abs(way[up]) for way in stand) > len(stand) / 2
 
     def bodies(self) -> Iterator[SceneBody]:
         """Every body of the world, z up."""
@@ -260,7 +270,7 @@ class _World:
         while waiting:
             node, at, names = waiting.pop()
             own = (*node.names, *names)
-            if node.kind in {"Wall", "Door", "Window"}:
+            if node.kind in STRUCTURE:
                 yield from self._structure(node, at @ _pose(node), own)
             elif node.kind in {"SolidBox", "Floor", "RectangleArena"}:
                 yield from self._proto_bodies(node, at @ _pose(node), own)

@@ -54,6 +54,7 @@ def test_keys_do_what_they_say() -> None:
     assert driven.rows[1].reward == pytest.approx(driven.rows[1].explored_m2 - driven.rows[0].explored_m2)
 
 
+@pytest.mark.slow
 def test_keys_are_commands_of_a_drive() -> None:
     driven = DriveSession(ExplorationEnv(ROOM, CONFIG, motion="differential"), 0)
     drive_by_keys(driven, Script(["up", "left", "s", "?", "d"]))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import shapely
+from scipy.spatial.transform import Rotation
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
@@ -512,6 +514,24 @@ def test_both_axes_give_one_plan_at_its_place_in_the_world(tmp_path: Path) -> No
         middle = np.array([*np.mean(door.segment, axis=0), 1.0])
         found = np.asarray(plan.frame.matrix) @ middle
         assert found == pytest.approx([4.1, 1.4 if plan.frame.up == "z" else -1.4], abs=0.02)
+
+
+def test_walls_of_an_old_world_that_are_turned_upright_stand(tmp_path: Path) -> None:
+    """Before R2021c people who wanted z up turned each wall by a quarter, in a world that says nothing of it."""
+
+    def upright(found: re.Match[str]) -> str:
+        x, y, angle = (float(found[k]) for k in (1, 2, 3))
+        turn = Rotation.from_rotvec([math.pi / 2, 0, 0]) * Rotation.from_rotvec([0, angle, 0])
+        way = turn.as_rotvec()
+        axis = " ".join(f"{each:.6f}" for each in way / np.linalg.norm(way))
+        return f"translation {x:g} {-y:g} 0\n  rotation {axis} {np.linalg.norm(way):.6f}"
+
+    lying = re.sub(r"translation (\S+) 0 (\S+)\n  rotation 0 1 0 (\S+)", upright, world(True))
+    plan = plan_of_world(tmp_path, lying)
+    assert sorted(round(room.area, 1) for room in plan.rooms) == [12.0, 12.0]
+    assert sorted(door.kind for door in plan.doors) == ["door", "entrance"]
+    assert plan.frame is not None
+    assert plan.frame.up == "z"
 
 
 def test_the_world_names_its_axes_where_it_has_others_than_its_version(tmp_path: Path) -> None:

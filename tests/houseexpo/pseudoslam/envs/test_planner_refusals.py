@@ -12,6 +12,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.simulations import env_of
 
+pytestmark = pytest.mark.slow  # the kernels of planners' actions take half a minute to compile
+
 
 @pytest.mark.parametrize(
     ("actions", "action", "words"),

@@ -16,6 +16,8 @@ from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.simulations import HUTS, assert_same, assert_same_step, hut, native, singles
 
+pytestmark = pytest.mark.slow  # the kernels of planners' actions take half a minute to compile
+
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
 HOUSES = [*HUTS, hut("hall", 9.0)]
