@@ -18,7 +18,8 @@ P3  A name with ``::`` is looked up in the model of that name.
 **Geometry** as triangles, in the frame of its visual or collision; metres.
 
 S1  Planes and height maps are ground, and no part of a house.
-S2  A mesh takes the scale that is given; COLLADA's own unit and up axis count, as they do in Gazebo.
+S2  A mesh takes the scale that is given. COLLADA's own unit counts, its up axis does not: Gazebo's loader does not read
+    it (gazebo-classic, issue 1305), and worlds are made to look right in Gazebo.
 S3  A round body has ROUND_SIDES sides.
 """
 
@@ -200,8 +201,7 @@ def _in_metres(path: Path) -> Mesh:
     mesh = load_scene(path).mesh
     if path.suffix.lower() == ".dae":
         said = frame_convention(path)
-        x, y, z = (mesh.vertices * (said.metres or 1.0)).T
-        mesh = Mesh(np.column_stack([x, -z, y] if said.up == "y" else [x, y, z]), mesh.faces)
+        mesh = Mesh(mesh.vertices * (said.metres or 1.0), mesh.faces)
     return mesh
 
 

@@ -258,7 +258,7 @@ class _World:
         """Return whether most walls, doors and windows stand along the other axis (R2)."""
         up, other = (2, 1) if self.z_up else (1, 2)
         stand = [_pose(node)[:3, up] for node in self.nodes if node.kind in STRUCTURE]
-        return sum(abs(way[other]) > abs(way[up]) for way in stand) > len(stand) / 2
+        return bool(sum(abs(way[other]) > abs(way[up]) for way in stand) > len(stand) / 2)
 
     def bodies(self) -> Iterator[SceneBody]:
         """Every body of the world, z up."""

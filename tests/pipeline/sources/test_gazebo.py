@@ -268,6 +268,15 @@ def _mesh(uri):
     return f"<visual name='m'><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>"
 
 
+@pytest.mark.parametrize("up", ["Y_UP", "Z_UP"])
+def test_the_up_axis_of_a_collada_mesh_does_not_turn_it(tmp_path, up):
+    """Gazebo's loader of COLLADA does not read it (gazebo-classic, issue 1305)."""
+    text = as_trimesh(one(tmp_path, house()).walls).export(file_type="dae").decode()
+    (tmp_path / "walls.dae").write_text(text.replace("Y_UP", up))
+    level = one(tmp_path, f"<model name='m'><static>1</static><link name='l'>{_mesh('walls.dae')}</link></model>")
+    assert bounds(level.walls) == pytest.approx([-0.2, -0.2, 0.0, 7.4, 3.2, 2.5])
+
+
 def _beside(tmp_path, fault):
     """A cart whose file has a fault, beside a house that has none; what the world says of it, and what it is."""
     cart = cube("cart", "1 1 0.3 0 0 0", static=False)
