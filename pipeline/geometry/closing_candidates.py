@@ -53,6 +53,7 @@ from pipeline.tolerances import (
     MOSTLY,
     PARALLEL,
     PARTITION_M,
+    POINT_M,
     SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
@@ -403,7 +404,10 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
     if not small:
         return []
     along = shapely.buffer(walls, MM_M, quad_segs=1)
-    bare = shapely.difference([piece.exterior for piece in small], along)
+    parts = np.array(polygons_of(along), dtype=np.object_)
+    of_piece, of_part = shapely.STRtree(parts).query(small, predicate="intersects")
+    near = [shapely.multipolygons(parts[of_part[of_piece == k]]) for k in range(len(small))]
+    bare = shapely.difference([piece.exterior for piece in small], near)
     sides = [len(shapely.get_parts(shapely.line_merge(edge))) for edge in bare]
     return grow_to_overlap([piece for piece, count in zip(small, sides, strict=True) if count > 1])
 
@@ -632,12 +636,27 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
     for candidate in candidates:
         if so_far > MOST * hull:
             break
+        if not makes_a_ring(candidate, ground):
+            continue
         trial = unite([ground, candidate])
         area = enclosed_area(trial)
         if area >= so_far + least_m2:
             kept.append(candidate)
             ground, so_far = trial, area
     return kept
+
+
+def makes_a_ring(closing: Polygon, walls: BaseGeometry) -> bool:
+    """Return whether walls may enclose more with a closing: it meets one of them, or what touches it, in two places."""
+    parts = np.array(polygons_of(walls), dtype=np.object_)
+    met = parts[shapely.intersects(parts, closing)]
+    shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
+    if (shapely.get_num_geometries(shared) > 1).any():
+        return True
+    if len(met) < 2:
+        return False
+    touching = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=POINT_M)
+    return bool((touching[0] != touching[1]).any())
 
 
 def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:

@@ -14,6 +14,7 @@ from pipeline.geometry.closing_candidates import (
     enclosed_area,
     gap_beyond_wall_end,
     gap_fillings,
+    makes_a_ring,
     minimal_separators,
     split_at_portals,
     wall_ends,
@@ -41,6 +42,16 @@ def test_a_closed_house_gets_nothing() -> None:
     walls = unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0)])
     assert closings_between_wall_ends(walls, walls, 2.0) == []
     assert are_rooms_half_of_house([FLOOR], walls)
+
+
+def test_what_meets_a_wall_once_or_two_walls_makes_no_ring() -> None:
+    walls = unite([u_shape(0.2), shapely.box(10, 0, 10.2, 4)])
+    assert makes_a_ring(shapely.box(-0.1, 0.1, 5.1, 0.2), walls)
+    assert not makes_a_ring(shapely.box(5.1, 0.1, 10.1, 0.2), walls)
+    assert not makes_a_ring(shapely.box(5.1, 0.1, 7, 0.2), walls)
+    assert not makes_a_ring(shapely.box(7, 0.1, 8, 0.2), walls)
+    in_a_corner = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 1, 2, 2)])
+    assert makes_a_ring(shapely.box(0.9, 0, 2, 1.5).difference(shapely.box(1, 0.5, 1.5, 1.5)), in_a_corner)
 
 
 def test_walls_far_apart_are_no_house() -> None:
