@@ -19,7 +19,7 @@ import io
 import logging
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import count, pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -112,7 +112,7 @@ def read_drawing(path: Path) -> Drawing:
             for swing in _swings(entity)
         ]
         stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
-        scale, is_stated = metres_per_unit(outlines, swings, stated, path.name)
+        scale, is_stated = metres_per_unit(outlines, swings, _letters(entity for _, entity in found), stated, path.name)
     except (
         DXFError,
         OSError,
@@ -249,6 +249,13 @@ def _lines_of_text(entity: Any, scale: float) -> Iterator[tuple[str, Point]]:
     for line, word in enumerate(str(text).splitlines()):
         if word.strip():
             yield re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale)
+
+
+def _letters(entities: Iterable[Any]) -> list[float]:
+    """Return the heights of the letters of the texts among some entities, in units."""
+    keys = {"TEXT": "height", "MTEXT": "char_height"}
+    found = (float(each.dxf.get(keys[each.dxftype()], 0.0)) for each in entities if each.dxftype() in keys)
+    return [height for height in found if height > 0.0]
 
 
 def _swings(entity: Any) -> Iterator[tuple[Point, Point, Point]]:

@@ -2,9 +2,11 @@
 
 R1  The stated unit counts, unless the drawing is no house in it: it is shorter than a house or longer than a site, or
     its doors are as wide as no door while they are in another unit, or it is longer than a house, and another unit
-    gives a house with walls as thick as walls. Templates state inches or metres for drawings in millimetres.
+    gives a house with walls as thick as walls, or with texts as high as in drawings of houses, unlike the stated one.
+    Templates state inches or metres for drawings in millimetres.
 R2  Else it is the first of mm, m, cm, inches and feet in which the walls are as long as a house, the doors as wide as
-    doors, and the walls as thick as walls. What the drawing does not tell, or tells of no unit, is passed over.
+    doors, and the walls as thick as walls. What the drawing does not tell, or tells of no unit, is passed over; texts
+    tell where walls do not.
 """
 
 from __future__ import annotations
@@ -29,10 +31,18 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawing import Point
 
 _MOST_LINES: Final = 2_000
+TEXT_HEIGHT_M: Final = (0.05, 1.0)
+"""Letters in drawings of houses: 2.5 to 5 mm on paper, at scales of 1:20 to 1:200."""
+LARGEST_TEXT_M: Final = 2.5
+"""Letters of 5 mm on paper at 1:500, as site plans have them."""
 
 
 def metres_per_unit(
-    outlines: Sequence[Sequence[Point]], swings: Sequence[float], stated: float | None, name: str
+    outlines: Sequence[Sequence[Point]],
+    swings: Sequence[float],
+    texts: Sequence[float],
+    stated: float | None,
+    name: str,
 ) -> tuple[float, bool]:
     """Return the metres per unit, and whether the drawing states it.
 
@@ -42,6 +52,8 @@ def metres_per_unit(
         Corners of the lines of walls and rooms, in units.
     swings
         Radii of the arcs of doors, in units.
+    texts
+        Heights of the letters of texts, in units.
     stated
         Metres per unit that the drawing states, if any.
     name
@@ -60,13 +72,17 @@ def metres_per_unit(
     fits = [metres for metres in DRAWN_UNITS_M if _is_in(size * metres, DRAWING_M)]
     by_swing = [metres for metres in fits if _is_in(swing * metres, SWING_M)]
     sound = [metres for metres in by_swing or fits if _is_in(thick * metres, WALL_THICKNESS_M)]
+    letter = float(np.median(texts)) if texts else 0.0
+    legible = [metres for metres in by_swing or fits if _is_in(letter * metres, TEXT_HEIGHT_M)]
     if stated is not None and DRAWING_M[0] <= size * stated <= LONGEST_SITE_M:  # R1
         no_doors = bool(by_swing) and not _is_in(swing * stated, SWING_M)
-        no_walls = bool(sound) and size * stated > DRAWING_M[1] and not _is_in(thick * stated, WALL_THICKNESS_M)
-        if not no_doors and not no_walls:
+        no_walls = bool(sound) and not _is_in(thick * stated, WALL_THICKNESS_M)
+        no_texts = bool(legible) and letter * stated > LARGEST_TEXT_M
+        if not no_doors and not (size * stated > DRAWING_M[1] and (no_walls or no_texts)):
             return stated, True
     if fits:  # R2
-        return (sound or by_swing or fits)[0], False
+        both = [metres for metres in sound if metres in legible]
+        return (both or sound or legible or by_swing or fits)[0], False
     states = "no unit" if stated is None else f"a unit of {stated:g} m"
     detail = f"{name} states {states}, and its walls are {size:.4g} long: a house in none"
     raise Rejection("source", Reason.BAD_UNITS, detail, "set its unit ($INSUNITS)")

@@ -324,3 +324,17 @@ def test_old_and_binary_files_are_read(tmp_path, version, form):
     drawing.saveas(tmp_path / "plan.dxf", fmt=form)
     (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
     assert len(plan_of(level).rooms) == 2
+
+
+def test_letters_tell_the_unit_where_lines_of_walls_do_not(tmp_path):
+    """Rooms of single lines, 12 m long in millimetres, said to be inches: 305 m, with letters of 6 m."""
+    drawing = ezdxf.new("R2000", units=1)
+    space = drawing.modelspace()
+    for corners in (ring(0, 0, 12_000, 7_000), ring(0, 0, 5_000, 7_000)):
+        space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "WALL"})
+    for name, x in (("Kitchen", 1_000), ("Bedroom", 8_000)):
+        space.add_text(name, height=250, dxfattribs={"layer": "TEXT"}).set_placement((x, 3_000))
+    drawing.saveas(tmp_path / "plan.dxf")
+    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    assert level.guesses == ("units",)
+    assert plan_of(level).area == pytest.approx(84.0, rel=0.05)
