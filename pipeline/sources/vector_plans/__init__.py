@@ -1,7 +1,8 @@
 """Read plans drawn as lines, areas and names, by one module per family of formats, and yield their levels.
 
 Each module of the table has two functions: ``can_read(path, head)``, which tells by a file's name and its first bytes
-whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``.
+whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``. That of a family whose files
+may hold many plans also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``.
 """
 
 from __future__ import annotations
@@ -34,8 +35,6 @@ FAMILIES = (
     "svg",
     "tables",
 )
-MANY = "tables"
-"""The family whose files hold many plans: its module has ``list_plan_names(path)`` and ``read_drawing(path, key)``."""
 _FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)
 """What numbers beyond all measure, and shapes that cross themselves, lead geometry to."""
 
@@ -62,13 +61,12 @@ def find(path: str, **options: str) -> Iterator[Input]:
     single = input_from_file(path, "vector_plans", options)
     with Path(path).open("rb") as stream:
         head = stream.read(HEAD_BYTES)
-    tables: Any = import_module(f"{__name__}.{MANY}")
     found: Any = _family(Path(path), head)
-    if found is not tables:
+    if not hasattr(found, "list_plan_names"):
         yield single
         return
     try:
-        keys = tables.list_plan_names(Path(path))
+        keys = found.list_plan_names(Path(path))
     except Rejection:
         keys = [""]
     for key in keys or [""]:

@@ -21,7 +21,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from itertools import count, pairwise
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 import numpy as np
@@ -31,7 +31,7 @@ from shapely import LineString, Polygon
 from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.tolerances import SAME, SWING_M, WALL_THICKNESS_M
 from pipeline.sources.vector_plans.drawing import Drawing, Point
 from pipeline.sources.vector_plans.dxf_units import metres_per_unit
@@ -52,6 +52,7 @@ _ADVICE = "save it again as DXF (R2010 or later)"
 _TEXTS: Final = frozenset({"TEXT", "MTEXT"})
 _CURVES: Final = frozenset({"ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
 _POLYLINES: Final = frozenset({"LWPOLYLINE", "POLYLINE"})
+_ZIP: Final = b"PK\x03\x04"
 _BINARY: Final = b"AutoCAD Binary DXF"
 AJAR_DEG: Final = 12
 """A leaf is drawn this far open, at least."""
@@ -69,12 +70,29 @@ _OTHERS = re.compile(
 
 
 def can_read(path: Path, head: bytes) -> bool:
-    """By its name."""
+    """By its name; a zip by the names in it."""
+    if path.suffix.lower() == ".zip" and head.startswith(_ZIP):
+        return bool(_drawings_in_zip(path))
     return path.suffix.lower() == ".dxf" and bool(head)
 
 
-def read_drawing(path: Path) -> Drawing:
-    """Read a drawing.
+def list_plan_names(path: Path) -> list[str]:
+    """Return the names of the drawings in a zip; none for a file that is a drawing itself."""
+    return _drawings_in_zip(path) if path.suffix.lower() == ".zip" else []
+
+
+def _drawings_in_zip(path: Path) -> list[str]:
+    try:
+        names = archive_members(path)
+    except Rejection:
+        return []
+    if any(PurePosixPath(name).name == "unit.geojson" for name in names):
+        return []  # an indoor map
+    return sorted(name for name in names if name.lower().endswith(".dxf") and not name.startswith("__MACOSX/"))
+
+
+def read_drawing(path: Path, key: str = "") -> Drawing:
+    """Read a drawing, or the one of this name in a zip.
 
     Raises
     ------
@@ -85,20 +103,18 @@ def read_drawing(path: Path) -> Drawing:
     """
     try:
         from ezdxf import recover
-        from ezdxf.filemanagement import readfile
+        from ezdxf.document import Drawing as Document
         from ezdxf.lldxf.const import DXFError
+        from ezdxf.lldxf.tagger import binary_tags_loader
     except ImportError:
         said = f"{path.name} needs ezdxf, which is not installed: {install_command('cad')}"
         raise MissingDependencyError(said) from None
-    if path.stat().st_size > LARGEST_BYTES:
-        raise Rejection(
-            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
-        )
+    data = _content(path, key)
     left_out = LeftOutParts()
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
-        data = path.read_bytes()
-        document = readfile(path) if data.startswith(_BINARY) else recover.read(io.BytesIO(data))[0]
+        is_binary = data.startswith(_BINARY)
+        document = Document.load(binary_tags_loader(data)) if is_binary else recover.read(io.BytesIO(data))[0]
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
@@ -139,7 +155,7 @@ def read_drawing(path: Path) -> Drawing:
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
     storey = storey_from_features(drawn)
     if not storey.walls and not storey.rooms:
-        if not path.read_bytes().rstrip().endswith((b"EOF", b"EOF\0")):
+        if not data.rstrip().endswith((b"EOF", b"EOF\0")):
             raise Rejection("source", Reason.UNREADABLE, f"{path.name} breaks off before its end (EOF)", _ADVICE)
         layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
         detail = f"{path.name}: expected layers that are called wall or room, found {layers or 'none'}"
@@ -151,6 +167,15 @@ def read_drawing(path: Path) -> Drawing:
         raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
     return Drawing("dxf", (storey,), left_out, guesses)
+
+
+def _content(path: Path, key: str) -> bytes:
+    """Return the bytes of a drawing, or of the one of this name in a zip."""
+    if path.stat().st_size > LARGEST_BYTES:
+        raise Rejection(
+            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
+        )
+    return (read_member(path, [key], LARGEST_BYTES) if key else path.read_bytes()) or b""
 
 
 def _entities(

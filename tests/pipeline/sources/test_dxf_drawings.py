@@ -338,3 +338,21 @@ def test_letters_tell_the_unit_where_lines_of_walls_do_not(tmp_path):
     (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
     assert level.guesses == ("units",)
     assert plan_of(level).area == pytest.approx(84.0, rel=0.05)
+
+
+def test_a_zip_of_drawings_is_read(tmp_path):
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "house.zip", "w") as archive:
+        for name, form in (("plans/ground.dxf", "asc"), ("plans/first.DXF", "bin")):
+            drawing = ezdxf.new("R2000", units=6)
+            open_faces(drawing.modelspace())
+            drawing.saveas(tmp_path / "plan.dxf", fmt=form)
+            archive.write(tmp_path / "plan.dxf", name)
+        archive.writestr("readme.txt", "two storeys")
+        archive.writestr("__MACOSX/plans/._ground.dxf", "nothing")
+    items = list(find(str(tmp_path / "house.zip")))
+    assert [item.key for item in items] == ["plans/first.DXF", "plans/ground.dxf"]
+    levels = [level for item in items for level in reader(item.reader).read(item)]
+    assert len({level.id for level in levels}) == 2
+    assert [len(plan_of(level).rooms) for level in levels] == [2, 2]
