@@ -5,6 +5,7 @@ R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the o
     (the bend of an L-shaped hall).
 R18 Where the source names its openings, or its doors, what hangs or stands right before a doorway of theirs (a beam
     along the wall, a frame deeper than the wall) does not close it: the doorway does.
+R21 A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing.
 R19 Cracks of a hand's breadth between walls that nearly meet are closed.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
@@ -129,6 +130,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         standing = close_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
         strips, rest = split_at_portals(standing, pieces, ground, rooms)
+        strips = [strip for strip in strips if not _is_beam_in_room(strip, standing, level)]  # R21
         strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
         if not level.sills and (
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
@@ -404,6 +406,21 @@ def _lies_in_room(gap: Polygon, level: Level) -> bool:
     return any(
         intersect(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
     )
+
+
+def _is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level) -> bool:
+    """Return whether a lintel hangs in one room of the source, nearly from one side of it to the other (R21)."""
+    if strip.kind != "lintel" or strip.portal is None or not _lies_in_room(strip.polygon, level):
+        return False
+    portal = strip.portal
+    for room in (each.polygon for each in level.rooms if each.polygon is not None):
+        if room.contains(shapely.points(portal.centre)):
+            reach = portal.along * room.length
+            line = shapely.linestrings([portal.centre - reach, portal.centre + reach])
+            pieces = shapely.get_parts(shapely.intersection(line, room))
+            chord = min(pieces, key=shapely.points(portal.centre).distance)
+            return bool(shapely.intersection(chord, walls).length < SOME * chord.length)
+    return False
 
 
 def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
