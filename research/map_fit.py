@@ -2,11 +2,13 @@
 
 ::
 
-    python -m research.map_fit ../shared/data/maps/bormann
+    python -m research.map_fit ../shared/data/maps/bormann --plans ../shared/data/houseexpo/plans_33717.jsonl.gz
 
-The maps are Bormann's empty ones, and for each of these ``--made`` maps with furniture and noise that the project
-adds. Each narrow place between basins is an example: it separates rooms where the basins lie in different true rooms.
-Furnished and real maps are not read. ``--folds`` prints how good the fit is on maps that were left out.
+The maps are Bormann's empty ones, for each of these ``--made`` maps with furniture and noise that the project adds and
+``SEEN`` that PseudoSLAM makes of it, and maps that PseudoSLAM makes of the kit's offices and homes and of published
+plans (``tests.builders.seen_maps``), of which every ``THIN``-th example counts. Each narrow place between basins is an
+example: it separates rooms where the basins lie in different true rooms. Furnished and real maps are not read.
+``--folds`` prints how good the fit is on Bormann's maps that were left out.
 """
 
 from __future__ import annotations
@@ -26,18 +28,26 @@ from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.narrow_places import Basins, NarrowPlaces, find_basins
 from tests.builders.matching import RoomScores, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
+from tests.builders.seen_maps import look_around, seen_maps
 
 Floats = npt.NDArray[np.float64]
 RIDGE = 2.0
+SEEN = 2
+OFFICES, HOMES, PUBLISHED = 12, 40, 40
+"""How many maps PseudoSLAM makes; of the published plans, fewer serve."""
+THIN = 4
 
 
 def made_maps(empty: TrueMap, count: int) -> Iterator[TrueMap]:
-    """Yield an empty map and ``count`` maps made from it, every second one with noise."""
+    """Yield an empty map, ``count`` maps made from it, every second one with noise, and those that a robot sees."""
     yield empty
     for k in range(count):
         rng = np.random.default_rng([k, *empty.name.encode()])
         made = furnished(empty, rng)
         yield noisy(made, rng) if k % 2 else made
+    for k in range(SEEN):
+        rng = np.random.default_rng([9, k, *empty.name.encode()])
+        yield look_around(furnished(empty, rng) if k else empty, rng)
 
 
 def examples(made: TrueMap) -> tuple[Floats, npt.NDArray[np.bool_]]:
@@ -110,23 +120,27 @@ def using(weights: Floats) -> mock._patch_dict:
 
 
 def scores(made: TrueMap) -> RoomScores:
-    """Return how good the rooms of a map are."""
-    return room_scores(rooms.segment_rooms(made.free, CELL_M).label_of_cells(made.free.shape), made.rooms)
+    """Return how good the rooms of a map are, measured on its free cells."""
+    label = rooms.segment_rooms(made.free, CELL_M, occupied=made.occupied).label_of_cells(made.free.shape)
+    return room_scores(np.where(made.free, label, 0), made.rooms)
 
 
 def main() -> None:
     """Print the table, and the cross-validation."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
+    parser.add_argument("--plans", type=Path, help="published plans, JSON lines with gzip")
     parser.add_argument("--made", type=int, default=4)
     parser.add_argument("--folds", type=int, default=0)
     given = parser.parse_args()
     console = Console(soft_wrap=True, markup=False)
     maps = [list(made_maps(empty, given.made)) for empty in bormann_maps(given.folder)]
     known = [[examples(made) for made in family] for family in maps]
+    others = seen_maps(given.plans, OFFICES, HOMES, PUBLISHED) if given.plans else ()
+    thinned = [(rows[::THIN], apart[::THIN]) for rows, apart in map(examples, others)]
 
     def fit_on(kept: list[int]) -> Floats:
-        pairs = [pair for k in kept for pair in known[k]]
+        pairs = [pair for k in kept for pair in known[k]] + thinned
         return fit(np.concatenate([rows for rows, _ in pairs]), np.concatenate([apart for _, apart in pairs]))
 
     shown: dict[str, list[RoomScores]] = {}

@@ -6,7 +6,9 @@ narrow place, and the nearest obstacles on its two sides are its jambs.
 
 R1  Peaks that are hardly higher than the way between them are one: their narrow place is none.
 R2  A narrow place is described by what tells doors from gaps beside furniture: its width, the space on its two sides,
-    the walls in which its jambs end, and how wide it is a step before and behind it.
+    the walls in which its jambs end, how wide it is a step before and behind it, and how far each jamb stands out. Both
+    jambs of a doorway stand out into the way, on both sides. Where a corridor bends, one jamb is its straight wall, and
+    the other is a corner, behind which the way widens on one side only.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ ONE_PEAK = 0.9
 BESIDE_M = 0.15
 """How far behind a jamb the thickness of its wall is measured."""
 THICKEST_M = 1.0
-NEAR_M, FAR_M = 0.3, 1.0
+CLOSE_M, NEAR_M, FAR_M = 0.15, 0.3, 1.0
 """Steps before and behind a narrow place, where the width is measured."""
 WIDEST_M = 3.0
 STEP_M = 0.05
@@ -56,6 +58,10 @@ class NarrowPlaces:
     both sides; ``width_m`` (n,) between them; ``thin_m`` (n,) the thickness of the thinner of the walls that they are
     the ends of; ``near_m`` and ``far_m`` (n,) by how much the way is wider ``NEAR_M`` and ``FAR_M`` away, on the side
     where that is more, and ``less_m`` (n,) ``FAR_M`` away on the other side.
+
+    A jamb stands out by as much as the way is wider beyond it, on one side. ``CLOSE_M`` away, ``stub_m`` (n,) is by how
+    much one of the jambs stands out on both sides, ``step_m`` (n,) by how much one does on either. ``NEAR_M`` away,
+    ``least_m`` (n,) is by how much both jambs stand out on both sides, ``turn_m`` (n,) by how much both do on either.
     """
 
     sides: Ints
@@ -66,6 +72,10 @@ class NarrowPlaces:
     near_m: Floats
     far_m: Floats
     less_m: Floats
+    stub_m: Floats
+    step_m: Floats
+    least_m: Floats
+    turn_m: Floats
 
     def only(self, kept: npt.NDArray[np.bool_] | Ints) -> NarrowPlaces:
         """Return some of them."""
@@ -227,14 +237,29 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
         left, right = (run(behind, sign * across, THICKEST_M, STEP_M, wanted=True) for sign in (-1.0, 1.0))
         return left + right
 
-    def wider(away_m: float) -> list[Floats]:
-        both = []
-        for sign in (-1.0, 1.0):
+    def beyond_jambs(away_m: float, step_m: float) -> Floats:
+        """By how much the way is wider (jambs, sides, n) beyond each jamb, on each side of the narrow place."""
+        found = np.empty((2, 2, len(along)))
+        for side, sign in enumerate((-1.0, 1.0)):
             start = middle + sign * across * (away_m / cell_m)
-            left, right = (run(start, way * along, WIDEST_M, 2 * STEP_M, wanted=False) for way in (-1.0, 1.0))
-            both.append(left + right - width)
-        return both
+            for jamb, way in enumerate((-1.0, 1.0)):
+                found[jamb, side] = run(start, way * along, WIDEST_M, step_m, wanted=False) - width / 2
+        return found
 
     thin = np.minimum(thick(one, -along), thick(other, along))
-    near, far = wider(NEAR_M), wider(FAR_M)
-    return NarrowPlaces(sides, half, jambs, width, thin, np.maximum(*near), np.maximum(*far), np.minimum(*far))
+    close, near, far = beyond_jambs(CLOSE_M, STEP_M), beyond_jambs(NEAR_M, STEP_M), beyond_jambs(FAR_M, 2 * STEP_M)
+    wider_near, wider_far = near.sum(axis=0), far.sum(axis=0)
+    return NarrowPlaces(
+        sides=sides,
+        half_m=half,
+        jambs=jambs,
+        width_m=width,
+        thin_m=thin,
+        near_m=wider_near.max(axis=0),
+        far_m=wider_far.max(axis=0),
+        less_m=wider_far.min(axis=0),
+        stub_m=close.min(axis=1).max(axis=0),
+        step_m=close.max(axis=(0, 1)),
+        least_m=near.min(axis=(0, 1)),
+        turn_m=near.max(axis=1).min(axis=0),
+    )

@@ -3,9 +3,9 @@
 The features come from the measures of the narrow place (``NarrowPlaces``); ``rooms`` joins basins by the log-odds.
 
 The log-odds are ``BIAS`` plus, for each feature, the value of its curve, which is linear between its knots and level
-beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, and on these with furniture and noise
-that the project adds; ``python -m research.map_fit FOLDER`` fits them again and prints this table. No furnished and no
-real map was used.
+beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, on these with furniture and noise that
+the project adds, and on maps that PseudoSLAM makes of them and of plans; ``python -m research.map_fit FOLDER --plans
+FILE`` fits them again and prints this table. No furnished and no real map was used.
 """
 
 from __future__ import annotations
@@ -28,20 +28,28 @@ KNOTS: Final = {
     "near_m": (0.0, 0.5, 1.5, 3.0, 5.0),
     "far_m": (0.0, 0.5, 1.5, 3.0, 5.0),
     "less_m": (0.0, 0.5, 1.5, 3.0, 5.0),
+    "stub_m": (-0.1, 0.0, 0.1, 0.2, 0.4),
+    "step_m": (0.0, 0.3, 0.8, 1.5, 3.0),
+    "least_m": (-0.1, 0.0, 0.1, 0.2, 0.4, 0.8, 1.5),
+    "turn_m": (-0.1, 0.0, 0.1, 0.2, 0.4, 0.8, 1.5),
 }
 """The features and the knots of their curves: the width; half of it, as a share of the clearance of the less and of the
-more spacious side; the area of the smaller side; and the last four of ``NarrowPlaces``."""
+more spacious side; the area of the smaller side; and the others of ``NarrowPlaces``."""
 
-BIAS: Final = -0.051
+BIAS: Final = 0.134
 CURVES: Final[dict[str, tuple[float, ...]]] = {
-    "width_m": (-0.62, 0.09, 1.33, 0.91, -0.29, -0.51, -0.13, -0.84),
-    "of_lower": (-0.38, 0.12, -0.07, 0.32, -0.04),
-    "of_higher": (1.21, 0.57, 0.24, -0.42, -1.63),
-    "smaller_m2": (-2.28, -0.90, 0.27, 0.15, 0.72, 1.99),
-    "thin_m": (-0.88, 1.61, 0.84, -0.88, -0.55, -0.19),
-    "near_m": (-0.37, -1.31, -0.08, 0.05, 1.66),
-    "far_m": (-0.54, -0.25, -0.18, 0.02, 0.92),
-    "less_m": (-0.05, -0.42, -0.42, 0.63, 0.22),
+    "width_m": (-0.15, 0.69, 1.30, 0.72, -0.31, -0.48, -0.55, -1.08),
+    "of_lower": (-0.59, 0.28, 0.01, 0.40, 0.02),
+    "of_higher": (1.50, 0.80, 0.23, -0.71, -1.69),
+    "smaller_m2": (-2.29, -0.79, 0.32, 0.20, 0.86, 1.82),
+    "thin_m": (-0.61, 1.93, 1.12, -0.93, -0.63, -0.74),
+    "near_m": (-0.14, -0.67, 0.16, 0.15, 0.63),
+    "far_m": (-0.16, -0.25, -0.03, -0.14, 0.71),
+    "less_m": (-0.03, 0.06, -0.27, 0.49, -0.11),
+    "stub_m": (0.33, 0.62, -0.02, -0.31, -0.49),
+    "step_m": (0.74, -0.75, -0.05, 0.36, -0.19),
+    "least_m": (-0.52, -1.07, -0.50, -0.10, 1.31, 0.70, 0.30),
+    "turn_m": (-0.22, -0.44, 0.44, 0.38, -0.85, -0.05, 0.86),
 }
 """Values at the knots."""
 
@@ -57,6 +65,10 @@ def narrow_place_features(narrows: NarrowPlaces, peaks_m: Floats, areas_m2: Floa
         "near_m": narrows.near_m,
         "far_m": narrows.far_m,
         "less_m": narrows.less_m,
+        "stub_m": narrows.stub_m,
+        "step_m": narrows.step_m,
+        "least_m": narrows.least_m,
+        "turn_m": narrows.turn_m,
     }
 
 

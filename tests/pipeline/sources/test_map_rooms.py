@@ -8,6 +8,7 @@ import shapely
 
 from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
+from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import segment_rooms
 
@@ -184,3 +185,38 @@ def test_no_cells_have_no_area_and_no_doorways() -> None:
     nothing = np.zeros((5, 6), bool)
     assert area_of_cells(nothing).is_empty
     assert len(find_doorways(nothing, CELL_M)) == 0
+
+
+def ring_corridor(width_m: float = 2.4) -> np.ndarray:
+    """A corridor round a block of 16 m x 10 m, with rooms 4 m deep around it, a door of 1 m to each."""
+    wide, block = round(width_m / CELL_M), (200, 320)
+    free = np.zeros((block[0] + 2 * wide + 170, block[1] + 2 * wide + 170), bool)
+    free[85:-85, 85:-85] = True
+    free[85 + wide : -85 - wide, 85 + wide : -85 - wide] = False
+    for cells in (free, free[::-1]):
+        for k in range(4):
+            left = 85 + k * 100
+            cells[3:83, left : left + 98] = True
+            cells[83:85, left + 40 : left + 60] = True
+    return free
+
+
+def test_a_corridor_round_all_its_bends_is_one_room() -> None:
+    parts = segment_rooms(ring_corridor(), CELL_M)
+    corridor = parts.label[100, 200:500]
+    assert len(np.unique(parts.label)) == 1 + 9
+    assert (corridor == corridor[0]).all()
+    assert parts.label[300, 100] == parts.label[-100, 300] == corridor[0]
+
+
+def test_both_jambs_of_a_doorway_stand_out_and_one_of_a_bend() -> None:
+    free = np.zeros((120, 120), bool)
+    free[10:110, 40:80] = True  # a corridor of 2 m,
+    free[10:50, 40:110] = True  # which bends to the right,
+    free[90:92, 40:50] = free[90:92, 70:80] = False  # and a doorway in it
+    sides = np.array([[1, 2], [1, 2]])
+    jambs = np.array([[[90.5, 49], [90.5, 70]], [[52, 39], [52, 80]]], float)
+    found = measure_gaps(free, sides, jambs, CELL_M)
+    assert min(found.stub_m[0], found.least_m[0]) > 0.3
+    assert max(abs(found.stub_m[1]), abs(found.least_m[1]), abs(found.turn_m[1])) <= 0.1
+    assert found.step_m[1] > 1.0

@@ -170,7 +170,7 @@ def test_a_face_at_a_doorway_that_leaves_a_line_is_drawn_all_the_same() -> None:
     """On the grid of the outlines, the union of this map's rooms with faces at doorways has lines of 0.1 mm."""
     (item,) = find(str(DATA / "maps" / "bormann" / "freiburg_building101.png"), resolution="0.05")
     (level,) = reader(item.reader).read(item)
-    assert len(level.rooms) == 8
+    assert len(level.rooms) == 9
 
 
 def in_a_white_margin(shades: np.ndarray) -> np.ndarray:
