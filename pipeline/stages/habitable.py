@@ -230,7 +230,7 @@ def _joins_rooms(place: int, rooms: list[Polygon], candidates: list[ClosingCandi
     for portal in (c.portal for c in candidates if c.portal is not None):
         if place not in portal.sides and not outside & set(portal.sides):
             joined.add_edge(*portal.sides)
-        elif portal.width > SINGLE_DOOR_M[1]:
+        elif place in portal.sides and portal.width > SINGLE_DOOR_M[1]:
             open_to |= set(portal.sides) - outside
     joined.remove_nodes_from([OUTSIDE] if OUTSIDE in joined else [])
     parts = [part for part in nx.connected_components(joined) if part & open_to]

@@ -543,6 +543,17 @@ def test_the_hall_to_which_two_rooms_lie_open_is_no_terrace(width: float, rooms:
     assert len(layout(house, floor=floor).rooms) == rooms
 
 
+def test_a_terrace_before_the_hall_to_which_two_rooms_lie_open_is_no_hall() -> None:
+    """The terrace opens to the hall alone; the rooms open to the hall, whose own left side lies open."""
+    outline = [(-0.2, 0.0, 0.0, 0.2), (8.2, 6.0, 16.4, 6.2), (16.2, 0.0, 16.4, 6.0), (8.2, -0.2, 16.4, 0.0)]
+    outline += [(-0.2, -8.2, 0.0, -0.2), (0.0, -8.2, 8.2, -8.0), (8.0, -8.0, 8.2, -0.2), (8.0, 6.2, 8.2, 9.0)]
+    house = [part for rectangle in outline for part in wall(rectangle)]
+    house += [*wall((8.0, 0.0, 8.2, 6.2), Hole(1, 5)), *wall((-0.2, -0.2, 8.2, 0.0), Hole(2, 6))]
+    house += wall((-0.2, 6.0, 8.0, 6.2), Hole(0.5, 2.9), Hole(4.8, 7.2))
+    floor = shapely.union_all([shapely.box(0, -8, 8, 9), shapely.box(8, 0, 16.2, 6)])
+    assert len(layout(house, floor=floor).rooms) == 3
+
+
 def test_boards_along_the_walls_are_no_railing() -> None:
     """The boards of long windows, in a hall that is closed all round."""
     boards = [(0.0, 0.0, 8.0, 0.1), (0.0, 4.9, 8.0, 5.0), (0.0, 0.1, 0.1, 4.9)]
