@@ -32,6 +32,6 @@ def test_of_other_files_no_export_is_spoken(tmp_path: Path) -> None:
 
 def test_an_archive_is_to_be_unpacked(tmp_path):
     with zipfile.ZipFile(tmp_path / "plans.zip", "w") as packed:
-        packed.writestr("plan.dxf", "0\nEOF\n")
+        packed.writestr("house.glb", b"glTF")
     with pytest.raises(ConfigError, match=r"found none of them; unpack \.zip$"):
         list(find(str(tmp_path / "plans.zip")))
