@@ -8,8 +8,8 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on past the
     walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
     parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace); nor, where
-    the source keeps slabs and roofs apart, one under the sky twice as large as most, in which no floor lies
-    either or which they surround (a court). Where
+    the source keeps slabs and roofs apart, one under the sky twice as large as most, which they surround (a
+    court). Where
     railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
     lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
     the outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the
@@ -98,7 +98,7 @@ def keep_habitable_spaces(
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
-    outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, covered, level)
+    outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, level)
     below = _shares(rooms, level.below)
     if entered or not level.only_walls:
         outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
@@ -248,18 +248,15 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     return {k for k in railed if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
-def _courts(
-    rooms: list[Polygon], area: npt.NDArray[np.float64], floored: npt.NDArray[np.float64], level: Level
-) -> set[int]:
-    """Return which spaces lie under the open sky, without a floor or within the house, where most do not."""
+def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -> set[int]:
+    """Return which spaces lie under the open sky within the house, where most do not."""
     under = _shares(rooms, level.cover)
     sheltered = under > MOST
     if area[sheltered].sum() <= area.sum() / 2:
         return set()
     large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > TWICE * np.median(area[sheltered])}
     edge = shapely.buffer(fill_enclosed(unite(buffer_mitred(r, WALL_M / 2) for r in rooms)).boundary, WALL_M)
-    draws_floors = (floored[sheltered] * area[sheltered]).sum() > MOST * area[sheltered].sum()
-    return {k for k in large if (draws_floors and floored[k] < SOME) or not rooms[k].intersects(edge)}
+    return {k for k in large if not rooms[k].intersects(edge)}
 
 
 def _gardens(

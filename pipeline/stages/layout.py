@@ -5,7 +5,8 @@ R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the o
     (the bend of an L-shaped hall).
 R18 Where the source names its openings, or its doors, what hangs or stands right before a doorway of theirs (a beam
     along the wall, a frame deeper than the wall) does not close it: the doorway does.
-R21 A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing.
+R21 A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
+    room that is most of what the source draws may be the floor of a storey, and says nothing.
 R19 Cracks of a hand's breadth between walls that nearly meet are closed.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
@@ -413,8 +414,9 @@ def _is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level)
     if strip.kind != "lintel" or strip.portal is None or not _lies_in_room(strip.polygon, level):
         return False
     portal = strip.portal
-    for room in (each.polygon for each in level.rooms if each.polygon is not None):
-        if room.contains(shapely.points(portal.centre)):
+    rooms = [each.polygon for each in level.rooms if each.polygon is not None]
+    for room in rooms:
+        if room.area < MOST * shapely.area(rooms).sum() and room.contains(shapely.points(portal.centre)):
             reach = portal.along * room.length
             line = shapely.linestrings([portal.centre - reach, portal.centre + reach])
             pieces = shapely.get_parts(shapely.intersection(line, room))

@@ -636,13 +636,16 @@ def test_a_hall_under_a_roof_of_its_own_is_a_room(tmp_path, roof):
 
 # Beams over rooms.
 
+HALL, ROOM = (0.2, 0.2, 0, 2.8, 7.8, 2.6), (3, 0.2, 0, 6.8, 7.8, 2.6)
+
 
 @pytest.mark.parametrize(
     ("spaces", "rooms"),
     [
-        ([(0.2, 0.2, 0, 2.8, 7.8, 2.6)], 1),
-        ([(0.2, 0.2, 0, 2.8, 4, 2.6), (0.2, 4.2, 0, 2.8, 7.8, 2.6)], 2),
-        ([], 2),
+        ([HALL, ROOM], 2),
+        ([(0.2, 0.2, 0, 2.8, 4, 2.6), (0.2, 4.2, 0, 2.8, 7.8, 2.6), ROOM], 3),
+        ([], 3),
+        ([(0.2, 0.2, 0, 6.8, 7.8, 2.6)], 3),  # the floor of the storey, as meshes name it
     ],
 )
 @pytest.mark.parametrize("nib_m", [0.2, 1.7])
@@ -650,9 +653,10 @@ def test_a_beam_over_one_room_of_the_file_parts_nothing_a_lintel_does(tmp_path, 
     house = TinyBuilding()
     storey = house.storey("EG", 0.0)
     house.walls_around(storey, (0, 0, 0, 3, 8, 2.6))
+    house.walls_around(storey, (2.8, 0, 0, 7, 8, 2.6))
     house.element("IfcWall", storey, (0.2, 4, 0, 0.2 + nib_m, 4.2, 2.6), "nib")
     house.element("IfcBeam", storey, (0.2 + nib_m, 4, 2.2, 2.8, 4.2, 2.6), "beam")
     for number, box in enumerate(spaces):
         house.space(storey, box, str(number), "Flur")
     (level,) = [x for item in ifc.find(str(house.write(tmp_path / "beam.ifc"))) for x in ifc.read(item)]
-    assert len(plan_of(level).rooms) == (rooms if nib_m < 1 or len(spaces) != 1 else 2)
+    assert len(plan_of(level).rooms) == (rooms if nib_m < 1 or len(spaces) != 2 else 3)
