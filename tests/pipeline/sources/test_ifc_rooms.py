@@ -636,14 +636,14 @@ def test_a_hall_under_a_roof_of_its_own_is_a_room(tmp_path, roof):
 
 # Beams over rooms.
 
-HALL, ROOM = (0.2, 0.2, 0, 2.8, 7.8, 2.6), (3, 0.2, 0, 6.8, 7.8, 2.6)
+UNDER_BEAM, BESIDE = (0.2, 0.2, 0, 2.8, 7.8, 2.6), (3, 0.2, 0, 6.8, 7.8, 2.6)
 
 
 @pytest.mark.parametrize(
     ("spaces", "rooms"),
     [
-        ([HALL, ROOM], 2),
-        ([(0.2, 0.2, 0, 2.8, 4, 2.6), (0.2, 4.2, 0, 2.8, 7.8, 2.6), ROOM], 3),
+        ([UNDER_BEAM, BESIDE], 2),
+        ([(0.2, 0.2, 0, 2.8, 4, 2.6), (0.2, 4.2, 0, 2.8, 7.8, 2.6), BESIDE], 3),
         ([], 3),
         ([(0.2, 0.2, 0, 6.8, 7.8, 2.6)], 3),  # the floor of the storey, as meshes name it
     ],
