@@ -13,7 +13,8 @@ L6  One looks down onto a lower level where one of its slabs lies and no slab is
 L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
     leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
 L8  What lies under a slab, a roof or a plate above head height lies under cover.
-L9  A sheet that stands in a room of the file and ends below its ceiling (a screen of a shower) is no wall of it.
+L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
+    of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ from pipeline.sources.tolerances import (
     UPRIGHT_M,
     WALL_FOOT_M,
 )
-from pipeline.tolerances import HAND_M, SHEET_M
+from pipeline.tolerances import FOOT_M, HAND_M, SHEET_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 
@@ -183,12 +184,13 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:
     """L9."""
     rooms = [(space, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
-    low = [part for part in parts if any(part.top <= space.top - HAND_M for space, _ in rooms) and _is_sheet(part.mesh)]
-    return [
-        part
-        for part in low
-        if any(part.top <= space.top - HAND_M and _lies_in(part.mesh, room) for space, room in rooms)
-    ]
+    low = [part for part in parts if any(_is_low(part, space) for space, _ in rooms) and _is_sheet(part.mesh)]
+    return [part for part in low if any(_is_low(part, space) and _lies_in(part.mesh, room) for space, room in rooms)]
+
+
+def _is_low(part: ElementBody, space: ElementBody) -> bool:
+    """Return whether a part stands on the floor of a space and ends below its ceiling."""
+    return bool(part.bottom <= space.bottom + FOOT_M and part.top <= space.top - HAND_M)
 
 
 def _is_sheet(mesh: Mesh) -> bool:

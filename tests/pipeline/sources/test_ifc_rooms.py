@@ -578,6 +578,7 @@ def test_a_leaf_is_no_wall(room, tmp_path):
         ((5.8, 0.2, 0, 5.82, 5.8, 2.1), True),
         ((5.8, 0.2, 0, 5.82, 5.8, 2.5), False),  # up to the ceiling: a partition
         ((5.8, 0.2, 0, 5.92, 5.8, 2.1), False),  # as thick as a wall
+        ((5.8, 0.2, 0.31, 5.82, 5.8, 2.1), False),  # off the floor: a partition of toilets
         ((2.0, 0.2, 0, 2.02, 5.8, 2.1), False),  # in no room of the file
     ],
 )
