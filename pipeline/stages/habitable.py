@@ -78,9 +78,15 @@ KNOWN: Final = frozenset({"door", "opening"})
 
 
 def keep_habitable_spaces(
-    rooms: list[Polygon], candidates: list[ClosingCandidate], planes: Planes, evidence: Evidence, level: Level
+    rooms: list[Polygon],
+    candidates: list[ClosingCandidate],
+    planes: Planes,
+    evidence: Evidence,
+    level: Level,
+    *,
+    filled: set[int],
 ) -> list[Polygon]:
-    """Return the spaces that are rooms (R9)."""
+    """Return the spaces that are rooms (R9); those of the numbers ``filled`` are none (``filled_spaces``)."""
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
@@ -107,8 +113,7 @@ def keep_habitable_spaces(
         free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
         fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
-    outdoors |= filled_spaces(rooms, candidates, evidence, level)
-    outdoors |= _boxes_seen_from_outside(rooms, candidates, evidence, level)
+    outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     into = np.bincount(

@@ -156,7 +156,8 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
-        rooms = clip_rooms_to_floor(keep_habitable_spaces(rooms, candidates, planes, evidence, level), level)
+        kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled)
+        rooms = clip_rooms_to_floor(kept, level)
         return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
@@ -415,8 +416,9 @@ def _is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level)
         return False
     portal = strip.portal
     rooms = [each.polygon for each in level.rooms if each.polygon is not None]
+    most = MOST * shapely.area(rooms).sum()
     for room in rooms:
-        if room.area < MOST * shapely.area(rooms).sum() and room.contains(shapely.points(portal.centre)):
+        if room.area < most and room.contains(shapely.points(portal.centre)):
             reach = portal.along * room.length
             line = shapely.linestrings([portal.centre - reach, portal.centre + reach])
             pieces = shapely.get_parts(shapely.intersection(line, room))

@@ -33,7 +33,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred
-from pipeline.geometry.meshes import merge_meshes
+from pipeline.geometry.meshes import box_around, merge_meshes
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import walls_around
@@ -184,18 +184,17 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:
     """L9."""
     rooms = [(space, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
-    low = [part for part in parts if any(_is_low(part, space) for space, _ in rooms) and _is_sheet(part.mesh)]
-    return [part for part in low if any(_is_low(part, space) and _lies_in(part.mesh, room) for space, room in rooms)]
+    return [
+        part
+        for part in parts
+        if any(_is_low(part, space) and _lies_in(part.mesh, room) for space, room in rooms)
+        and box_around(part.mesh.vertices).thickness <= SHEET_M
+    ]
 
 
 def _is_low(part: ElementBody, space: ElementBody) -> bool:
     """Return whether a part stands on the floor of a space and ends below its ceiling."""
     return bool(part.bottom <= space.bottom + FOOT_M and part.top <= space.top - HAND_M)
-
-
-def _is_sheet(mesh: Mesh) -> bool:
-    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.multipoints(mesh.vertices[:, :2])))[:3]
-    return len(corners) < 3 or bool(np.linalg.norm(np.diff(corners, axis=0), axis=1).min() <= SHEET_M)
 
 
 def _lies_in(mesh: Mesh, room: Polygon) -> bool:

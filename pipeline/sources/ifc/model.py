@@ -51,9 +51,9 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 
 from houseexpo.errors import install_command
+from pipeline.geometry.meshes import box_around
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
 from pipeline.sources.roles import Role, role_from_name
@@ -624,13 +624,9 @@ def _with_called_doors(elements: ElementsByKind, meshes: dict[int, Mesh]) -> Ele
 
 def _is_as_large_as_door(mesh: Mesh) -> bool:
     """Return whether a body is as high and as wide as a door, and no deeper than a wall (E8)."""
-    corners = shapely.get_coordinates(shapely.oriented_envelope(shapely.multipoints(mesh.vertices[:, :2])))[:3]
-    if len(corners) < 3:  # a sheet
-        corners = np.array([corners[0], corners[-1], corners[-1]])
-    deep, wide = sorted(np.linalg.norm(np.diff(corners, axis=0), axis=1))
-    high = float(np.ptp(mesh.vertices[:, 2]))
-    is_high = NAMED_DOOR_M[0] <= high <= NAMED_DOOR_M[1]
-    return bool(is_high and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_M and deep <= THICKEST_WALL_M)
+    box = box_around(mesh.vertices)
+    is_high = NAMED_DOOR_M[0] <= box.high - box.low <= NAMED_DOOR_M[1]
+    return is_high and NARROWEST_DOOR_M <= box.width <= WIDEST_DOOR_M and box.thickness <= THICKEST_WALL_M
 
 
 def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
