@@ -21,6 +21,8 @@ S1  Planes and height maps are ground, and no part of a house.
 S2  A mesh takes the scale that is given. COLLADA's own unit counts, its up axis does not: Gazebo's loader does not read
     it (gazebo-classic, issue 1305), and worlds are made to look right in Gazebo.
 S3  A round body has ROUND_SIDES sides.
+S4  Boxes, cylinders and polylines of a link that stand upright and are equally high are one body where they touch:
+    worlds write a wall in convex pieces.
 """
 
 from __future__ import annotations
@@ -37,15 +39,16 @@ from urllib.parse import unquote
 import numpy as np
 import numpy.typing as npt
 import shapely
+import shapely.affinity
 
 from houseexpo.files import real_path
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
-from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, TINY
+from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, SAME, SAME_M, TINY
 from pipeline.values import Mesh
 
 Matrix = npt.NDArray[np.float64]
@@ -207,12 +210,12 @@ def _in_metres(path: Path) -> Mesh:
 
 def _box(shape: Element, what: str) -> Mesh:
     x, y, z = _sizes(shape.findtext("size"), 3, what)
-    return extrude_polygon(shapely.box(-x / 2, -y / 2, x / 2, y / 2), -z / 2, z / 2)
+    return Prisms([Prism(shapely.box(-x / 2, -y / 2, x / 2, y / 2), -z / 2, z / 2)])
 
 
 def _cylinder(shape: Element, what: str) -> Mesh:
     (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
-    return extrude_polygon(_round(radius), -length / 2, length / 2)
+    return Prisms([Prism(_round(radius), -length / 2, length / 2)])
 
 
 def _capsule(shape: Element, what: str) -> Mesh:
@@ -233,7 +236,7 @@ def _polyline(shape: Element, what: str) -> Mesh:
     """Rings inside the first are holes in it."""
     (height,) = _sizes(shape.findtext("height"), 1, what)
     ring = polygon_from_ring(parse_numbers(point.text, 2, f"polyline of {what}") for point in shape.findall("point"))
-    return NO_MESH if ring is None else extrude_polygon(ring, 0.0, height)
+    return NO_MESH if ring is None else Prisms([Prism(ring, 0.0, height)])
 
 
 def _round(radius: float) -> shapely.Polygon:  # S3
@@ -410,7 +413,7 @@ class SceneReader:
                 missing += 1
             elif len(mesh.faces):
                 parts.append(_move(mesh, self._thing_pose(thing, link, place, frames, name)))
-        return missing, merge_meshes(parts)
+        return missing, merge_meshes(_unite_upright(parts))
 
     @staticmethod
     def _thing_pose(thing: Element, link: Matrix, place: _Place, frames: ModelFrames, name: str) -> Matrix:
@@ -449,7 +452,29 @@ def _model_file(found: Path | None) -> Path | None:
 
 
 def _move(mesh: Mesh, pose: Matrix) -> Mesh:
+    if isinstance(mesh, Prisms) and abs(pose[2, 2] - 1.0) < SAME:  # neither tilted nor upside down
+        plan = [*pose[:2, :2].ravel(), *pose[:2, 3]]
+        return Prisms(
+            Prism(
+                shapely.affinity.affine_transform(each.area, plan), each.bottom_m + pose[2, 3], each.top_m + pose[2, 3]
+            )
+            for each in mesh.bodies
+        )
     return Mesh(mesh.vertices @ pose[:3, :3].T + pose[:3, 3], mesh.faces)
+
+
+def _unite_upright(parts: list[Mesh]) -> Iterator[Mesh]:
+    """S4."""
+    standing: dict[tuple[float, float], list[Prism]] = {}
+    for part in parts:
+        if not isinstance(part, Prisms):
+            yield part
+            continue
+        for each in part.bodies:
+            standing.setdefault((round(each.bottom_m / SAME_M), round(each.top_m / SAME_M)), []).append(each)
+    for same in standing.values():
+        area = shapely.union_all([each.area for each in same], grid_size=SAME_M) if len(same) > 1 else same[0].area
+        yield extrude_polygon(area, same[0].bottom_m, same[0].top_m)
 
 
 def _wall_area(mesh: Mesh) -> float:

@@ -180,3 +180,14 @@ def test_a_plan_comes_back(homes, form, tmp_path):
 @pytest.mark.parametrize("form", sorted(FORMS))
 def test_many_plans_come_back(many_homes, form, tmp_path):
     check(many_homes, form, tmp_path)
+
+
+@pytest.mark.parametrize("form", SHAPES)
+def test_walls_that_lean_by_a_centimetre_come_back_as_thick_as_they_were(form, tmp_path):
+    """Published outlines lean so. A world writes such a wall as many convex pieces, some of them a centimetre wide."""
+    rooms = [[(0.01, 0), (5, 0.01), (5.01, 4), (0, 4.01)], [(5.12, 0.02), (8, 0), (8.01, 4), (5.11, 4)]]
+    space = shapely.union_all([*map(shapely.Polygon, rooms), shapely.box(4.9, 1.5, 5.2, 2.4)])
+    plan = FloorPlan("leaning", (shapely.get_coordinates(space)[:-1] + 0.1).round(2), 2, {})
+    found = through(plan, form, tmp_path, FORMS[form])
+    assert likeness(plan, found) >= 0.99
+    assert len(found.rooms) == len(rooms)

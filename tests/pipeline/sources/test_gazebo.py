@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from pipeline.geometry.meshes import Bodies
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, gazebo, reader
 from tests.builders.batch import lines, run_build
@@ -66,6 +67,30 @@ def test_a_model_in_a_model_as_gazebo_saves_it_has_frames_with_its_name(tmp_path
     link = f"<link name='in::l'><pose relative_to='in::__model__'>1 0 0 0 0 0</pose>{shape}</link>"
     level = one(tmp_path, f"<model name='saved'><static>1</static><pose>0 5 0 0 0 0</pose>{frame}{link}</model>")
     assert bounds(level.walls) == pytest.approx([9.0, 4.9, 0.0, 13.0, 5.1, 2.5])
+
+
+def polyline(name, height, *points):
+    ring = "".join(f"<point>{x} {y}</point>" for x, y in points)
+    return f"<visual name='{name}'><geometry><polyline>{ring}<height>{height}</height></polyline></geometry></visual>"
+
+
+def test_pieces_of_a_link_that_touch_and_are_equally_high_are_one_body(tmp_path):
+    pieces = polyline("a", 2.5, (0.0, 0.0), (4.0, 0.01), (4.0, 0.2)) + polyline(
+        "b", 2.5, (0.0, 0.0), (4.0, 0.2), (0.0, 0.2)
+    )
+    lower = polyline("c", 1.0, (5.0, 0.0), (8.0, 0.0), (8.0, 0.2), (5.0, 0.2))
+    apart = box("d", (4.0, 0.2, 2.5), "2 3 1.25 0 0 1.5")
+    tilted = box("e", (4.0, 0.2, 2.5), "12 0 2 0 1.5707963 0")
+    link = f"<link name='l'>{pieces}{lower}{apart}{tilted}</link>"
+    level = one(tmp_path, f"<model name='m'><static>1</static><pose>0 5 0 0 0 0</pose>{link}</model>")
+    bodies = Bodies.of(level.walls)
+    boxes = sorted(
+        (float(low[0]), float(high[0]), float(high[2] - low[2]))
+        for low, high in zip(bodies.low, bodies.high, strict=True)
+    )
+    assert [each[2] for each in boxes] == pytest.approx([2.5, 2.5, 1.0, 4.0])
+    assert boxes[0][:2] == pytest.approx((0.0, 4.0))
+    assert boxes[3][:2] == pytest.approx((10.75, 13.25))
 
 
 def test_quaternions_degrees_and_placement_frames(tmp_path):
