@@ -244,13 +244,17 @@ def _without_crossing_wall(part: Polygon, hole: Hole) -> BaseGeometry:
     """Return what of a wall lies across a hole, without one that crosses it and laps over an end of the hole.
 
     Such a wall takes little of the hole's breadth and goes on beyond the lane, where the hole's own wall ends. If the
-    hole's own wall is as thin, it is what lies about the hole.
+    hole's own wall is as thin, it is what lies about the hole and goes on along it.
     """
     if not _is_deep(part, hole):
         return part
     own = drop_thin_parts(part, MIN_DEPTH_M)
     if own.is_empty:
-        return shapely.intersection(part, shapely.buffer(hole.shape, MIN_DEPTH_M / 2, join_style="mitre"))
+        about = shapely.intersection(part, shapely.buffer(hole.shape, MIN_DEPTH_M / 2, join_style="mitre"))
+        along = MIN_DEPTH_M * np.array([-hole.across[1], hole.across[0]])
+        lasting = shapely.intersection(translate(about, *along), translate(about, *-along))
+        kept = shapely.union(translate(lasting, *along), translate(lasting, *-along))
+        return about if kept.is_empty else shapely.intersection(about, kept)
     return part if _is_deep(own, hole) else own
 
 

@@ -356,3 +356,16 @@ def test_a_zip_of_drawings_is_read(tmp_path):
     levels = [level for item in items for level in reader(item.reader).read(item)]
     assert len({level.id for level in levels}) == 2
     assert [len(plan_of(level).rooms) for level in levels] == [2, 2]
+
+
+def test_a_door_in_a_wall_of_one_line_is_no_deeper_where_another_line_ends(tmp_path):
+    def draw(space: Any) -> None:
+        space.add_lwpolyline(ring(0, 0, 14, 7.6), close=True, dxfattribs={"layer": "WALLS"})
+        for ends in (((0, 3.6), (14, 3.6)), ((7, 3.6), (7, 7.6)), ((4, 0), (4, 3.6))):
+            space.add_line(*ends, dxfattribs={"layer": "WALLS"})
+        space.add_lwpolyline(ring(6.45, 3.57, 7.35, 3.63), close=True, dxfattribs={"layer": "DOORS"})
+
+    level = drawn(tmp_path, draw)
+    (opening,) = level.openings
+    assert opening.polygon.area == pytest.approx(shapely.box(*opening.polygon.bounds).area)
+    assert kinds(plan_of(level)).count("door") == 1
