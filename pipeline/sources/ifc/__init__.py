@@ -5,7 +5,8 @@
 L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
 L2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
 L3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall where it stands like one: upright, from
-    the floor to head height, thin.
+    the floor to head height, thin. Where the walls of the file make no level (a garden wall, one wall of a house of
+    proxies), the loose parts are walls too; where they make none either, so are the beams: a house of logs.
 L4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
 L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings``).
@@ -51,6 +52,7 @@ from pipeline.sources.ifc.rooms_and_openings import (
     window_hole_fillings,
 )
 from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
+from pipeline.sources.ifc.unit import find_unit_factor, scale_building
 from pipeline.sources.storeys.levels import Shift, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
@@ -93,13 +95,23 @@ class IfcLevelParts:
 
 def find_levels(building: Building) -> list[IfcLevelParts]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
-    building = assign_to_storeys(building)
-    if not building.walls:
-        building = replace(building, walls=tuple(_walls_of_spaces(building)))
-    found = find_level_storeys(building)
+    building, found = _building_with_levels(building)
     of_building = {storey.key: storey.building for storey in building.storeys}
     floors = [each.floor_z for each in found]
     return [_level(building, each, floors, of_building) for each in found]
+
+
+def _building_with_levels(building: Building) -> tuple[Building, list[LevelStorey]]:
+    """Return the building with its parts in storeys, and those that are levels; what is wall there, L3 and L7 say."""
+    sorted_in = assign_to_storeys(building)
+    if not sorted_in.walls:
+        sorted_in = replace(sorted_in, walls=tuple(_walls_of_spaces(sorted_in)))
+    found = find_level_storeys(sorted_in)
+    if not found and building.loose:
+        return _building_with_levels(replace(building, walls=building.walls + building.loose, loose=()))
+    if not found and building.beams:
+        return _building_with_levels(replace(building, walls=building.walls + building.beams, beams=()))
+    return sorted_in, found
 
 
 def _walls_of_spaces(building: Building) -> Iterator[ElementBody]:
@@ -264,12 +276,14 @@ def read(item: Input) -> Iterator[Level]:
     """
     path = Path(item.path)
     building = load_building(path)
+    factor = find_unit_factor(building)
+    building = scale_building(building, factor) if factor != 1.0 else building
     found = find_levels(building)
     if not found:
         names = ", ".join(storey.name for storey in building.storeys[:8])
         storeys = f"any of its storeys ({names})" if names else "any floor, and there is no IfcBuildingStorey"
-        detail = f"{path.name}: no wall of 1.8 m stands on {storeys}"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "export the walls too, or the building as a mesh")
+        detail = f"{path.name}: no wall of 1.8 m stands on {storeys}; {_walls_found(building)}"
+        raise Rejection("source", Reason.NO_LEVEL, detail, _advice(building))
     shift = shift_to_origin(np.concatenate([level.walls.vertices for level in found]))
     digest = sha256_of(path)
     name = dict(item.options).get("file", path.name)
@@ -280,10 +294,27 @@ def read(item: Input) -> Iterator[Level]:
             "sha256": digest,
             "schema": building.schema,
             "storey": level.name,
-            "units": "m",
+            "units": "m" if factor == 1.0 else f"the file's, times {factor:g}",
             "up": "z",
         }
-        yield _in_own_frame(level, shift, level_id(item.id, number, len(found)), number, provenance)
+        guesses = level.guesses if factor == 1.0 else (*level.guesses, "units")
+        yield _in_own_frame(
+            replace(level, guesses=guesses), shift, level_id(item.id, number, len(found)), number, provenance
+        )
+
+
+def _walls_found(building: Building) -> str:
+    """Say which walls there are, for the message on a building without levels."""
+    if not building.walls:
+        return "it has no wall with a body" + (f", but {len(building.spaces)} spaces" if building.spaces else "")
+    highest = max(part.top - part.bottom for part in building.walls)
+    return f"the highest of its {len(building.walls)} walls is {highest:.2f} m high"
+
+
+def _advice(building: Building) -> str:
+    if building.walls:
+        return "check the file's unit and the heights of its walls in a viewer, and export it again"
+    return "export the walls too, or the building as a mesh"
 
 
 def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, provenance: dict[str, str]) -> Level:

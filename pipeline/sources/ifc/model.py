@@ -21,7 +21,7 @@ T5  ifcopenshell reads units from the only context of a file. A library (IfcProj
 
 E1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows except those in
     roofs and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
-E2  A wall that is an aggregate without a body of its own is its parts.
+E2  A wall that is an aggregate without a body of its own (an axis is none) is its parts.
 E3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
     by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
@@ -31,13 +31,14 @@ E5  Spaces count unless they lie outside, measure a whole storey, or only group 
     the parts of a space that has a body of its own do not.
 E8  What is called a door and is as large as one is a door, whatever its class: a proxy, a plate, a piece of furniture.
     In a file without walls, proxies that are called furniture, plants or lamps are not the walls.
+E9  In a file without walls, what is called a wall is one, whatever its class.
 E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. So are roofs, with all that
     they are made of: they tell what lies under the open sky. Coverings, footings, ramps and pipes are left out: over
     the head, underfoot, passable or within walls.
 
 **Checking products**, so that native code may follow them. ifcopenshell takes the kinds of instances that a placement
 or a representation refers to on trust; a damaged file that names another kind there ends the process, and one whose
-parts hold each other in a circle never ends. Such a product is left out.
+parts hold each other in a circle never ends. Such a product is left out. A damaged opening is left out of its wall.
 """
 
 from __future__ import annotations
@@ -154,8 +155,10 @@ def _unescape(found: re.Match[str]) -> str:
 WALLS = ("IfcWall", "IfcColumn", "IfcChimney", "IfcCurtainWall", "IfcWindow")
 LOOSE = ("IfcBuildingElementProxy", "IfcPlate", "IfcMember", "IfcBuildingElementPart")
 CALLED = (*LOOSE, "IfcFurnishingElement")  # E8
+MISNAMED = ("IfcSlab", "IfcBeam", "IfcFooting", "IfcCovering", "IfcFurnishingElement")  # E9
 HOSTS = ("IfcWall", "IfcCurtainWall")
 COVERS = ("IfcSlab", "IfcRoof", "IfcCovering")
+FLAT = frozenset({"Axis", "FootPrint", "Annotation", "Box"})  # representations that are no bodies
 FURNITURE = (
     "IfcFurnishingElement",
     "IfcFlowTerminal",
@@ -207,17 +210,19 @@ def sort_elements(model: Any) -> ElementsByKind:
     things: list[Any] = []
     if not any(wall.is_a(name) for wall in walls for name in HOSTS):  # E3, E8
         things = [each for each in loose if _called(each) in {Role.FURNITURE, Role.LEFT_OUT}]
-        walls, loose = walls + [each for each in loose if each not in things], []
+        called = [e for name in MISNAMED for e in _of_type(model, name) if _called(e) is Role.WALL]  # E9
+        walls, loose = walls + called + [each for each in loose if each not in things], []
+    named = {each.id() for each in walls}
     return ElementsByKind(
         walls=walls,
         loose=loose,
-        beams=_of_type(model, "IfcBeam"),
-        slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab)],
+        beams=[beam for beam in _of_type(model, "IfcBeam") if beam.id() not in named],
+        slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab) and slab.id() not in named],
         roofs=_roofs(model),
         spaces=_rooms(_of_type(model, "IfcSpace")),
         openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, opening_hosts(each)))],
         doors=_of_type(model, "IfcDoor"),
-        furniture=things + [element for name in FURNITURE for element in _of_type(model, name)],
+        furniture=things + [e for name in FURNITURE for e in _of_type(model, name) if e.id() not in named],
     )
 
 
@@ -316,10 +321,17 @@ def _walls(model: Any) -> list[Any]:
     """E1, E2."""
     found = {each.id(): each for name in WALLS for each in _of_type(model, name) if not _is_in_roof(each)}
     for whole in list(found.values()):
-        if whole.is_a("IfcCurtainWall") or (whole.is_a("IfcWall") and not whole.Representation):
+        if whole.is_a("IfcCurtainWall") or (whole.is_a("IfcWall") and not _has_body(whole)):
             parts = (part for part in _members(whole) if part.is_a("IfcElement") and not part.is_a("IfcDoor"))
             found |= {part.id(): part for part in parts}
     return list(found.values())
+
+
+def _has_body(element: Any) -> bool:
+    """Return whether an element is drawn by more than lines, areas and boxes for plans (E2)."""
+    shape = element.Representation
+    drawn = [each.RepresentationIdentifier for each in shape.Representations or ()] if shape else []
+    return any(identifier not in FLAT for identifier in drawn)
 
 
 def _is_in_roof(element: Any) -> bool:
@@ -369,6 +381,15 @@ def _is_room(space: Any, bodied: set[int]) -> bool:
     if space.CompositionType == "COMPLEX":
         return not any(part.id() in bodied for part in _members(space))
     return True
+
+
+def _leave_out_damaged_openings(model: Any) -> None:
+    """Take the openings that cannot be triangulated out of their walls."""
+    sound = SoundnessChecker()
+    for relation in _of_type(model, "IfcRelVoidsElement"):
+        opening = relation.RelatedOpeningElement
+        if not opening or not sound.of(opening):
+            model.remove(relation)
 
 
 DEEPEST_PLACEMENT = 100  # placements within placements; more is a circle
@@ -537,6 +558,7 @@ def _building(model: Any, schema: str) -> Building:
     metres = float(calculate_unit_scale(model))
     for library in _of_type(model, "IfcProjectLibrary"):  # T5
         model.remove(library)
+    _leave_out_damaged_openings(model)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
     elements = sort_elements(model)
     meshes = dict(_triangulate(model, elements.all()))

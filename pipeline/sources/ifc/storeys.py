@@ -13,6 +13,7 @@ N3  An element without a building belongs to the building of the file, if there 
 **Height of a floor**: where people stand on a storey.
 
 H1  A storey's elevation stands unless its walls' feet lie off it (elevations that an exporter left at 0): then those.
+    Columns count only where the storey has no wall: some are piles under the floor, or stand on another one.
 H2  Doors' sills, the floors of spaces and the tops of slabs vote; where more of them agree on another height near the
     elevation than on the elevation, that is the floor: a screed that nobody drew, doors that start a step above it.
 
@@ -154,7 +155,8 @@ def floor_height(building: Building, storey: Storey) -> float:
 
 def _floor_of_walls(walls: Sequence[ElementBody], storey: Storey) -> float:
     """H1."""
-    feet = [part.bottom for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
+    own = [part for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
+    feet = [part.bottom for part in own if part.kind != "IfcColumn"] or [part.bottom for part in own]
     middle = float(np.median(feet)) if feet else storey.elevation_m
     return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
 
