@@ -3,7 +3,7 @@
 R1  The head noun decides: the last known word of a Germanic name (a floor lamp is a lamp), the first of a Romance one
     (a mesa de centro is a table). Words are compared whole: outdoor is no door.
 R2  A name that holds both a wall and a door is the wall with the hole; glass and windows give way to any other word; a
-    door of a cupboard is furniture, a door of a toilet a door.
+    door of a cupboard is furniture, whichever word comes first, a door of a toilet a door.
 R3  "Ground floor" names a storey, "bed room" a room; neither says anything of the thing.
 R4  A part's own name comes first, then its mesh's, then those of the groups around it, then its material's. A group
     hands down no floor (it may be a storey), and no wall where the material knows better; a material that says door
@@ -160,7 +160,7 @@ OTHERS: Final[Mapping[Role, frozenset[str]]] = {
         perete fereastra ablak
     """),
     Role.DOOR: _set("""
-        doerr doerrar doer doere ovi ovet drzwi dvere dver dveri kapi vrata ajto
+        doerr doerrar doer doere ovi ovet drzwi dvere dver dveri kapi kapisi vrata ajto ajtaja
     """),
     Role.FLOOR: _set("""
         gulv golv lattia podloga podlaha zemin
@@ -183,7 +183,11 @@ SCRIPTS: Final[Mapping[str, str]] = {
     "chair": "стул стілець 椅子 椅 의자",
     "bed": "кровать ліжко ベッド 침대",
     "sofa": "диван ソファ 沙发 沙發 소파",
-    "cabinet": "шкаф шафа 柜 櫃 棚 가구",
+    "cabinet": "шкаф шкафа шкафу шкафы шкафов шкафчик шкафчика шафа шафи шафка 柜 櫃 棚 가구 옷장 食器棚",
+    "fridge": "холодильник холодильника 冰箱 冷蔵庫 냉장고",
+    "oven": "духовка духовки 烤箱 オーブン 오븐",
+    "washer": "洗衣机 洗衣機 洗濯機 세탁기",
+    "drawer": "комод комода 抽屉 抽屜 引き出し 서랍",
     "handle": "ручка 把手 取っ手 ノブ 손잡이",
 }
 """Words in other scripts, by what they mean in English; those of more than one letter are looked for first."""
@@ -234,11 +238,31 @@ AMBIGUOUS: Final = _set("""
 """Words for doors that mean other things too: a shape must bear them out."""
 
 FURNITURE_DOORS: Final = _set("""
-    armadio armario armoire cabinet car cupboard dishwasher drawer dryer freezer fridge frigo furniture kast
-    koelkast kuehlschrank locker microwave oven refrigerator schrank schrankwand shelf shower stove wardrobe
-    washer
+    armoire bookcase cabinet car cupboard dishwasher drawer dresser dryer fireplace freezer fridge furniture locker
+    microwave oven refrigerator shelf shelves shower sideboard stove vanity wardrobe washer
+    schrank schraenke schrankwand regal vitrine kommode backofen ofen geschirrspueler spuelmaschine waschmaschine
+    trockner mikrowelle dusch kaminofen moebel
+    kast kasten kastje koelkast vriezer vaatwasser wasmachine meubel
+    placard meuble buffet etagere frigo congelateur
+    armadio armadi armadietto pensile credenza vetrina mobili mobiletto scaffale frigorifero forno lavastoviglie
+    lavatrice asciugatrice cassetto
+    armario alacena ropero mueble muebles vitrina aparador nevera refrigerador frigorifico heladera horno
+    lavavajillas lavaplatos lavadora secadora estanteria cajon casillero
+    roupeiro roupa movel moveis gaveta geladeira estante comoda prateleira
+    guizi yigui shugui chugui bingxiang
+    skap skapet skab skabet garderobeskap kaappi kaapin vaatekaappi vaatekaapin jaakaapin
+    szafa szafy szafka szafki szafek szafie lodowka lodowki piekarnik piekarnika zmywarka zmywarki komoda komody kredens
+    kredensu skrin skrine skrini skrinka skrinky skrina lednice lednicka chladnicka chladnicky trouba trouby mycka mycky
+    ormar ormara ormari ormaric ormarica ormarici plakar plakara omara omare omari omarica frizider frizidera hladnjak
+    hladnjaka hladilnik hladilnika pecnica pecnice
+    szekreny szekrenyek konyhaszekreny huto hutoszekreny dulap dulapului dolap dolabi gardirop gardirobu buzdolabi
 """)
-"""A door of one of these is a part of it."""
+"""Furniture that has doors, as a name holds it beside the word for a door: these doors are parts of it (R2)."""
+
+CASES: Final = _set("""
+    schrank schraenke kast skap skab kaappi kaapin szekreny
+""")
+"""Endings of compounds that are such furniture: a Kleiderschrank is a Schrank."""
 
 STOREYS: Final = _set("""
     1st 2nd 3rd 4th first fourth ground level lower nd plan rd second st th third top upper
@@ -342,7 +366,8 @@ class NamedRole:
 
 def role_from_name(name: str) -> NamedRole | None:
     """Return what one name says, or None if it says nothing."""
-    known = [(word, role) for word in _without_places(split_words(name)) if (role := _meaning(word))]
+    words = _without_places(split_words(name))
+    known = [(word, role) for word in words if (role := _meaning(word))]
     if not known:
         return None
     roles = {role for _, role in known}
@@ -350,20 +375,26 @@ def role_from_name(name: str) -> NamedRole | None:
         if role in roles:
             return NamedRole(role, name)
     solid = [pair for pair in known if pair[0] not in WALL_MATERIALS] or known  # R2
-    words = {word for word, _ in solid}
     if any(role is Role.DOOR for _, role in solid):
         if any(role is Role.WALL for _, role in solid):
             return NamedRole(Role.WALL, name)
-        if words & FURNITURE_DOORS:
+        if any(map(_has_doors, words)):
             return NamedRole(Role.FURNITURE, name)
         solid = [pair for pair in solid if pair[0] not in ROOMS]
     word, role = solid[0] if is_romance_word(solid[0][0]) else solid[-1]  # R1
     return NamedRole(role, name, word not in AMBIGUOUS)
 
 
+def names_furniture_with_doors(name: str) -> bool:
+    """Return whether a name holds the word for a piece of furniture that has doors: a door of this name is its part."""
+    return any(map(_has_doors, split_words(name)))
+
+
 def names_door_handle(name: str) -> bool:
-    """Return whether a name is of the handle or the knob of a door."""
+    """Return whether a name is of the handle or the knob of a door of a room."""
     words = split_words(name)
+    if any(map(_has_doors, words)):
+        return False
     return any(word in HANDLES_OF_DOORS for word in words) or (
         any(word in HANDLES for word in words) and any(_meaning(word) is Role.DOOR for word in words)
     )
@@ -404,9 +435,17 @@ def _meaning(word: str) -> Role | None:
         for ending, compound in COMPOUNDS.items():
             if word.endswith(ending) and len(word) >= len(ending) + SHORTEST_REST:
                 first = word.removesuffix(ending)
-                inside = compound is Role.DOOR and any(first.startswith(each) for each in FURNITURE_DOORS)
+                inside = compound is Role.DOOR and (_has_doors(first) or _has_doors(first.removesuffix("s")))
                 return Role.FURNITURE if inside else compound
     return role
+
+
+def _has_doors(word: str) -> bool:
+    """R2: tell whether a word is for furniture that has doors."""
+    plain = {word, *(word.removesuffix(end) for end in ("s", "es", "n", "en") if len(word) > len(end) + SHORTEST_REST)}
+    if not plain.isdisjoint(FURNITURE_DOORS):
+        return True
+    return any(each.endswith(case) and len(each) >= len(case) + SHORTEST_REST for each in plain for case in CASES)
 
 
 def _without_places(words: list[str]) -> list[str]:

@@ -31,7 +31,7 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import drop_thin_parts, polygons_of
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, polygon_from_ring
-from pipeline.sources.roles import labels_for
+from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     DOOR_M,
     MASSIVE_WALL_M,
@@ -100,7 +100,8 @@ def kind_from_name(name: str) -> str:
     parts = re.split(r"[\W\d_]+", plain)
     if not _NO_WALLS.isdisjoint(parts):
         return ""
-    return next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
+    found = next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
+    return "object" if found == "door" and names_furniture_with_doors(name) else found
 
 
 def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:

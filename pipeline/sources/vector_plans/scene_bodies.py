@@ -1,7 +1,7 @@
 """Turn named bodies of an MJCF, USD or Webots scene into storeys: walls, rooms, doors and furniture by their names.
 
 R1  The names of a body decide, its own first: wall, lintel, column; floor, room, ground; door, doorway, opening,
-    window, ceiling. A body without such a name is furniture.
+    window, ceiling. A body without such a name is furniture, and so is the door of a cupboard.
 R2  A wall is the plan area of its body between its heights: what begins over a person's knee is a lintel.
 R3  A floor with the name of a room, or a number, is a room; one that is only called floor is floor.
 R4  A door is the passage of its body; it goes through the wall there. A window is none.
@@ -33,7 +33,7 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, group_storey_heights, merge_parallel_holes, unite_rooms
 from pipeline.sources.files import file_inside
 from pipeline.sources.meshes.formats import frame_convention, load_scene
-from pipeline.sources.roles import labels_for
+from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     CRACK_M,
     KNEE_M,
@@ -96,7 +96,7 @@ def body_kind(names: Iterable[str]) -> str:
         words = [word for word in re.split(r"[^a-z]+", plain) if word]
         for start, kind in _KINDS:
             if any(word in {start, f"{start}s"} for word in words):
-                return kind
+                return "furniture" if start == "door" and names_furniture_with_doors(name) else kind
     return "furniture"
 
 

@@ -197,6 +197,8 @@ def test_a_tangle_on_layers_that_say_nothing_is_no_plan(tmp_path):
         ("门窗", "door"),
         ("Стены", "wall"),
         ("Дверь", "door"),
+        ("PORTES PLACARD", "object"),
+        ("A-DOOR-CABINET", "object"),
         ("Окна", "window"),
         ("pareti", "wall"),
         ("S-STEM-WALL", ""),

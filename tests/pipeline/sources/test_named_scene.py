@@ -14,6 +14,7 @@ from pipeline.sources.roles import (
     Role,
     is_attic_space,
     labels_for,
+    names_door_handle,
     part_room_words,
     role_from_name,
     role_from_part,
@@ -288,6 +289,65 @@ def test_the_head_noun_decides(name, role):
     ],
 )
 def test_doors_in_eight_languages(name):
+    assert said(name) is Role.DOOR
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "cupboard door",
+        "Door_Cabinet_02",
+        "Door of the fridge",
+        "Porte de placard",
+        "porte armoire",
+        "Portes_meuble_cuisine",
+        "Schranktür",
+        "Kleiderschranktür 2",
+        "Tür Einbauschrank",
+        "Backofentuer",
+        "Anta armadio",
+        "Porta dell'armadio",
+        "porta frigorifero",
+        "Puerta de armario",
+        "puerta_alacena",
+        "Porta de armário",
+        "Porta do guarda-roupa",
+        "kastdeur",
+        "Deur keukenkast",
+        "Dveře skříně",
+        "Drzwi szafy",
+        "drzwi od szafki",
+        "Vrata ormara",
+        "Vrata ormarića",
+        "Vrata omare",
+        "Dør til skap",
+        "kaapin ovi",
+        "szekrény ajtó",
+        "dolap kap\u0131s\u0131",
+        "Дверь шкафа",
+        "дверь холодильника",
+        "冰箱门",
+        "衣柜门",
+    ],
+)
+def test_doors_of_furniture_are_parts_of_it_in_any_language(name):
+    assert said(name) is Role.FURNITURE
+    assert not names_door_handle(f"{name} handle")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Schrankraumtuer",
+        "carportdeur",
+        "porte bureau",
+        "closet door",
+        "puerta del baño",
+        "porta camera da letto",
+        "door bed",
+    ],
+)
+def test_doors_of_rooms_that_sound_like_furniture_are_doors(name):
     assert said(name) is Role.DOOR
 
 

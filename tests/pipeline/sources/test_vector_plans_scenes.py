@@ -17,7 +17,7 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
-from pipeline.sources.vector_plans.scene_bodies import body_from_many_triangles
+from pipeline.sources.vector_plans.scene_bodies import body_from_many_triangles, body_kind
 from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
@@ -71,6 +71,11 @@ def test_mjcf_as_molmospaces_names_it(tmp_path):
 def test_mjcf_that_is_no_house(tmp_path, text, said):
     (tmp_path / "bad.xml").write_text(text)
     assert said in rejected(tmp_path / "bad.xml").detail
+
+
+def test_the_door_of_a_cupboard_is_furniture():
+    assert body_kind(("kitchen_cabinet_door_2", "walls")) == "furniture"
+    assert body_kind(("door_2", "walls")) == "door"
 
 
 def test_an_include_outside_the_folder_or_of_itself_is_left_out(tmp_path):
