@@ -396,9 +396,13 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
     """Fillings of the cracks between walls that nearly meet, in a corner for the most part: no hand goes through.
 
     A crack is what a disc with the radius of ``HAND_M`` cannot enter, and no longer than a wall is thick: a slit
-    between two walls is another thing. It is open on two sides; the corner of a room is on one.
+    between two walls is another thing. It is open on two sides; the corner of a room is on one. So walls that are
+    grown by ``HAND_M`` close a crack: they join two walls, or part a space in two. Most houses have none.
     """
-    whole = shapely.buffer(shapely.buffer(walls, HAND_M, quad_segs=4), -HAND_M, quad_segs=4)
+    grown = shapely.buffer(walls, HAND_M, quad_segs=4)
+    if not _joins_or_parts(grown, walls):
+        return []
+    whole = shapely.buffer(grown, -HAND_M, quad_segs=4)
     pieces = polygons_of(drop_thin_parts(subtract(whole, walls), LAP_M))
     small = [p for p in pieces if max(p.bounds[2] - p.bounds[0], p.bounds[3] - p.bounds[1]) <= WALL_M]
     if not small:
@@ -410,6 +414,19 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
     bare = shapely.difference([piece.exterior for piece in small], near)
     sides = [len(shapely.get_parts(shapely.line_merge(edge))) for edge in bare]
     return grow_to_overlap([piece for piece, count in zip(small, sides, strict=True) if count > 1])
+
+
+def _joins_or_parts(grown: BaseGeometry, walls: BaseGeometry) -> bool:
+    """Return whether walls, grown, join some that stand apart, or leave two places of one space or of the outside."""
+    parts, left = polygons_of(walls), polygons_of(grown)
+    if len(parts) != len(left):
+        return True
+    spaces = [Polygon(ring) for part in parts for ring in part.interiors]
+    places = [ring.coords[0] for part in left for ring in part.interiors]
+    if not places:
+        return False
+    place, space = shapely.STRtree(spaces).query(shapely.points(places), predicate="intersects")
+    return not len(place) == len(places) == len(set(space.tolist()))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

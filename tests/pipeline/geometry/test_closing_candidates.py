@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
+from pipeline.geometry import closing_candidates
 from pipeline.geometry.areas import enclosed_pieces, trace_outlines, unite
 from pipeline.geometry.closing_candidates import (
     are_rooms_half_of_house,
@@ -11,6 +12,7 @@ from pipeline.geometry.closing_candidates import (
     bands_at_floor_edge,
     bands_at_open_fronts,
     closings_between_wall_ends,
+    crack_fillings,
     enclosed_area,
     gap_beyond_wall_end,
     gap_fillings,
@@ -269,3 +271,36 @@ def test_each_corner_knows_its_ring_its_area_and_its_neighbours() -> None:
     x, y = found.points.T
     turned = x * y[found.after] - x[found.after] * y
     assert (np.bincount(found.ring, turned) / 2).round(9).tolist() == [1.0, 81.0, -1.0]  # a hole runs clockwise
+
+
+RING = shapely.difference(shapely.box(0, 0, 6, 4), shapely.box(0.2, 0.2, 5.8, 3.8))
+
+
+@pytest.mark.parametrize(
+    ("walls", "cracks"),
+    [
+        ([RING], 0),
+        ([RING, shapely.box(2, 1, 2.3, 1.3)], 0),  # a pillar
+        ([RING, shapely.box(2.9, 0.2, 3.1, 3.65)], 1),  # a partition that ends before the outer wall
+        ([RING, shapely.box(2.9, 0.35, 3.1, 3.65)], 2),  # one that nearly meets it at both ends
+        ([shapely.box(0, 0, 3, 0.2), shapely.box(3.1, 0, 3.3, 3)], 1),  # walls that enclose nothing
+        ([shapely.difference(RING, shapely.box(3, 0, 3.05, 0.2))], 1),  # a wall with a slit
+        (
+            [shapely.difference(RING, shapely.box(3, 0.05, 3.1, 0.15)), shapely.box(2.9, 0.2, 3.1, 3.65)],
+            1,
+        ),  # and a hole
+        ([RING, shapely.box(5.9, 4.05, 6.1, 8)], 1),
+        ([], 0),
+    ],
+)
+def test_cracks_are_what_lies_between_walls_that_nearly_meet(walls, cracks, monkeypatch):
+    plane = unite(walls)
+    found = crack_fillings(plane)
+    assert len(found) == cracks
+    monkeypatch.setattr(closing_candidates, "_joins_or_parts", lambda *_: True)
+    assert [each.wkb for each in crack_fillings(plane)] == [each.wkb for each in found]
+
+
+def test_no_crack_is_looked_for_where_grown_walls_join_nothing(monkeypatch):
+    monkeypatch.setattr(closing_candidates, "drop_thin_parts", None)
+    assert crack_fillings(RING) == []
