@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import gc
+import re
+from collections.abc import Generator, Iterator
+from pathlib import Path
+from typing import Any, Final
 
 import pytest
+
+QUICK: Final = "not slow"
+"""What ``make test`` selects."""
+
+ALL_SLOW: Final = re.compile(r"^pytestmark = (\[\s*)?pytest\.mark\.slow\b", re.MULTILINE)
+SIMULATOR: Final = "tests/houseexpo/pseudoslam/"
+KERNELS_TOO: Final = ("tests/houseexpo/commands/", "tests/houseexpo/service/", "tests/test_")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -16,19 +27,50 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     kit.addoption("--keep", default="", metavar="DIR", help="write houses that fail, plans and pictures")
 
 
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Where several workers run, alternate the simulator's modules with the others.
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave files that have no quick test out of the quick run: to read them takes seconds."""
+    if config.option.markexpr != QUICK or not collection_path.name.startswith("test_"):
+        return None
+    if "benchmarks" in collection_path.parts and not config.option.benchmarks:
+        return True
+    return True if ALL_SLOW.search(collection_path.read_text()) else None
 
-    Two workers that begin modules of the simulator at the same time compile the same kernels, each for itself. One that
-    begins later finds them on disk.
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without looking for garbage, of which there is little: it takes a third of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Where several workers run, put the simulator's tests first, and last what needs its kernels too.
+
+    By then, the worker with the simulator's tests has compiled them.
     """
-    if not hasattr(config, "workerinput"):
-        return
-    modules = dict.fromkeys(item.path for item in items)
-    simulator = [path for path in modules if "pseudoslam" in path.parts]
-    others = [path for path in modules if "pseudoslam" not in path.parts]
-    place = {path: (k + 0.5) / len(group) for group in (simulator, others) for k, path in enumerate(group)}
-    items.sort(key=lambda item: place[item.path])
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: item.nodeid.startswith(KERNELS_TOO) - item.nodeid.startswith(SIMULATOR))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give all tests of the simulator to one of two workers: both would compile the same kernels, each for itself."""
+    from xdist.scheduler import LoadFileScheduling
+    from xdist.workermanage import parse_tx_spec_config
+
+    if config.option.markexpr != QUICK or len(parse_tx_spec_config(config)) != 2:
+        return None
+
+    class SimulatorApart(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return SIMULATOR if nodeid.startswith(SIMULATOR) else super()._split_scope(nodeid)
+
+    config.option.loadscopereorder = False  # keep the order of the tests
+    return SimulatorApart(config, log)
 
 
 @pytest.fixture(scope="session", autouse=True)

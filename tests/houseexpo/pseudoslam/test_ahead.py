@@ -58,8 +58,10 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     [
         {},
         {"observation": "dict"},
-        {"actions": "waypoint"},
-        {"actions": "frontier", "observation": "scales"},
+        pytest.param(
+            {"actions": "waypoint"}, marks=pytest.mark.slow
+        ),  # planners' kernels take half a minute to compile
+        pytest.param({"actions": "frontier", "observation": "scales"}, marks=pytest.mark.slow),
         {"config": SimulatorConfig(people=PeopleConfig(number=1))},
     ],
     ids=["steps", "in full", "waypoints", "frontiers", "people"],
