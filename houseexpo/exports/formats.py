@@ -16,15 +16,15 @@ from houseexpo.exports.encoding import Files
 from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc, ifc_building
-from houseexpo.exports.mesh import glb, obj
+from houseexpo.exports.mesh import glb, glb_building, obj, obj_building
 from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published_json import published_json
 from houseexpo.exports.rasters import npz, png, ros_map
 from houseexpo.exports.rmf import rmf, rmf_building
-from houseexpo.exports.sdf import sdf
+from houseexpo.exports.sdf import sdf, sdf_building
 from houseexpo.exports.svg import svg
-from houseexpo.exports.usd import usd
+from houseexpo.exports.usd import usd, usd_building
 from houseexpo.exports.worlds_2d import irsim, stage
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import CommandOutput
@@ -63,22 +63,22 @@ FORMATS: Final = {
     "coco": ExportFormat("COCO instances: rooms and doors", coco, indexed=True),
     "dxf": ExportFormat("DXF layers in metres", dxf),
     "geojson": ExportFormat("GeoJSON features in metres", geojson),
-    "glb": ExportFormat("glTF mesh, binary", glb),
+    "glb": ExportFormat("glTF mesh, binary", glb, building=glb_building),
     "graphml": ExportFormat("GraphML: rooms and doors", graphml),
     "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc, building=ifc_building),
     "irsim": ExportFormat("IR-SIM world", irsim),
     "json": ExportFormat("HouseExpo JSON as published", published_json),
     "mjcf": ExportFormat("MuJoCo world", mjcf),
     "npz": ExportFormat("NumPy grids", npz),
-    "obj": ExportFormat("OBJ mesh", obj),
+    "obj": ExportFormat("OBJ mesh", obj, building=obj_building),
     "png": ExportFormat("picture of the free space", png),
     "pol": ExportFormat("polygon with holes as fractions", pol),
     "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf, building=rmf_building),
     "ros": ExportFormat("ROS map_server: pgm and yaml", ros_map),
-    "sdf": ExportFormat("Gazebo world", sdf),
+    "sdf": ExportFormat("Gazebo world", sdf, building=sdf_building),
     "stage": ExportFormat("Stage world", stage),
     "svg": ExportFormat("SVG to scale", svg),
-    "usd": ExportFormat("USD world", usd),
+    "usd": ExportFormat("USD world", usd, building=usd_building),
 }
 ALIASES: Final = {
     "gazebo": "sdf",
@@ -120,8 +120,9 @@ def export(
     sources
         Files and folders that the plans come from, if ``plans`` is not a ``Dataset``; nothing is written into them.
     building
-        The name of a building of which the plans are the storeys: one file holds all of them. The formats are ``ifc``
-        and ``rmf``. The order and the place of the storeys are those that ``stack_storeys`` finds.
+        The name of a building of which the plans are the storeys: one file holds all of them. The formats are ``glb``,
+        ``ifc``, ``obj``, ``rmf``, ``sdf`` and ``usd``. The order and the place of the storeys are those that
+        ``stack_storeys`` finds.
     **options
         Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 

@@ -10,11 +10,10 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files, valid_xml_text
-from houseexpo.exports.mesh import FLOOR_M
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import Storey, stack_storeys
+from houseexpo.exports.storeys import FLOOR_M, Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room

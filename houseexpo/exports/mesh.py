@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import shapely
 
-from houseexpo.exports.encoding import Files
+from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors, unnamed_floor
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
     from shapely.geometry.base import BaseGeometry
 
-FLOOR_M: Final = 0.05
 _COLOURS: Final = {
     "walls": (221, 218, 209, 255),
     "floor": (158, 142, 120, 255),
@@ -77,25 +77,122 @@ def obj(
     return {f"{plan.id}.obj": text.encode() + b"\n"}
 
 
+def glb_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.glb``: a node for each storey, named by the id of its plan, at its place and elevation.
+
+    The storeys are stacked by ``stack_storeys``; their walls end under the next floor. In a storey's node are the nodes
+    of ``glb``, and ``roof``: what no storey above covers. The top storey has no roof.
+    """
+    storeys = stack_storeys(plans, name, orientation)
+    bodies = storey_bodies(
+        storeys,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    import trimesh
+    from trimesh.exchange.gltf import export_glb
+
+    scene = trimesh.Scene()
+    for number, each in enumerate(bodies):
+        x, y, z = each.storey.place
+        node = f"{number}{_STOREY}{each.storey.plan.id}"
+        at = trimesh.transformations.translation_matrix((x, z, 0.0 - y))
+        scene.graph.update(frame_to=node, matrix=at)
+        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, within=node, prefix=f"{number}{_STOREY}")
+    return {f"{name}.glb": bytes(export_glb(scene, tree_postprocessor=_without_prefixes))}
+
+
+def obj_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.obj``: the objects of ``obj`` for each storey, with ``_storey_<number>`` after their names.
+
+    The storeys are stacked as in ``glb_building``; comments say which plan is which storey.
+    """
+    from trimesh import Scene
+    from trimesh.exchange.obj import export_obj
+
+    storeys = stack_storeys(plans, name, orientation)
+    bodies = storey_bodies(
+        storeys,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    scene, lines = Scene(), []
+    for number, each in enumerate(bodies):
+        lines.append(f"# storey {number}: {valid_xml_text(each.storey.plan.id)}\n")
+        place, suffix = each.storey.place, f"_storey_{number}"
+        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, place=place, suffix=suffix)
+    text = export_obj(scene, include_normals=False, include_color=False, include_texture=False, digits=6)
+    return {f"{name}.obj": ("".join(lines) + text + "\n").encode()}
+
+
+_STOREY: Final = "|"
+"""Between the number of a storey and the name of its node: names in a scene must differ, in a file they need not."""
+
+
+def _without_prefixes(tree: dict[str, Any]) -> None:
+    for each in (*tree["nodes"], *tree["meshes"]):
+        each["name"] = each["name"].partition(_STOREY)[2] or each["name"]
+
+
 def _scene(built: PlanBodies, wall_thickness: float) -> trimesh.Scene:
     import trimesh
 
     scene = trimesh.Scene()
+    _add_bodies(scene, built, wall_thickness)
+    return scene
+
+
+def _add_bodies(
+    scene: trimesh.Scene,
+    built: PlanBodies,
+    wall_thickness: float,
+    *,
+    roof: BaseGeometry | None = None,
+    within: str | None = None,
+    prefix: str = "",
+    suffix: str = "",
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
+    """Add the parts of a house at a place, x, y and z up, metres, in the node ``within``."""
+    import trimesh
+
     materials = {
         name: trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=colour, roughnessFactor=0.9)
         for name, colour in _COLOURS.items()
     }
-    for name, material, body in _bodies(built, wall_thickness):
+    for part, material, body in _bodies(built, wall_thickness, roof):
+        name = f"{prefix}{part}{suffix}"
         mesh = body.to_mesh64()
-        x, y, z = np.asarray(mesh.vert_properties)[:, :3].T
+        x, y, z = (np.asarray(mesh.vert_properties)[:, :3] + place).T
         upright = np.column_stack([x, z, 0.0 - y])  # not -y: no negative zeros in the text
         shown = trimesh.Trimesh(upright, np.asarray(mesh.tri_verts), process=False)
         shown.visual = trimesh.visual.TextureVisuals(material=materials[material])
-        scene.add_geometry(shown, node_name=name, geom_name=name)
-    return scene
+        scene.add_geometry(shown, node_name=name, geom_name=name, parent_node_name=within)
 
 
-def _bodies(built: PlanBodies, wall_thickness: float) -> Iterator[tuple[str, str, Manifold]]:
+def _bodies(
+    built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None = None
+) -> Iterator[tuple[str, str, Manifold]]:
     """Yield the name, material and body of each part of the house."""
     doors = entrance_doors(built, wall_thickness)
     yield "walls", "walls", _walls(built, list(doors.values()))
@@ -106,6 +203,8 @@ def _bodies(built: PlanBodies, wall_thickness: float) -> Iterator[tuple[str, str
         yield name, "floor", extrude_polygon(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
     if any(thing.height > 0 for thing in built.furniture):
         yield "furniture", "furniture", _furniture(built)
+    if roof is not None and not roof.is_empty:
+        yield "roof", "walls", extrude_polygon(roof, FLOOR_M).translate((0, 0, built.wall_height))
 
 
 def _walls(built: PlanBodies, doors: list[BaseGeometry]) -> Manifold:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import shapely
+import shapely.affinity
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
+from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
-
-if TYPE_CHECKING:
-    from shapely.geometry.base import BaseGeometry
 
 _VERSION = "1.6"  # read by Gazebo classic and by current Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
@@ -49,10 +49,72 @@ def sdf(
         door_height=door_height,
         orientation=orientation,
     )
+    root, world = _world(plan.id, built.bounds)
+    _storey(world, built, wall_thickness)
+    return _file(plan.id, root)
+
+
+def sdf_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.sdf``: a static model for each storey, named by the id of its plan, at its place and elevation.
+
+    In it are the models of ``sdf`` and, over the lowest storey, ``floor``, on which a robot stands. ``roof`` is what no
+    storey above covers; the top storey has none. The storeys are stacked by ``stack_storeys``; their walls end under
+    the next floor.
+    """
+    storeys = stack_storeys(plans, name, orientation)
+    bodies = storey_bodies(
+        storeys,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    boxes = [shapely.affinity.translate(each.slab, *each.storey.offset) for each in bodies]
+    x1, y1, x2, y2 = shapely.total_bounds(boxes).tolist()
+    root, world = _world(name, (x1, y1, x2, y2))
+    for each in bodies:
+        storey = each.storey
+        model = _child(world, "model", name=valid_xml_text(storey.plan.id))
+        _child(model, "static", "true")
+        _child(model, "pose", format_numbers(*storey.place, 0, 0, 0))
+        if storey is not storeys[0]:
+            _model(model, "floor", _slab_pieces("floor", _FLOOR, each.slab, -FLOOR_M))
+        _storey(model, each.built, wall_thickness)
+        if not each.roof.is_empty:
+            _model(model, "roof", _slab_pieces("roof", _WALL, each.roof, each.built.wall_height))
+    return _file(name, root)
+
+
+def _slab_pieces(name: str, colour: str, shape: BaseGeometry, low: float) -> Iterator[_Piece]:
+    """Yield the pieces of a floor or a roof, FLOOR_M thick."""
+    for i, ring in enumerate(_convex(shape)):
+        yield _Piece(f"{name}_{i}", colour, ring, low, low + FLOOR_M)
+
+
+def _world(name: str, bounds: tuple[float, float, float, float]) -> tuple[ET.Element, ET.Element]:
+    """Return a file, and its world with a sun and a ground under these bounds."""
     root = ET.Element("sdf", version=_VERSION)
-    world = ET.SubElement(root, "world", name=plan.id)
+    world = ET.SubElement(root, "world", name=name)
     _sun(world)
-    _ground(world, built)
+    _ground(world, bounds)
+    return root, world
+
+
+def _file(name: str, root: ET.Element) -> Files:
+    ET.indent(root)
+    return {f"{name}.sdf": b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"}
+
+
+def _storey(world: ET.Element, built: PlanBodies, wall_thickness: float) -> None:
+    """Add the models of a storey to a world, or to the model of the storey."""
     doors = entrance_doors(built, wall_thickness)
     _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))))
     for name, shape in doors.items():
@@ -61,8 +123,6 @@ def sdf(
         _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), kinds=("visual",))
     if built.furniture:
         _model(world, "furniture", _furniture(built))
-    ET.indent(root)
-    return {f"{plan.id}.sdf": b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"}
 
 
 class _Piece(NamedTuple):
@@ -92,8 +152,9 @@ def _plates(name: str, colour: str, shape: BaseGeometry, height: float) -> Itera
         yield _Piece(f"{name}_{i}", colour, ring, 0.0, height)
 
 
-def _convex(shape: BaseGeometry | Sequence[BaseGeometry]) -> list[Ring]:
-    parts = [part for part in np.atleast_1d(shapely.get_parts(shape)) if part.geom_type == "Polygon"]
+def _convex(shape: BaseGeometry | Iterable[BaseGeometry]) -> list[Ring]:
+    shapes = shape if isinstance(shape, BaseGeometry) else list(shape)
+    parts = [part for part in np.atleast_1d(shapely.get_parts(shapes)) if part.geom_type == "Polygon"]
     return [ring for part in parts for ring in cut_into_trapezoids(part)]
 
 
@@ -136,8 +197,8 @@ def _add_piece(link: ET.Element, kind: str, piece: _Piece) -> None:
         _add_colour(part, piece.colour)
 
 
-def _ground(world: ET.Element, built: PlanBodies) -> None:
-    x1, y1, x2, y2 = built.bounds
+def _ground(world: ET.Element, bounds: tuple[float, float, float, float]) -> None:
+    x1, y1, x2, y2 = bounds
     model = _child(world, "model", name="ground")
     _child(model, "static", "true")
     _child(model, "pose", format_numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))

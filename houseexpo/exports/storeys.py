@@ -1,23 +1,30 @@
 """Stack the plans of one house: their order, how high each lies, and how they lie over each other.
 
-Exports of several storeys (``ifc``, ``rmf``) use it.
+Exports of several storeys use it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.plan_bodies import PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
-from houseexpo.tolerances import SAME_M
+from houseexpo.tolerances import CRUMB_M2, SAME_M, WELD_M
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 STOREY_HEIGHT_M: Final = 3.0
 """From floor to floor, where the plans do not state how high they lie."""
+FLOOR_M: Final = 0.05
+"""Thickness of a storey's floor, which lies under its elevation."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +34,11 @@ class Storey:
     plan: FloorPlan
     offset: tuple[float, float]
     elevation_m: float
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Where the plan's origin lies in the building: x, y, z, metres."""
+        return *self.offset, self.elevation_m
 
 
 def stack_storeys(plans: Sequence[FloorPlan], name: str, orientation: Orientation = "world") -> list[Storey]:
@@ -56,3 +68,66 @@ def stack_storeys(plans: Sequence[FloorPlan], name: str, orientation: Orientatio
         x, y = np.linalg.solve(axes, each[:, 2] - frames[0][:, 2]).round(4).tolist() if is_one_source else (0.0, 0.0)
         storeys.append(Storey(plan, (x + 0.0, y + 0.0), round(floor - min(floors), 4)))
     return storeys
+
+
+@dataclass(frozen=True, eq=False)
+class StoreyBodies:
+    """The bodies of a storey over its own floor, and its roof: what of it no storey above covers, under none."""
+
+    storey: Storey
+    built: PlanBodies
+    roof: BaseGeometry
+
+    @property
+    def slab(self) -> BaseGeometry:
+        """What the storey covers in its own axes: its floor with its walls, metres."""
+        return _slab(self.built)
+
+
+def storey_bodies(
+    storeys: Sequence[Storey],
+    *,
+    wall_thickness: float,
+    wall_height: float,
+    door_height: float,
+    orientation: Orientation,
+) -> list[StoreyBodies]:
+    """Return the bodies of each storey; its walls end under the floor of the storey above.
+
+    The top storey has no roof, as a plan that is exported by itself has none.
+
+    Raises
+    ------
+    ConfigError
+        Where two storeys have less than door_height and a floor between them, or as ``plan_bodies`` says.
+    """
+    import shapely
+    import shapely.affinity
+
+    made = []
+    for storey, above in zip(storeys, [*storeys[1:], None], strict=True):
+        room = wall_height if above is None else round(above.elevation_m - storey.elevation_m - FLOOR_M, 4)
+        if room < door_height:
+            said = f"storeys {storey.plan.id} and {above.plan.id if above else ''} are {room + FLOOR_M:g} m apart"
+            raise ConfigError(f"export: {said}, expected {door_height + FLOOR_M:g} m or more; give a lower door_height")
+        built = plan_bodies(
+            storey.plan,
+            wall_thickness=wall_thickness,
+            wall_height=min(wall_height, room),
+            door_height=door_height,
+            orientation=orientation,
+        )
+        made.append(StoreyBodies(storey, built, shapely.Polygon()))
+    for number, (low, high) in enumerate(pairwise(made)):
+        apart = np.subtract(high.storey.offset, low.storey.offset).tolist()
+        roof = shapely.difference(low.slab, shapely.affinity.translate(high.slab, *apart))
+        parts = [part for part in shapely.get_parts(roof) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
+        made[number] = replace(low, roof=shapely.set_precision(shapely.union_all(parts), WELD_M))
+    return made
+
+
+def _slab(built: PlanBodies) -> BaseGeometry:
+    import shapely
+
+    whole = shapely.union_all([built.space, *built.walls])
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(whole)])

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
-from houseexpo.exports.mesh import FLOOR_M, extrude_polygon
+from houseexpo.exports.mesh import extrude_polygon
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, plan_bodies
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -50,7 +51,59 @@ def usd(
         door_height=door_height,
         orientation=orientation,
     )
-    turned = built.plan
+    return _file(plan.id, _scopes(built, wall_thickness))
+
+
+def usd_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.usda``: in the default prim ``House`` an Xform for each storey, at its place and elevation.
+
+    The name of its prim is the id of its plan, with _ for what no prim's name can have; ``houseexpo:id`` and the
+    display name are the id itself. In it are the scopes of ``usd``. The storeys are stacked by ``stack_storeys``; their
+    walls end under the next floor.
+    """
+    storeys = stack_storeys(plans, name, orientation)
+    bodies = storey_bodies(
+        storeys,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    lines: list[str] = []
+    taken: set[str] = set()
+    for number, each in enumerate(bodies):
+        storey = each.storey
+        prim = re.sub(r"[^A-Za-z0-9_]", "_", storey.plan.id)
+        prim = f"_{prim}" if prim[:1].isdigit() or not prim else prim
+        prim = f"{prim}_{number}" if prim in taken else prim
+        taken.add(prim)
+        x, y, z = map(format_number, storey.place)
+        within = [
+            f'def Xform "{prim}" (',
+            f"    displayName = {_quote(storey.plan.id)}",
+            ")",
+            "{",
+            f"    custom string houseexpo:id = {_quote(storey.plan.id)}",
+            f"    double3 xformOp:translate = ({x}, {y}, {z})",
+            '    uniform token[] xformOpOrder = ["xformOp:translate"]',
+            *_scopes(each.built, wall_thickness, each.roof),
+            "}",
+        ]
+        lines += ["", *(f"    {line}" if line else "" for line in within)]
+    return _file(name, lines)
+
+
+def _scopes(built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None = None) -> list[str]:
+    """Return the lines of the scopes of a storey, indented by 4."""
+    turned, wall_height, door_height = built.plan, built.wall_height, built.door_height
     walls = [_body(f"Wall_{i}", "wall", "wall", each, 0.0, wall_height) for i, each in enumerate(built.walls)]
     over = wall_height - door_height
     if over > 0:
@@ -73,6 +126,16 @@ def usd(
         for thing in built.furniture
         if thing.height > 0
     ]
+    if roof is not None and not roof.is_empty:
+        walls.append(_body("Roof", "wall", "roof", roof, wall_height, FLOOR_M))
+    lines = []
+    for scope, parts in (("Walls", walls), ("Floors", floors), ("Doors", bodies), ("Furniture", things)):
+        if parts:
+            lines += ["", f'    def Scope "{scope}"', "    {", *(line for part in parts for line in part), "    }"]
+    return lines
+
+
+def _file(name: str, content: Sequence[str]) -> Files:
     lines = [
         "#usda 1.0",
         "(",
@@ -85,12 +148,9 @@ def usd(
         '    kind = "component"',
         ")",
         "{",
-        f"    custom string houseexpo:id = {_quote(plan.id)}",
+        f"    custom string houseexpo:id = {_quote(name)}",
     ]
-    for scope, parts in (("Walls", walls), ("Floors", floors), ("Doors", bodies), ("Furniture", things)):
-        if parts:
-            lines += ["", f'    def Scope "{scope}"', "    {", *(line for part in parts for line in part), "    }"]
-    return {f"{plan.id}.usda": ("\n".join([*lines, "}"]) + "\n").encode()}
+    return {f"{name}.usda": ("\n".join([*lines, *content, "}"]) + "\n").encode()}
 
 
 def _body(

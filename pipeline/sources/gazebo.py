@@ -3,7 +3,7 @@
 Frame: x = X, y = Y, z = Z of the world, metres.
 
 R1  A body that can move is furniture, and so is a fixed one that stands inside the building and ends below its walls,
-    but what is called floor and is flat.
+    but what is called floor and is flat, and what lies under the building's foot and is as high as a storey.
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
 R2  What is called a door is a leaf: it may stand open or shut. A model called door whose links are called walls, as the
@@ -196,8 +196,16 @@ def _building(fixed: list[ModelBody]) -> ModelBody | None:
 
 def _stands_in(body: ModelBody, main: ModelBody) -> bool:
     (low, high), (floor, top) = _box(body.mesh), _box(main.mesh)
+    if _is_storey_below(body, main):
+        return False
     inside = bool((low[:2] >= floor[:2] - INSIDE_M).all() and (high[:2] <= top[:2] + INSIDE_M).all())
     return body is not main and inside and bool(high[2] < top[2] - INSIDE_M)
+
+
+def _is_storey_below(body: ModelBody, main: ModelBody) -> bool:
+    """R1: head high, and all of it under the building's foot."""
+    (low, high), (floor, _) = _box(body.mesh), _box(main.mesh)
+    return bool(high[2] - low[2] >= CLEAR_M and high[2] <= floor[2] + INSIDE_M)
 
 
 def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:

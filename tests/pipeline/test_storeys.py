@@ -12,15 +12,16 @@ from houseexpo import save_plan
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.exports import export
-from houseexpo.plan import Frame
+from houseexpo.plan import Frame, PlanObject
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, reader
+from pipeline.sources.files import parse_xml
 from tests.builders.batch import labels, likeness
 from tests.builders.houses import Hole, plan_of, two_rooms
 
-NEEDS = {"ifc": "ifcopenshell", "rmf": "yaml"}
-SUFFIX = {"ifc": ".ifc", "rmf": ".building.yaml"}
+NEEDS = {"glb": "trimesh", "ifc": "ifcopenshell", "obj": "trimesh", "rmf": "yaml", "sdf": "shapely", "usd": "pxr"}
+SUFFIX = {**{form: f".{form}" for form in NEEDS}, "rmf": ".building.yaml", "usd": ".usda"}
 
 
 def storeys():
@@ -38,7 +39,7 @@ def levels_of(path):
     return list(reader(item.reader).read(item))
 
 
-@pytest.mark.parametrize("form", ["ifc", "rmf"])
+@pytest.mark.parametrize("form", sorted(NEEDS))
 def test_two_storeys_come_back_from_one_file_as_two_plans(tmp_path, form):
     pytest.importorskip(NEEDS[form])
     low, high = storeys()
@@ -65,6 +66,79 @@ def _shift(level):
     return np.array(level.frame.matrix)[:, 2]
 
 
+@pytest.mark.parametrize("form", ["glb", "obj", "sdf", "usd"])
+def test_storeys_of_scenes_lie_over_each_other_as_in_their_source(tmp_path, form):
+    pytest.importorskip(NEEDS[form])
+    export(storeys(), form, tmp_path, building="home")
+    rooms = []
+    for level in levels_of(tmp_path / f"home{SUFFIX[form]}"):
+        (found,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+        turn = np.array(found.frame.matrix) if found.frame.up == "z" else np.diag([1, -1]) @ found.frame.matrix
+        rooms.append(turn @ [*found.bbox[:2], 1.0])
+    assert (rooms[1] - rooms[0]).tolist() == pytest.approx([1.0, 2.0], abs=0.01)
+
+
+@pytest.mark.parametrize("form", ["glb", "obj", "sdf", "usd"])
+def test_furniture_and_storeys_called_floor_come_back(tmp_path, form):
+    pytest.importorskip(NEEDS[form])
+    names = ("ground floor", "1st_floor")
+    table = PlanObject(0, "table", 0, [(1, 1), (2, 1), (2, 2), (1, 2)], 0.8)
+    plans = [replace(plan, id=name, objects=(table,)) for name, plan in zip(names, storeys(), strict=True)]
+    export(plans, form, tmp_path, building="home")
+    levels = levels_of(tmp_path / f"home{SUFFIX[form]}")
+    assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8], abs=0.01)
+    for level, plan in zip(levels, plans, strict=True):
+        assert [len(each.mesh.faces) for each in level.furniture] == [12]
+        (found,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+        assert likeness(replace(plan, objects=()), replace(found, objects=())) > 0.99
+        assert labels(found) == labels(plan)
+
+
+def test_usd_core_finds_each_storey_as_a_prim_at_its_place(tmp_path):
+    usd = pytest.importorskip("pxr.Usd")
+    geometry = pytest.importorskip("pxr.UsdGeom")
+    low, high = storeys()
+    export([low, replace(high, id="2 high")], "usd", tmp_path, building="home")
+    stage = usd.Stage.Open(str(tmp_path / "home.usda"))
+    root = stage.GetDefaultPrim()
+    assert root.GetAttribute("houseexpo:id").Get() == "home"
+    assert [each.GetName() for each in root.GetChildren()] == ["low", "_2_high"]
+    assert [each.GetAttribute("houseexpo:id").Get() for each in root.GetChildren()] == ["low", "2 high"]
+    upper = root.GetChild("_2_high")
+    assert upper.GetDisplayName() == "2 high"
+    place = geometry.XformCache().GetLocalToWorldTransform(upper).ExtractTranslation()
+    assert tuple(place) == pytest.approx((1.0, 2.0, 2.8))
+    assert {each.GetName() for each in upper.GetChildren()} == {"Walls", "Floors", "Doors"}
+    box = geometry.BBoxCache(usd.TimeCode.Default(), ["default"]).ComputeWorldBound(upper.GetChild("Walls"))
+    assert box.ComputeAlignedRange().GetMin()[2] == pytest.approx(2.8)
+
+
+def test_gltf_and_sdf_have_a_node_or_a_model_of_the_name_of_each_storey(tmp_path):
+    import json
+
+    export(storeys(), "glb", tmp_path, building="home")
+    data = (tmp_path / "home.glb").read_bytes()
+    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    nodes = {each["name"]: each for each in tree["nodes"] if each["name"] in {"low", "high"}}
+    assert nodes["high"]["matrix"][12:15] == pytest.approx([1.0, 2.8, -2.0])
+    inner = [{tree["nodes"][child]["name"] for child in each["children"]} for each in nodes.values()]
+    assert inner[0] - {"roof"} == inner[1] >= {"walls", "floor", "door_threshold_0"}
+    export(storeys(), "sdf", tmp_path, building="home")
+    world = parse_xml((tmp_path / "home.sdf").read_bytes(), "home.sdf").find("world")
+    poses = {each.get("name"): each.findtext("pose") for each in world.findall("model")}
+    assert poses["low"] == "0 0 0 0 0 0"
+    assert poses["high"] == "1 2 2.8 0 0 0"
+
+
+@pytest.mark.parametrize("form", ["glb", "sdf", "usd"])
+def test_storeys_too_near_for_a_door_are_refused(tmp_path, form):
+    pytest.importorskip("trimesh")
+    low, high = storeys()
+    near = replace(high, frame=replace(high.frame, floor=1.5))
+    with pytest.raises(ConfigError, match=r"storeys low and high are 1\.5 m apart, expected 2\.15 m or more"):
+        export([low, near], form, tmp_path, building="home")
+
+
 def test_fiducials_of_rmf_say_how_the_levels_lie(tmp_path):
     import yaml
 
@@ -86,7 +160,9 @@ def test_plans_without_heights_are_stacked_in_their_order(tmp_path):
     assert [level.frame.floor for level in levels_of(tmp_path / "home.ifc")] == pytest.approx([0.0, 3.0], abs=0.01)
 
 
-@pytest.mark.parametrize(("form", "name", "said"), [("svg", "home", "ifc, rmf"), ("rmf", "a/b", "name that a file")])
+@pytest.mark.parametrize(
+    ("form", "name", "said"), [("svg", "home", "glb, ifc, obj, rmf, sdf, usd"), ("rmf", "a/b", "name that a file")]
+)
 def test_what_cannot_be_one_building_is_refused(tmp_path, form, name, said):
     with pytest.raises(ConfigError, match=said):
         export(storeys(), form, tmp_path, building=name)

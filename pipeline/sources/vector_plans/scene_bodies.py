@@ -74,6 +74,7 @@ _KINDS: Final = (
     ("room", "floor"),
     ("floor", "floor"),
     ("ground", "skipped"),
+    ("furniture", "furniture"),
 )
 
 
