@@ -49,7 +49,7 @@ def test_every_parameter_that_a_docstring_lists_is_there(package: str) -> None:
         if file.is_relative_to(ROOT / package)
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.FunctionDef | ast.ClassDef)
-        for name in described(node)
-        if name not in known(node)
+        if (names := list(described(node)))
+        for name in set(names) - known(node)
     ]
     assert wrong == []

@@ -60,7 +60,7 @@ def test_help_loads_nothing_heavy() -> None:
 
 def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path) -> None:
     (houses / "broken.obj").write_bytes(b"\x00\xff" * 50)
-    done = shell("houseexpo", "build", houses, "--out", tmp_path / "out")
+    done = shell("houseexpo", "build", houses, "--out", tmp_path / "out", "--workers", "1")
     assert done.returncode == 0, done.stderr
     out = str(tmp_path / "out")
     assert done.stdout.startswith("2 plans from 4 houses (1 duplicate, 1 rejected)")

@@ -29,6 +29,7 @@ def test_dot_is_the_sum_of_the_products() -> None:
     assert float(dot_product(points[0], way)) == expected[0]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="kernels of another family")
 def test_a_turned_house_has_the_same_spaces_on_an_old_processor() -> None:
     environment = {**os.environ, "OPENBLAS_CORETYPE": OLD_PROCESSOR}

@@ -150,8 +150,18 @@ def plan_around_a_court(turn_deg: float, names: list[tuple[str, str]]) -> FloorP
 TWO_ALIKE = [("Kitchen", "Küche 厨房"), ("Bedroom", "Schlafzimmer"), ("Bedroom", ""), ("Unlabelled", "")]
 
 
-@pytest.mark.parametrize("turn_deg", [0, 20])
-@pytest.mark.parametrize("names", [TWO_ALIKE, [("Unlabelled", "")] * 4], ids=["named", "unnamed"])
+UNNAMED = [("Unlabelled", "")] * 4
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "names"),
+    [
+        pytest.param(0, UNNAMED, id="unnamed"),
+        pytest.param(20, TWO_ALIKE, id="named-20"),
+        pytest.param(0, TWO_ALIKE, id="named", marks=pytest.mark.slow),
+        pytest.param(20, UNNAMED, id="unnamed-20", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("form", sorted(FORMS))
 def test_courts_slanted_walls_and_rooms_alike_come_back(form, turn_deg, names, tmp_path):
     if form in NEEDS:

@@ -5,24 +5,24 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from tests.builders.batch import plans_of
-from tests.builders.kinds.registry import make_member
+from tests.builders.houses import Hole, three_rooms
+from tests.builders.meshes import joined
 
 
 @pytest.fixture(scope="module")
 def house(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A made house as .glb, with y up as the format has it."""
-    folder = tmp_path_factory.mktemp("habitat")
-    member = make_member("artist_named", 0, 0, folder)
-    if member.path.suffix == ".glb":
-        return member.path.read_bytes()
-    scene = trimesh.load_scene(member.path)
-    return bytes(scene.export(file_type="glb"))
+    """A house of three rooms as .glb, with y up as the format has it."""
+    mesh = joined(three_rooms([Hole(1.0, 1.9)], [Hole(1.0, 1.9)]))
+    walls = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    walls.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0)))
+    return bytes(walls.export(file_type="glb"))
 
 
 def data_set(folder: Path, template: str, *, objects: int = 0) -> Path:

@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.colours import assign_colours
 from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
-from houseexpo.pseudoslam.benchmark.map_curves import PANELS, collect_map_curves
+from houseexpo.pseudoslam.benchmark.map_curves import collect_map_curves
 from houseexpo.pseudoslam.benchmark.measures import Metric
 from houseexpo.pseudoslam.benchmark.page import check_file_name, render_page, write_comparison
 from houseexpo.pseudoslam.benchmark.prediction import prediction_metrics
@@ -264,22 +264,23 @@ def test_results_on_maps_keep_the_curve_of_each_start(tmp_path: Path) -> None:
     assert "map_curves" not in (written(tmp_path, budget_result("mine", 0.5))[0]).read_text()
 
 
-def test_each_map_has_a_panel_and_each_policy_a_line(tmp_path: Path) -> None:
-    names = {f"floor_{number:02d}": [0.01] for number in range(PANELS + 3)}
+def test_each_map_has_a_panel_and_each_policy_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("houseexpo.pseudoslam.benchmark.map_curves.PANELS", 4)
+    names = {f"floor_{number:02d}": [0.01] for number in range(7)}
     found = read_results(written(tmp_path, map_result("mine", names), map_result("other", names)))
     write_comparison(found, tmp_path / "page.md", each_map=True)
     pictures = sorted((tmp_path / "page").glob("kth-v1-maps-*.svg"))
     assert [picture.name for picture in pictures] == ["kth-v1-maps-1.svg", "kth-v1-maps-2.svg"]
     first, second = (picture.read_text() for picture in pictures)
-    assert "floor_19" in first
-    assert "floor_20" not in first
-    assert "floor_22" in second
+    assert "floor_03" in first
+    assert "floor_04" not in first
+    assert "floor_06" in second
     assert first.count(">mine<") == first.count(">other<") == 1
     text = (tmp_path / "page.md").read_text()
-    assert "Maps 21 to 23 of 23: coverage over metres." in text
+    assert "Maps 5 to 7 of 7: coverage over metres." in text
     assert "(page/kth-v1-maps-2.svg)" in text
     write_comparison(found, tmp_path / "page.html", each_map=True)
-    assert (tmp_path / "page.html").read_text().count("floor_20") == 1
+    assert (tmp_path / "page.html").read_text().count("floor_04") == 1
     write_comparison(found, tmp_path / "plain.md")
     assert "maps-1" not in (tmp_path / "plain.md").read_text()
 
