@@ -141,10 +141,21 @@ def enclosed_pieces(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
 
     Specks (cracks between pieces of one wall) count as wall, and are filled.
     """
+    rooms, specks = _rooms_and_specks(walls)
+    return (unite([walls, *specks]) if specks else walls), rooms
+
+
+def enclosed_area(walls: BaseGeometry) -> float:
+    """Square metres of free space that the walls close all round."""
+    return float(sum(room.area for room in _rooms_and_specks(walls)[0]))
+
+
+def _rooms_and_specks(walls: BaseGeometry) -> tuple[list[Polygon], list[Polygon]]:
+    """Return what walls close all round, largest first: the rooms, and what is too small to be one."""
     parts = polygons_of(walls)
     holes = [hole for part in parts for hole in shapely.polygons(shapely.get_rings(part)[1:])]
     if not holes:
-        return walls, []
+        return [], []
     free: list[Polygon] = []
     hole_of, part_in = shapely.STRtree(parts).query(holes, predicate="contains")
     for k, hole in enumerate(holes):
@@ -152,8 +163,7 @@ def enclosed_pieces(walls: BaseGeometry) -> tuple[BaseGeometry, list[Polygon]]:
         free += polygons_of(subtract(hole, unite(standing))) if standing else [hole]
     free.sort(key=lambda p: (-p.area, p.bounds))
     rooms = [p for p in free if p.area > SPECK_M2]
-    specks = free[len(rooms) :]
-    return (unite([walls, *specks]) if specks else walls), rooms
+    return rooms, free[len(rooms) :]
 
 
 def fill_enclosed(walls: BaseGeometry) -> BaseGeometry:

@@ -25,7 +25,7 @@ from pipeline.geometry.areas import (
     drop_lines_and_points,
     drop_thin_parts,
     drop_thin_parts_of_each,
-    enclosed_pieces,
+    enclosed_area,
     fill_enclosed,
     intersect,
     intersect_pairs,
@@ -298,14 +298,15 @@ def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Po
     """
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
     inner = (end.a + aside, end.b - aside) if dot_product(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
-    far = []
-    for point in (*inner, (end.a + end.b) / 2):  # the other wall may stand a little aside
-        ray = shapely.linestrings([point + 1e-3 * end.out, point + reach_m * end.out])
-        hit = shapely.intersection(ray, walls)
-        if not hit.is_empty:
-            far.append(float(np.min(dot_product(shapely.get_coordinates(hit) - point, end.out))))
-    if not far:
+    points = np.array([*inner, (end.a + end.b) / 2])  # the other wall may stand a little aside
+    rays = shapely.linestrings(np.stack([points + 1e-3 * end.out, points + reach_m * end.out], axis=1))
+    parts = shapely.get_parts(walls)  # most of them lie far away, which is seen at once
+    hits, pair = shapely.get_coordinates(shapely.intersection(rays[:, None], parts).ravel(), return_index=True)
+    if not len(hits):
         return None
+    ray = pair // len(parts)
+    away = dot_product(hits - points[ray], end.out)
+    far = [float(away[ray == k].min()) for k in np.unique(ray)]
     met = max(each for each in far if each < min(far) + THICK_WALL_M)
     step = end.out * (met + 0.01)  # a little into the wall that it meets, so that they touch
     back = end.out * -0.005
@@ -649,23 +650,27 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
     candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
     so_far = enclosed_area(ground)
+    parts = np.array(polygons_of(ground), dtype=np.object_)
     hull = shapely.convex_hull(tall).area
     for candidate in candidates:
         if so_far > MOST * hull:
             break
-        if not makes_a_ring(candidate, ground):
+        if not makes_a_ring(candidate, parts):
             continue
-        trial = unite([ground, candidate])
-        area = enclosed_area(trial)
+        met = shapely.intersects(parts, candidate)
+        joined = np.array([*polygons_of(unite([*parts[met], candidate])), *parts[~met]], dtype=np.object_)
+        area = enclosed_area(shapely.multipolygons(joined))
         if area >= so_far + least_m2:
             kept.append(candidate)
-            ground, so_far = trial, area
+            parts, so_far = joined, area
     return kept
 
 
-def makes_a_ring(closing: Polygon, walls: BaseGeometry) -> bool:
-    """Return whether walls may enclose more with a closing: it meets one of them, or what touches it, in two places."""
-    parts = np.array(polygons_of(walls), dtype=np.object_)
+def makes_a_ring(closing: Polygon, parts: Shapes) -> bool:
+    """Return whether walls, polygons (n,), may enclose more with a closing.
+
+    It meets one of them, or what touches it, in two places.
+    """
     met = parts[shapely.intersects(parts, closing)]
     shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
     if (shapely.get_num_geometries(shared) > 1).any():
@@ -728,11 +733,6 @@ def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
     ends = [shapely.get_point(edge, 0), shapely.get_point(edge, -1)]
     line = shapely.linestrings([shapely.get_coordinates(shapely.shortest_line(ground, end))[0] for end in ends])
     return subtract(shapely.buffer(line, HAND_M / 2, cap_style="square"), ground)
-
-
-def enclosed_area(walls: BaseGeometry) -> float:
-    """Square metres of free space that the walls close all round."""
-    return float(sum(r.area for r in enclosed_pieces(walls)[1]))
 
 
 def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:

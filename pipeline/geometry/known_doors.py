@@ -608,12 +608,14 @@ def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
 
 def _each_once(doorways: list[Doorway]) -> list[Doorway]:
     """Return one doorway for the opening of a door, its leaf and its recess: the first stands for the others."""
-    kept: list[Doorway] = []
-    for doorway_ in doorways:
-        area = doorway_.polygon.area
-        if not any(intersect(doorway_.polygon, k.polygon).area > SOME * min(area, k.polygon.area) for k in kept):
-            kept.append(doorway_)
-    return kept
+    kept: list[int] = []
+    shapes = np.array([each.polygon for each in doorways], dtype=np.object_)
+    meeting = set(map(tuple, shapely.STRtree(shapes).query(shapes, predicate="intersects").T.tolist()))
+    for k, shape in enumerate(shapes):
+        near = [shapes[j] for j in kept if (k, j) in meeting]
+        if not any(intersect(shape, each).area > SOME * min(shape.area, each.area) for each in near):
+            kept.append(k)
+    return [doorways[k] for k in kept]
 
 
 def _boxes(mesh: Mesh) -> list[Box]:

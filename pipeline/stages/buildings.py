@@ -59,8 +59,19 @@ def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> 
             continue
         part = replace(spaces.keeping(inside), outlines=tuple(outlines[k] for k in group))
         rooms = tuple(room for room in level.rooms if _lies_in(room, part))
-        found.append((_level_of_building(level, number, rooms), part))
+        found.append((with_floor_near(part.outlines, _level_of_building(level, number, rooms)), part))
     return found
+
+
+def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
+    """Return a level with those pieces of its floor that lie in the convex hull of outlines, or reach into it.
+
+    The floors of a hundred other buildings say nothing of one, and take time.
+    """
+    if level.floor is None:
+        return level
+    pieces, hull = shapely.get_parts(level.floor), shapely.convex_hull(shapely.multipolygons(outlines))
+    return replace(level, floor=shapely.multipolygons(pieces[shapely.intersects(pieces, hull)]))
 
 
 def _level_of_building(level: Level, number: int, rooms: tuple[SourceRoom, ...]) -> Level:

@@ -146,7 +146,8 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     wide = [p for p in near if box_around_polygon(p).width > SHOULDERS_M]
     if not wide:
         return 0.0
-    used = unite(candidate.polygon for candidate in layout.candidates)
+    candidates = np.array([candidate.polygon for candidate in layout.candidates], dtype=np.object_)
+    used = unite(candidates[np.unique(shapely.STRtree(candidates).query(wide, predicate="intersects")[1])])
     return _share(sum(intersect(p, used).area < SOME * p.area for p in wide), len(wide))
 
 

@@ -92,8 +92,10 @@ def find_basins(free: Bools, cell_m: float) -> Basins:
     clear = clearance_m(free, cell_m)
     label = _climb(clear, free, cell_m)
     count = int(label.max(initial=0)) + 1
-    peak, area = np.zeros(count), np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
-    np.maximum.at(peak, label.ravel(), clear.ravel())
+    area = np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
+    highest = np.zeros(count, clear.dtype)  # one type for all, or NumPy takes a hundred times as long
+    np.maximum.at(highest, label.ravel().astype(np.intp), clear.ravel())
+    peak = highest.astype(np.float64)
     sides, half, cell = _meetings(clear, label)
     root, peak = _merge_basins(sides, half, peak)
     area[0] = 0.0

@@ -120,7 +120,7 @@ def segment_rooms(
     scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
     if scale > 1:
         if occupied is not None:
-            occupied = _counts_in_blocks(occupied, scale) > 0
+            occupied = count_in_blocks(occupied, scale) > 0
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
@@ -269,12 +269,16 @@ def _outside(label: Labels, free: Bools, occupied: Bools | None, cell_m: float) 
 
 def _blocks(free: Bools, scale: int) -> Bools:
     """Return which blocks of cells are free: those whose cells all are, but for one row's worth."""
-    return _counts_in_blocks(free, scale) > scale * (scale - 1) - (scale == 2)
+    return count_in_blocks(free, scale) > scale * (scale - 1) - (scale == 2)
 
 
-def _counts_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.int64]:
+def count_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.int64]:
+    """Return how many cells (rows, cols) of each block of ``scale`` x ``scale`` cells are true; scraps are left out."""
     rows, cols = (length // scale * scale for length in cells.shape)
-    return np.asarray(cells[:rows, :cols].reshape(rows // scale, scale, cols // scale, scale).sum(axis=(1, 3)))
+    found = np.zeros((rows // scale, cols // scale), np.int64)
+    for down, right in np.ndindex(scale, scale):
+        found += cells[down:rows:scale, right:cols:scale]
+    return found
 
 
 def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
@@ -363,10 +367,11 @@ def main_edge_direction(mask: Bools) -> float:
     smooth = cv2.GaussianBlur(np.pad(mask, 3).astype(np.float32), (0, 0), 1.5)
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     right = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
-    strength = np.hypot(down, right)
-    angle = np.arctan2(down, right)
-    weights = strength**2
-    return float(np.angle((weights * np.exp(4j * angle)).sum()) / 4) if weights.any() else 0.0
+    weights = np.hypot(down, right) ** 2
+    edges = weights > 0
+    turned = np.zeros(weights.shape, np.complex64)
+    turned[edges] = weights[edges] * np.exp(4j * np.arctan2(down[edges], right[edges]))
+    return float(np.angle(turned.sum()) / 4) if edges.any() else 0.0
 
 
 def _mend_room(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
@@ -398,9 +403,10 @@ def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
     missing = missing & ~taken
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
     depth = cv2.distanceTransform(np.pad(missing.view(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    deepest = np.zeros(count)
+    deepest = np.zeros(count, depth.dtype)  # one type for all, or NumPy takes a hundred times as long
     cells = np.flatnonzero(missing)
     np.maximum.at(deepest, pieces.ravel()[cells].astype(np.intp), depth.ravel()[cells])
+    deepest = deepest.astype(np.float64)
     fill = (stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2) & (2 * deepest * cell_m < DEEPEST_M)
     fill &= 2 * deepest * cell_m > THIN_M
     fill[pieces[cv2.dilate(taken.view(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = False

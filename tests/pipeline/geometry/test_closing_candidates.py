@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pipeline.geometry import closing_candidates
-from pipeline.geometry.areas import enclosed_pieces, trace_outlines, unite
+from pipeline.geometry.areas import enclosed_area, enclosed_pieces, trace_outlines, unite
 from pipeline.geometry.closing_candidates import (
     are_rooms_half_of_house,
     assign_sides,
@@ -13,7 +13,6 @@ from pipeline.geometry.closing_candidates import (
     bands_at_open_fronts,
     closings_between_wall_ends,
     crack_fillings,
-    enclosed_area,
     gap_beyond_wall_end,
     gap_fillings,
     makes_a_ring,
@@ -47,13 +46,29 @@ def test_a_closed_house_gets_nothing() -> None:
 
 
 def test_what_meets_a_wall_once_or_two_walls_makes_no_ring() -> None:
-    walls = unite([u_shape(0.2), shapely.box(10, 0, 10.2, 4)])
+    walls = np.array([u_shape(0.2), shapely.box(10, 0, 10.2, 4)])
     assert makes_a_ring(shapely.box(-0.1, 0.1, 5.1, 0.2), walls)
     assert not makes_a_ring(shapely.box(5.1, 0.1, 10.1, 0.2), walls)
     assert not makes_a_ring(shapely.box(5.1, 0.1, 7, 0.2), walls)
     assert not makes_a_ring(shapely.box(7, 0.1, 8, 0.2), walls)
-    in_a_corner = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 1, 2, 2)])
+    in_a_corner = np.array([shapely.box(0, 0, 1, 1), shapely.box(1, 1, 2, 2)])
     assert makes_a_ring(shapely.box(0.9, 0, 2, 1.5).difference(shapely.box(1, 0.5, 1.5, 1.5)), in_a_corner)
+
+
+def closings(*walls: shapely.Geometry, least_m2: float = 2.0) -> list[bytes]:
+    plane = unite(walls)
+    return [each.normalize().wkb for each in closings_between_wall_ends(plane, plane, least_m2)]
+
+
+def test_a_front_closes_alike_beside_another_house_and_around_one() -> None:
+    bands = closings(u_shape(0.2))
+    beside = shapely.transform(u_shape(0.2), lambda points: np.add(points, (20, 0)))
+    assert len(closings(u_shape(0.2), beside)) == 2 * len(bands)
+    hut = shapely.box(1, 1, 4, 3).difference(shapely.box(1.2, 1.2, 3.8, 2.8))
+    assert closings(u_shape(0.2), hut) == bands
+    filled = shapely.box(0.3, 0.3, 4.7, 3.7)  # leaves 5 of the 20 m2
+    assert closings(u_shape(0.2), filled, least_m2=4.5) == bands
+    assert closings(u_shape(0.2), filled, least_m2=5.2) == []
 
 
 def test_walls_far_apart_are_no_house() -> None:

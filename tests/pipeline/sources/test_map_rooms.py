@@ -10,7 +10,7 @@ from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
-from pipeline.sources.occupancy_map.rooms import segment_rooms
+from pipeline.sources.occupancy_map.rooms import count_in_blocks, segment_rooms
 
 CELL_M = 0.05
 
@@ -220,3 +220,14 @@ def test_both_jambs_of_a_doorway_stand_out_and_one_of_a_bend() -> None:
     assert min(found.stub_m[0], found.least_m[0]) > 0.3
     assert max(abs(found.stub_m[1]), abs(found.least_m[1]), abs(found.turn_m[1])) <= 0.1
     assert found.step_m[1] > 1.0
+
+
+@pytest.mark.parametrize("scale", [2, 3])
+def test_blocks_count_their_cells(scale: int) -> None:
+    cells = np.random.default_rng(0).random((7, 11)) < 0.5
+    rows, cols = 7 // scale, 11 // scale
+    expected = [
+        [cells[r * scale : (r + 1) * scale, c * scale : (c + 1) * scale].sum() for c in range(cols)]
+        for r in range(rows)
+    ]
+    assert count_in_blocks(cells, scale).tolist() == expected

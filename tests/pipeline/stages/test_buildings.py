@@ -11,7 +11,7 @@ import shapely
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import IsolatedConfig, PipelineConfig
-from pipeline.stages.buildings import building_id
+from pipeline.stages.buildings import building_id, with_floor_near
 from pipeline.values import Level, SourceOpening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
 
@@ -33,6 +33,13 @@ def test_detached_houses_become_plans_of_their_own_without_a_cut() -> None:
     assert [plan.area for plan in found] == pytest.approx([21.18, 21.18], abs=0.01)
     assert [door.kind for plan in found for door in plan.doors] == ["door", "door"]
     assert found[0].frame.matrix[0][2] < found[1].frame.matrix[0][2]  # numbered by place
+
+
+def test_a_building_has_the_pieces_of_floor_in_the_hull_of_its_outlines() -> None:
+    pieces = [shapely.box(0, 0, 4, 4), shapely.box(4.2, 0, 8.2, 4), shapely.box(5, 5, 6, 6), shapely.box(20, 0, 24, 4)]
+    whole = level(shell((0, 0, 4, 4)), floor=shapely.multipolygons(pieces))
+    found = with_floor_near([shapely.box(-0.2, -0.2, 8.4, 4.2), shapely.box(0, 8, 1, 9)], whole).floor
+    assert [each.wkb for each in shapely.get_parts(found)] == [each.wkb for each in pieces[:3]]
 
 
 def test_houses_wall_to_wall_are_one_building_joined_through_their_wall() -> None:
