@@ -130,11 +130,18 @@ def _commands(text: str) -> list[list[str]]:
     return [shlex.split(command) for line in lines for command in line.split("&&") if "houseexpo" in command]
 
 
+@pytest.fixture(scope="module")
+def group() -> typer.core.TyperGroup:
+    """The commands as the command line finds them."""
+    made = typer.main.get_command(make_app())
+    assert isinstance(made, typer.core.TyperGroup)
+    return made
+
+
 @pytest.mark.parametrize("page", PAGES, ids=NAMES.get)
-def test_every_command_and_option_that_is_shown_exists(page: Path) -> None:
-    group = typer.main.get_command(make_app())
+def test_every_command_and_option_that_is_shown_exists(page: Path, group: typer.core.TyperGroup) -> None:
     for _, name, *words in _commands(page.read_text()):
-        command = group.get_command(None, name)  # type: ignore[attr-defined]  # the app is a group
+        command = group.get_command(None, name)  # type: ignore[arg-type]
         if hasattr(command, "get_command"):  # so is this one, of commands of its own
             command = command.get_command(None, words[0])
         options = {option for parameter in command.params for option in [*parameter.opts, *parameter.secondary_opts]}

@@ -183,7 +183,7 @@ def test_no_crack_beside_a_window_lets_the_outside_in(degrees: float) -> None:
 # Scans: dense meshes whose every vertex is a little off.
 
 
-@pytest.mark.parametrize("noise_m", [0.0, 0.002, 0.004])
+@pytest.mark.parametrize("noise_m", [0.0, pytest.param(0.002, marks=pytest.mark.slow), 0.004])
 def test_a_noisy_dense_mesh_has_the_rooms_and_doors_of_a_clean_one(noise_m: float) -> None:
     walls, doorway = flat()
     parts = [body.subdivide_to_size(0.12) for body in in_courses(walls, doorway)]

@@ -1,6 +1,7 @@
 """Read point clouds, compressed ones too."""
 
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,8 +30,11 @@ ROOMS = shapely.union_all(
 )
 
 
+@cache
 def cloud(**options):
-    return sampled(flat(), np.random.default_rng(0), **options)
+    found = sampled(flat(), np.random.default_rng(0), **options)
+    found.flags.writeable = False
+    return found
 
 
 def wide(**options):

@@ -10,7 +10,6 @@ import shapely
 from houseexpo.errors import MissingDependencyError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, roomplan
-from pipeline.sources.files import LARGEST_BYTES
 from tests.builders.damage import mutated, outcome
 from tests.builders.formats.roomplan import FLOOR, HEIGHT, bodies_usda, home, pack, room, surface, usda, whole, write
 from tests.builders.houses import kinds, plan_of
@@ -160,8 +159,9 @@ def test_a_usdz_may_refer_to_its_own_layers_only(tmp_path):
     assert len(levels(pack(tmp_path / "scan.usdz", layers))[0].rooms) == 2
 
 
-def test_hostile_archives(tmp_path):
+def test_hostile_archives(tmp_path, monkeypatch):
     pytest.importorskip("pxr")
+    monkeypatch.setattr("pipeline.sources.roomplan_scan.LARGEST_BYTES", 1 << 20)
     path, layer = tmp_path / "scan.usdz", usda(home())
     outside = outcome(pack(path, {"../scan.usda": layer}))
     assert isinstance(outside, Rejection)
@@ -173,7 +173,7 @@ def test_hostile_archives(tmp_path):
     path.write_bytes(data[: place + 24] + struct.pack("<I", 1 << 31) + data[place + 28 :])  # how long it is
     assert outcome(path).reason in {Reason.TOO_LARGE, Reason.UNREADABLE}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("scan.usda", layer + " " * (LARGEST_BYTES + 1))
+        archive.writestr("scan.usda", layer + " " * (1 << 20))
     assert outcome(path).reason is Reason.TOO_LARGE
 
 

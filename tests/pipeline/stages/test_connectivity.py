@@ -219,6 +219,7 @@ def test_a_seed_gives_the_same_cuts() -> None:
         np.testing.assert_array_equal(one.portal.segment, other.portal.segment)
 
 
+@pytest.mark.slow
 def test_no_plan_loads_numba_be_there_a_cut_or_none() -> None:
     code = (
         "import sys; from tests.builders.houses import *; "

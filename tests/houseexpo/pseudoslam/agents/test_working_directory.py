@@ -17,7 +17,7 @@ def loaded(name: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("name", ["frontier", "forward", "mine:Mine", "./mine.py:Mine"])
+@pytest.mark.parametrize("name", ["forward", "mine:Mine", "./mine.py:Mine"])
 def test_nothing_in_a_downloaded_folder_is_run(tmp_path: Path, name: str) -> None:
     for module in ("gymnasium", "numba", "scipy", "networkx", "houseexpo"):
         (tmp_path / f"{module}.py").write_text(TRAP)

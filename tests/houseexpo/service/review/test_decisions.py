@@ -205,6 +205,7 @@ def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, foun
     assert text in file.read_text()
 
 
+@pytest.mark.slow
 def test_two_people_at_once_lose_nothing(file: Path) -> None:
     people = [clerk(file, name, 25) for name in ("ann", "ben")]
     answered = {plan for each in people for plan in each.communicate(timeout=60)[0].split()}
@@ -213,6 +214,7 @@ def test_two_people_at_once_lose_nothing(file: Path) -> None:
     assert [line.number for line in lines(file)] == list(range(1, 51))
 
 
+@pytest.mark.slow
 def test_kill_9_loses_nothing_that_was_answered(file: Path) -> None:
     for count in (3, 8):
         process = clerk(file, f"ann{count}", 1000)
