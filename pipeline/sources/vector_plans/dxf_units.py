@@ -7,6 +7,8 @@ R1  The stated unit counts, unless the drawing is no house in it: it is shorter 
 R2  Else it is the first of mm, m, cm, inches and feet in which the walls are as long as a house, the doors as wide as
     doors, and the walls as thick as walls. What the drawing does not tell, or tells of no unit, is passed over; texts
     tell where walls do not.
+R3  A drawing that states a metric unit, if the wrong one, is not in inches or feet, if it is a house in a metric one
+    and its doors say nothing.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawing import Point
 
 _MOST_LINES: Final = 2_000
+_METRIC: Final = (0.001, 0.01, 0.1, 1.0)
 TEXT_HEIGHT_M: Final = (0.05, 1.0)
 """Letters in drawings of houses: 2.5 to 5 mm on paper, at scales of 1:20 to 1:200."""
 LARGEST_TEXT_M: Final = 2.5
@@ -71,6 +74,8 @@ def metres_per_unit(
     thick = _thickness([line for points in outlines for line in pairwise(points)])
     fits = [metres for metres in DRAWN_UNITS_M if _is_in(size * metres, DRAWING_M)]
     by_swing = [metres for metres in fits if _is_in(swing * metres, SWING_M)]
+    if stated in _METRIC and not by_swing:
+        fits = [metres for metres in fits if metres in _METRIC] or fits  # R3
     sound = [metres for metres in by_swing or fits if _is_in(thick * metres, WALL_THICKNESS_M)]
     letter = float(np.median(texts)) if texts else 0.0
     legible = [metres for metres in by_swing or fits if _is_in(letter * metres, TEXT_HEIGHT_M)]

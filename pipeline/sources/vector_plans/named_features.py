@@ -122,7 +122,7 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
         holes=tuple(holes),
-        rooms=_rooms(drawn, drawn_rooms),
+        rooms=_rooms(drawn, drawn_rooms or _ring_rooms(drawn)),
         furniture=tuple(
             SourceObject((word,), extrude_polygon(shape, 0.0, high)) for word, shape, high in drawn.objects
         ),
@@ -158,12 +158,14 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
     rings = sorted(drawn.wall_areas, key=lambda ring: ring.area)
     bodies: list[Polygon] = []
     outlines: list[Polygon] = []
+    side_by_side = _side_by_side(rings)
     for wall in nest_rings(drawn.wall_areas):
         wide = drop_thin_parts(wall, MASSIVE_WALL_M)
         at = wall.representative_point()
         around = next((ring for ring in rings if ring.contains(at)), wall)
         in_house = len(named.query(around, "contains")) > 1
-        is_outline = wide.area > 0.5 * wall.area and (in_house or len(tree.query(wide, "contains")) > 0)
+        says_so = in_house or len(tree.query(wide, "contains")) > 0
+        is_outline = (wide.area > 0.5 * wall.area and says_so) or _is_beside(wall, side_by_side)
         (outlines if is_outline else bodies).append(wall)
     whole = shapely.union_all(outlines)
     sides: list[tuple[Point, Point]] = []
@@ -171,6 +173,34 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
         if whole.intersects(ring.exterior):
             sides += pairwise([(float(x), float(y)) for x, y in shapely.get_coordinates(ring.exterior)])
     return bodies, sides
+
+
+def _ring_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
+    """R5: return the closed lines called wall that are rooms, since they lie side by side."""
+    side_by_side = _side_by_side(drawn.wall_areas)
+    return [
+        (ring, (), "")
+        for ring in drawn.wall_areas
+        if _is_beside(ring, side_by_side) and not any(ring is not each and ring.contains(each) for each in side_by_side)
+    ]
+
+
+def _side_by_side(rings: Sequence[Polygon]) -> list[Polygon]:
+    """Return the rings that are wider than any wall, have no other such ring in them, and have one beside them (R5)."""
+    wide = [ring for ring in rings if _is_wide(ring, MASSIVE_WALL_M)]
+    tree = shapely.STRtree(wide)
+    inner = [ring for ring in wide if len(tree.query(ring, "contains")) <= 1]  # it contains itself
+    near = shapely.STRtree(inner)
+    return [ring for ring in inner if len(near.query(ring, "dwithin", distance=THICKEST_WALL_M)) > 1]
+
+
+def _is_beside(wall: Polygon, rings: Sequence[Polygon]) -> bool:
+    """R5: return whether a body is one or several of such rings, or lies beside one and is wider than most walls."""
+    return _is_wide(wall, THICKEST_WALL_M) and any(shapely.dwithin(wall, ring, THICKEST_WALL_M) for ring in rings)
+
+
+def _is_wide(shape: Polygon, than_m: float) -> bool:
+    return bool(drop_thin_parts(shape, than_m).area > 0.5 * shape.area)
 
 
 def _enclosed_rooms(drawn: DrawnFeatures) -> list[NamedArea]:

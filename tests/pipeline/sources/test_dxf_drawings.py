@@ -12,6 +12,7 @@ import shapely
 
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.vector_plans.dxf_units import metres_per_unit
 from pipeline.sources.vector_plans.named_features import kind_from_name
 from pipeline.values import Level
 from tests.builders.houses import kinds, plan_of
@@ -373,3 +374,32 @@ def test_a_door_in_a_wall_of_one_line_is_no_deeper_where_another_line_ends(tmp_p
     (opening,) = level.openings
     assert opening.polygon.area == pytest.approx(shapely.box(*opening.polygon.bounds).area)
     assert kinds(plan_of(level)).count("door") == 1
+
+
+def test_closed_lines_side_by_side_are_rooms_though_nothing_is_in_them(tmp_path):
+    def draw(space: Any) -> None:
+        rooms = (ring(0, 0, 4, 3), ring(4.1, 0, 7, 3), ring(0, 3.1, 7, 4.3))
+        for corners in (*rooms, ring(7.1, 0, 7.6, 0.5)):
+            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "WALLS"})
+
+    level = drawn(tmp_path, draw)
+    solid = shapely.union_all([each.area for each in level.walls.bodies])
+    assert solid.contains(shapely.Point(7.35, 0.25))  # a pillar
+    assert sorted(room.area for room in plan_of(level).rooms) == pytest.approx([8.4, 8.7, 12.0], rel=0.06)
+
+
+def test_one_massive_block_alone_is_no_room(tmp_path):
+    def draw(space: Any) -> None:
+        for corners in (OUTER, INNER):
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALLS"})
+        space.add_lwpolyline(ring(3, 1, 5, 3), close=True, dxfattribs={"layer": "WALLS"})
+
+    assert plan_of(drawn(tmp_path, draw)).area == pytest.approx(7.6 * 3.6 - 4.0, rel=0.01)
+
+
+def test_a_drawing_that_states_millimetres_is_not_in_feet():
+    """Old masonry of 0.64 m, drawn in metres: in feet, it would be as thick as walls mostly are."""
+    outer, inner = ring(0, 0, 23, 9), ring(0.64, 0.64, 22.36, 8.36)
+    outlines = [[*each, each[0]] for each in (outer, inner)]
+    assert metres_per_unit(outlines, [], [0.2], 0.001, "plan.dxf") == (1.0, False)
+    assert metres_per_unit(outlines, [], [0.2], None, "plan.dxf") == (0.3048, False)
