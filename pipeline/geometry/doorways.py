@@ -11,6 +11,7 @@ R2  Two walls of their own, one beside the other: the thinner one decides how de
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import median
 from typing import Literal
 
 import numpy as np
@@ -89,12 +90,11 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
     if near.is_empty:
         return None
-    faces, ends = [], []
-    for sign in (-1.0, 1.0):
-        end = _jamb(box, sign, near)
-        if end is None:
-            return None
-        ends.append(end)
+    ends = _jambs(box, near)
+    if ends is None:
+        return None
+    faces = []
+    for sign, end in zip((-1.0, 1.0), ends, strict=True):
         face = _faces(box, sign * (end + SLIVER_M), near)
         if face is not None:
             faces.append(face)
@@ -134,25 +134,26 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
 
 
-def _jamb(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """Return how far from the box's centre the wall begins at one end, or None if none does within reach."""
+def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
+    """Return how far from the box's centre the wall begins at its two ends, or None if none does within reach.
+
+    At each end, the middle and two places aside of it are looked at.
+    """
     half = box.width / 2
-    on = sign * box.along
     aside_m = 0.3 * min(box.thickness, HAND_M)
-    offsets = (0.0, -aside_m, aside_m)
-    found = []
-    for aside in offsets:
-        start = box.centre + aside * box.across
-        if shapely.intersects_xy(walls, *(start + (half - SLIVER_M) * on)) and shapely.intersects_xy(
-            walls, *(start + (half / 2) * on)
-        ):
-            found.append(half)  # it stands in a wall that runs on
-            continue
-        ray = shapely.linestrings([start + half / 2 * on, start + (half + BESIDE_M) * on])
-        hit = shapely.intersection(ray, walls)
-        if not hit.is_empty:
-            found.append(float(np.min(dot_product(shapely.get_coordinates(hit) - start, on))))
-    return float(np.median(found)) if len(found) >= 2 or (found and box.thickness < SLIVER_M) else None
+    starts = np.tile(box.centre + np.array([[0.0], [-aside_m], [aside_m]]) * box.across, (2, 1))
+    on = np.repeat([-box.along, box.along], 3, axis=0)
+    goes_on = shapely.intersects_xy(walls, starts + (half - SLIVER_M) * on)  # it stands in a wall that runs on
+    goes_on &= shapely.intersects_xy(walls, starts + (half / 2) * on)
+    rays = shapely.linestrings(np.stack([starts + half / 2 * on, starts + (half + BESIDE_M) * on], axis=1))
+    hits, ray = shapely.get_coordinates(shapely.intersection(rays, walls), return_index=True)
+    away = np.full(6, np.inf)
+    np.minimum.at(away, ray, dot_product(hits - starts[ray], on[ray]))
+    away[goes_on] = half
+    ends = [away[end][np.isfinite(away[end])].tolist() for end in (slice(3), slice(3, 6))]
+    if all(len(found) >= 2 or (found and box.thickness < SLIVER_M) for found in ends):
+        return [median(found) for found in ends]
+    return None
 
 
 def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:

@@ -364,6 +364,8 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
 # ---------------------------------------------------------------------------------------------------------------------
 
 LOOK_SHARES = np.linspace(-0.4, 0.4, LOOKS)
+LOOK_M = HAND_M + 0.05
+"""How far is looked for a leaf beside a lintel, from a centimetre within its face."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -408,19 +410,31 @@ def _door_recesses(
     lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
 ) -> list[tuple[Polygon, Polygon]]:
     """Slim lintels of such widths, each with the thin piece of wall beside it."""
-    found = []
+    sides = []
     for lintel in polygons_of(lintels):
         box = box_around_polygon(lintel)
         slim = CRACK_M <= box.thickness <= THICK_WALL_M and width_m[0] <= box.width <= width_m[1]
-        if not slim or lintel.area < LARGELY * box.width * box.thickness:
-            continue
+        if slim and lintel.area >= LARGELY * box.width * box.thickness:
+            sides += [(lintel, box, sign) for sign in (-1.0, 1.0)]
+    if not sides:
+        return []
+    shapely.prepare(walls)
+    closed = shapely.intersects(walls, np.array([_place_beside(box, sign) for _, box, sign in sides]))
+    found = []
+    for k in np.flatnonzero(closed).tolist():  # beside an open doorway nothing stands, and no ray need look
+        lintel, box, sign = sides[k]
         x1, y1, x2, y2 = lintel.bounds
         near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
-        for sign in (-1.0, 1.0):
-            thickness = _thickness_beside(box, sign, near)
-            if thickness is not None:
-                found += [(lintel, leaf) for leaf in _leaf(box, sign, thickness, near)]
+        thickness = _thickness_beside(box, sign, near)
+        if thickness is not None:
+            found += [(lintel, leaf) for leaf in _leaf(box, sign, thickness, near)]
     return found
+
+
+def _place_beside(box: Box, sign: float) -> Polygon:
+    """Return the rectangle around all looks beside one long side of a lintel (``_thickness_beside``)."""
+    middle = box.centre + sign * box.across * (box.thickness / 2 - 0.01 + LOOK_M / 2)
+    return box_polygon(replace(box, centre=middle), width=0.8 * box.width + CM_M, depth=LOOK_M + CM_M)
 
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
@@ -444,7 +458,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
 
 def _thickness_along(foot: Floats, across: Floats, walls: BaseGeometry) -> float | None:
     """Return how thick the wall is that begins at a place, or None if none does, or one too thick for a leaf."""
-    ray = shapely.linestrings([foot, foot + (HAND_M + 0.05) * across])
+    ray = shapely.linestrings([foot, foot + LOOK_M * across])
     parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
     if not parts:
         return None
