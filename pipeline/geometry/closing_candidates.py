@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from networkx.utils import UnionFind
-from shapely import Polygon
+from shapely import Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import (
@@ -26,6 +26,7 @@ from pipeline.geometry.areas import (
     drop_thin_parts,
     drop_thin_parts_of_each,
     enclosed_area,
+    enclosed_pieces,
     fill_enclosed,
     intersect,
     intersect_pairs,
@@ -430,6 +431,25 @@ def _joins_or_parts(grown: BaseGeometry, walls: BaseGeometry) -> bool:
     return not len(place) == len(places) == len(set(space.tolist()))
 
 
+def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
+    """Fillings of the places where walls touch in a point, or less than ``MM_M`` apart, and that part two spaces.
+
+    Walls that are cells of a map touch corner to corner; rounding decides whether they do.
+    """
+    narrow = shapely.buffer(walls, MM_M / 2, quad_segs=1)
+    if not _joins_or_parts(narrow, walls):
+        return []
+    free = enclosed_pieces(walls)[1]
+    spaces = [*enclosed_pieces(narrow)[1], _outside(narrow)]
+    inside = [shapely.points(space.representative_point().coords[0]) for space in spaces]
+    homes = [next((k for k, piece in enumerate(free) if piece.contains(point)), OUTSIDE) for point in inside]
+    parted = [(a, b) for a, b in combinations(range(len(spaces)), 2) if homes[a] == homes[b]]
+    meet = [shapely.intersection(*shapely.buffer([spaces[a], spaces[b]], MM_M)) for a, b in parted]
+    places = shapely.centroid(shapely.get_parts(meet))
+    places = places[~shapely.contains(buffer_mitred(walls, -HAIR_M), places)]  # there the wall is thin, and no more
+    return polygons_of(unite(shapely.buffer(places, CRACK_M / 2, cap_style="square")))
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Mouths: narrow places in a room, where a person sees one room end and the next begin.
 #
@@ -575,20 +595,24 @@ FARTHEST_M = 10.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 
 
-def bands_at_floor_edge(floor: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+def bands_at_floor_edge(
+    floor: BaseGeometry, ground: BaseGeometry, least_m2: float, *, joined: bool = True
+) -> list[Polygon]:
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
     it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind it, the
     band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
     out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
-    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer.
+    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer. Where an inner wall
+    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part.
     """
     open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
     if not large:
         return []
     bands: list[Polygon] = []
+    insides: list[Point] = []
     ends = list(wall_ends(ground))
     near_walls = shapely.buffer(ground, BESIDE_M, quad_segs=2)
     for part in large:
@@ -609,9 +633,18 @@ def bands_at_floor_edge(floor: BaseGeometry, ground: BaseGeometry, least_m2: flo
             band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
             bands += polygons_of(subtract(band, unite([floor, ground])))
             inside = part.representative_point()
+            insides.append(inside)
             if walled > LARGELY and not fill_enclosed(unite([ground, *bands])).contains(inside):
                 bands += _in_cracks(bands, ground)
+    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
+        bands += _between_bands(bands, unite([floor, ground]))
     return bands
+
+
+def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon]:
+    """Return what joins bands that lie in line, a wall's thickness apart at most, over nothing that stands there."""
+    whole = buffer_mitred(buffer_mitred(unite(bands), WALL_M / 2), -WALL_M / 2)
+    return grow_to_overlap(polygons_of(subtract(whole, unite([standing, *bands]))))
 
 
 def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:

@@ -282,8 +282,10 @@ HEAD_BYTES: Final = 1 << 16
 """How much of a file's start is read to tell what the file is, or what it holds."""
 
 
-def parse_xml(data: bytes, name: str) -> Element:
+def parse_xml(data: bytes, name: str, left_out: LeftOutParts | None = None) -> Element:
     """Return the root of a document.
+
+    What follows the document (a second one, the rest of an older file) is noted in ``left_out`` where that is given.
 
     Raises
     ------
@@ -295,7 +297,7 @@ def parse_xml(data: bytes, name: str) -> Element:
     if len(data) > LARGEST_BYTES:
         raise Rejection("source", Reason.TOO_LARGE, f"{name} has {len(data) >> 20} MB of XML", "leave parts of it out")
     builder = ET.TreeBuilder()
-    depth = 0
+    depth, is_whole = 0, False
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
@@ -305,9 +307,10 @@ def parse_xml(data: bytes, name: str) -> Element:
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
-        nonlocal depth
+        nonlocal depth, is_whole
         depth -= 1
         builder.end(tag)
+        is_whole = depth == 0
 
     def entity(*_: object) -> None:
         raise _broken_xml(name, "declares an entity")
@@ -321,6 +324,9 @@ def parse_xml(data: bytes, name: str) -> Element:
         parser.Parse(data, True)
         return builder.close()
     except (expat.ExpatError, UnicodeError, LookupError, ValueError) as error:
+        if left_out is not None and is_whole and isinstance(error, expat.ExpatError):
+            left_out.add(f"what follows the first document in {name}, from line {error.lineno}")
+            return builder.close()
         raise _broken_xml(name, f"is no XML: {error}") from None
 
 

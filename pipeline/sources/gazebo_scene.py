@@ -429,7 +429,7 @@ class SceneReader:
             except OSError as error:
                 detail = f"{file.name}: {error.strerror}"
                 raise Rejection("source", Reason.UNREADABLE, detail, "check its permissions") from None
-            root = parse_xml(data, file.name)
+            root = parse_xml(data, file.name, self.left_out)
             if root.tag != "sdf":
                 detail = f"{file.name}: expected <sdf>, found <{root.tag[:40]}>"
                 raise Rejection("source", Reason.UNREADABLE, detail, "give an SDF world or model")

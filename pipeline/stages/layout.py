@@ -7,7 +7,7 @@ R18 Where the source names its openings, or its doors, what hangs or stands righ
     along the wall, a frame deeper than the wall) does not close it: the doorway does.
 R21 A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
     room that is most of what the source draws may be the floor of a storey, and says nothing.
-R19 Cracks of a hand's breadth between walls that nearly meet are closed.
+R19 Cracks of a hand's breadth between walls that nearly meet are closed, and so are points in which walls touch.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
     that walls bound for the most part: a low front with an entrance in it. In a house without roofs, two doors or more
@@ -74,6 +74,7 @@ from pipeline.geometry.closing_candidates import (
     bands_at_open_fronts,
     close_plane,
     closings_between_wall_ends,
+    contact_fillings,
     crack_fillings,
     gap_fillings,
     grow_to_overlap,
@@ -174,8 +175,9 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
-            f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2",
-            "walls must close at some height up to the ceiling, or the house needs a floor slab",
+            f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2; "
+            + _what_stands(planes, whole[1]),
+            "walls must close at some height up to the ceiling, or the house needs a floor slab" + _guesses(level),
         )
     is_named = any(room.polygon is not None for room in level.rooms)
     if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > OPEN_EDGE:  # R20
@@ -186,6 +188,27 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             "draw the walls that are missing, or give the rooms names",
         )
     return found
+
+
+def _guesses(level: Level) -> str:
+    """Say what of the size was guessed, for the advice on a mesh without rooms: another size may give some."""
+    if level.provenance.get("source") != "mesh" or not level.guesses:
+        return ""
+    size = f"a unit of {level.provenance['units']}, {level.provenance['up']} up"
+    return f"; {size} is a guess ({', '.join(level.guesses)}): if it is wrong, say --units, --scale or --up"
+
+
+def _what_stands(planes: Planes, spaces: list[Polygon]) -> str:
+    """Say which walls there are, and what they close, for the message on a house without rooms (R8)."""
+    parts = polygons_of(planes.door)
+    if not parts:
+        return "nothing stands up to the height of doors"
+    x1, y1, x2, y2 = shapely.total_bounds(parts)
+    pieces = "one piece" if len(parts) == 1 else f"{len(parts)} pieces"
+    found = f"walls stand in {pieces} on {x2 - x1:.1f} x {y2 - y1:.1f} m"
+    if not spaces:
+        return f"{found}, and close no place all round"
+    return f"{found}; the largest of {len(spaces)} closed places has {spaces[0].area:.1f} m2"
 
 
 def _without_effect(
@@ -326,6 +349,7 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
     gates = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m and not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
     cracks = [] if level.sills else crack_fillings(unite([*filled, *found]))  # R19
+    cracks += [] if level.sills else contact_fillings(unite([*filled, *found, *cracks]))
     candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
     candidates += [ClosingCandidate(gap, "gate") for gap in gates]
     return candidates + _gates_of_railings(level, planes, candidates, config)
@@ -640,5 +664,7 @@ def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: Lay
     named = [room.polygon for room in level.rooms if room.polygon is not None]
     if edges := bands_around_rooms(named, ground, rooms, config.area_m2):
         return [ClosingCandidate(p, "room_edge") for p in edges]
-    bands = bands_at_floor_edge(level.floor, ground, config.area_m2) if level.floor is not None else []
+    if level.floor is None:
+        return []
+    bands = bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)
     return [ClosingCandidate(p, "floor_edge") for p in bands]

@@ -312,8 +312,13 @@ def find_levels(
     profile = WallProfile.of(surfaces, walls) if walls.any() else None
     foot = _storey_foot(surfaces, walls, profile) if profile else None
     if profile is None or foot is None:
-        detail = f"no wall of {CLEAR_M} m stands among the {len(mesh.faces):,} faces"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
+        x, y, z = np.ptp(mesh.vertices, axis=0)
+        detail = f"no wall of {CLEAR_M} m stands among the {len(mesh.faces):,} faces, which are {z:.2f} m high in all "
+        detail += f"on {x:.1f} x {y:.1f} m"
+        advice = (
+            "check the up axis and the units, or give --up and --units; --storey-height if the walls are cut off low"
+        )
+        raise Rejection("source", Reason.NO_LEVEL, detail, advice)
     grid = PlanGrid.over(*wall_bounds(surfaces, walls))
     layers = find_layers(surfaces, grid)
     none = np.zeros(len(mesh.faces), np.bool_)

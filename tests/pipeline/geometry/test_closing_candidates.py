@@ -12,6 +12,7 @@ from pipeline.geometry.closing_candidates import (
     bands_at_floor_edge,
     bands_at_open_fronts,
     closings_between_wall_ends,
+    contact_fillings,
     crack_fillings,
     gap_beyond_wall_end,
     gap_fillings,
@@ -319,3 +320,28 @@ def test_cracks_are_what_lies_between_walls_that_nearly_meet(walls, cracks, monk
 def test_no_crack_is_looked_for_where_grown_walls_join_nothing(monkeypatch):
     monkeypatch.setattr(closing_candidates, "drop_thin_parts", None)
     assert crack_fillings(RING) == []
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 2e-4])
+def test_cells_that_touch_corner_to_corner_enclose_a_room(apart: float) -> None:
+    side, count = 0.05, 40
+    steps = [(k, count - abs(k)) for k in range(-count, count + 1)]
+    corners = {(x, sign * y) for x, y in steps for sign in (-1, 1)}
+    cells = unite(shapely.box(x * side + apart, y * side, (x + 1) * side - apart, (y + 1) * side) for x, y in corners)
+    assert enclosed_area(cells) == 0
+    fillings = contact_fillings(cells)
+    assert len(fillings) == len(corners)
+    assert enclosed_area(unite([cells, *fillings])) == pytest.approx(2 * (count * side) ** 2, rel=0.1)
+
+
+def test_walls_that_overlap_or_stand_apart_have_no_contact_to_fill() -> None:
+    walls = unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, 0.01)])
+    assert contact_fillings(walls) == []
+    assert contact_fillings(unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, -0.01)])) == []
+
+
+@pytest.mark.parametrize("short", [0.0, 0.1, 0.3])
+def test_an_inner_wall_that_ends_before_an_open_front_leaves_no_gap_in_it(short: float) -> None:
+    walls = unite([u_shape(0.2), shapely.box(2, short, 2.3, 3)])
+    bands = bands_at_floor_edge(FLOOR, walls, 2.0)
+    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0 - 0.3 * (3 - short), rel=0.02)

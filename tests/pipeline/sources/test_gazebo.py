@@ -293,6 +293,17 @@ def _mesh(uri):
     return f"<visual name='m'><geometry><mesh><uri>{uri}</uri></mesh></geometry></visual>"
 
 
+@pytest.mark.parametrize(
+    "after", ["<sdf version='1.7'/>", "<?xml version='1.0'?>\n<sdf version='1.7'/>", "</sdf>", "and so on"]
+)
+def test_what_follows_the_first_document_is_left_out(tmp_path, after):
+    file = tmp_path / "house.world"
+    file.write_text(world(house()) + after)
+    (level,) = gazebo.read(next(gazebo.find(str(file))))
+    assert kinds(plan_of(level)) == ["door"]
+    assert "what follows the first document in house.world, from line" in level.provenance["left_out"]
+
+
 @pytest.mark.parametrize("up", ["Y_UP", "Z_UP"])
 def test_the_up_axis_of_a_collada_mesh_does_not_turn_it(tmp_path, up):
     """Gazebo's loader of COLLADA does not read it (gazebo-classic, issue 1305)."""

@@ -564,6 +564,13 @@ def test_a_declared_axis_stands_over_a_tower(tmp_path):
     assert [level.frame.up for level in read(path)] == ["z"]
 
 
+def test_a_rejection_says_how_high_the_walls_are(tmp_path):
+    path = write(joined(storey(0.0, 1.5)), tmp_path / "low.ply")
+    with pytest.raises(Rejection, match=r"which are 1\.50 m high in all on") as caught:
+        read(path, up="z", units="m", scale="1.0001")
+    assert "--storey-height" in caught.value.advice
+
+
 # Units that heads of doors tell: bare ones, and those of models.
 
 

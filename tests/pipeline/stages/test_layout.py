@@ -391,12 +391,25 @@ def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
     assert [round(a) for a in areas(found)] == [20, 14]
 
 
-@pytest.mark.parametrize("shape", ["one wall", "a box of a metre"])
-def test_what_encloses_next_to_nothing_is_rejected(shape: str) -> None:
+@pytest.mark.parametrize(
+    ("shape", "told"),
+    [
+        ("one wall", r"walls stand in one piece on 5\.0 x 0\.2 m, and close no place all round"),
+        ("a box of a metre", r"the largest of 1 closed places has 1\.0 m2"),
+    ],
+)
+def test_what_encloses_next_to_nothing_is_rejected(shape: str, told: str) -> None:
     parts = wall((0, 0, 5, 0.2)) if shape == "one wall" else shell((0, 0, 1, 1))
-    with pytest.raises(Rejection) as caught:
+    with pytest.raises(Rejection, match=told) as caught:
         layout(parts)
     assert (caught.value.stage, caught.value.reason) == ("layout", Reason.NOT_ENCLOSED)
+    assert "guess" not in caught.value.advice
+
+
+def test_a_rejection_names_the_size_that_was_guessed() -> None:
+    with pytest.raises(Rejection) as caught:
+        layout(shell((0, 0, 1, 1)), guesses=("units",), provenance={"source": "mesh", "units": "mm", "up": "y"})
+    assert "a unit of mm, y up is a guess (units): if it is wrong, say --units" in caught.value.advice
 
 
 # H, L, U, N: strokes of 0.2 m that stand apart, with an O that encloses some
