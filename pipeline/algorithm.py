@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
@@ -28,6 +29,7 @@ from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
+from pipeline.stages.room_doubt import doubt_spaces
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
@@ -67,7 +69,7 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
-    whole = _Whole(evidence, planes, layout)
+    whole = _Whole(evidence, planes, layout, doubt_spaces(level, evidence, layout))
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in buildings:
@@ -83,12 +85,14 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
 class _Whole:
     """What the first stages found in the whole level, before it is divided into buildings.
 
-    ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
+    ``doubts`` say of each space how doubtful it is that it is a room. ``far_walls`` are the walls that stand beside no
+    room, of a level with several buildings.
     """
 
     evidence: Evidence
     planes: Planes
     layout: Layout
+    doubts: npt.NDArray[np.float64]
     far_walls: BaseGeometry | None = None
 
 
@@ -103,10 +107,11 @@ def _of_building(
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield StageResult("furnish", spaces, level.id)
-    grounds = measure_quality_grounds(level, whole.evidence, whole.layout, spaces, whole.far_walls)
-    planned = add_confidences(
-        FinalBuilding(level, whole.evidence, whole.layout, spaces, name_rooms(level, spaces), grounds)
+    grounds = measure_quality_grounds(
+        level, whole.evidence, whole.layout, spaces, far_walls=whole.far_walls, doubts=whole.doubts
     )
+    named = name_rooms(level, spaces)
+    planned = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
     provenance = _provenance(level, whole.planes, spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
     quality = score_quality(grounds, marked=level.sills)

@@ -4,12 +4,13 @@
 
     python -m research.confidence_fit --members 24 --corpus checkouts --records parts.jsonl --write
 
-Made houses (every third one damaged) and the drawn truths of the corpus's first half are what it learns from; real
-houses count as much as all made ones together. Nearly all drawn truths are of plans that are right, so entrances and
-rooms also learn from the verdicts on the other files of the first half: of a right plan all parts are true, of a wrong
-one none. The second half is only counted. Where a truth names no entrance, what
-the plan has of them is not judged. A door is true where a passage of the truth has its middle within 0.35 m, a room
-where it overlaps one of the truth's by an IoU of 0.7.
+Made houses (every third one damaged) and the corpus's first half are what it learns from; real houses count as much as
+all made ones together. What is true of a real file says its drawn truth (``tests.corpus.truths``); where there is none,
+the marks that people have put on the parts of its plans (``tests.corpus.marks``); where there are none either, its
+verdict: of a right plan all parts but cuts are true, of a wrong one none. The second half is only counted. Where a
+truth names no entrance, what the plan has of them is not judged. A door is true where a passage of the truth has its
+middle within 0.35 m, a room where it overlaps one of the truth's by an IoU of 0.7, a space (``stages.room_doubt``)
+where half of it lies in the truth's rooms. The model of spaces is fitted first, since that of rooms rests on it.
 """
 
 from __future__ import annotations
@@ -35,37 +36,43 @@ from houseexpo.errors import HouseExpoError
 from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
+from pipeline.geometry.areas import intersect, unite
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.stages import confidence
+from pipeline.stages import confidence, room_doubt
+from pipeline.stages.logistic import LogisticModel, load_models
 from pipeline.stages.quality_grounds import measure_quality_grounds
 from pipeline.stages.rooms import name_rooms
+from pipeline.tolerances import MOST, SHEET_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 from tests.builders.judged import area_under_curve, damage_of
 from tests.builders.kinds.measuring import SAME_FLOOR_M
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.kinds.values import Member
 from tests.builders.matching import which_near
-from tests.corpus import manifest, truths
+from tests.corpus import manifest, marks, truths
 
 Floats = npt.NDArray[np.float64]
 WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
 LIMITS = Limits(seconds=600.0, memory=8 << 30)
 """Far more than any of the houses takes: a fit that lost some would not be the same again."""
 SAME_IOU = 0.7
-RIDGES: Mapping[confidence.Part, float] = {"door": 3.0, "entrance": 15.0, "room": 40.0}
-"""How strongly weights are kept small: for doors, of 1 to 100 the best for kinds and files left out of the fit; for
-entrances and rooms, of which few are false, of 3, 15 and 40 the best calibrated on the corpus's second half."""
+RIDGE = 3.0
+"""How strongly weights are kept small: of 1 to 40, the likeliest for the corpus's files left out of the fit."""
+SPACE = "space:"
 DRAWS = 1000
 """How often the calibration error of a model without fault is drawn."""
-PARTS: tuple[confidence.Part, ...] = get_args(confidence.Part)
+PARTS: tuple[str, ...] = ("space", *get_args(confidence.Part))
 BINS = 10
 
 
 class Part(msgspec.Struct, frozen=True):
-    """A door, an entrance or a room of a plan: where it comes from, whether it is true, and its features."""
+    """A door, an entrance, a room or a space: where it comes from, whether it is true, and its features.
 
-    part: confidence.Part
+    A room has the features of its space as well, each after ``SPACE``.
+    """
+
+    part: str
     house: str
     group: str
     true: bool
@@ -80,11 +87,7 @@ class Known(msgspec.Struct, frozen=True):
     rooms: list[Polygon]
 
 
-VERDICT = "verdicts 1"
-NOTHING = Known(np.zeros((0, 2)), np.zeros((0, 2)), [])
-
-
-def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Part]:
+def parts_of(level: Level, known: Known | marks.Marked | bool, house: str, group: str) -> Iterator[Part]:
     """Plan a level and tell which of its parts are true; a level that is rejected has none."""
     evidence = layout = spaces = None
     found: list[tuple[Level, Evidence, Layout, Spaces]] = []
@@ -103,25 +106,85 @@ def parts_of(level: Level, known: Known, house: str, group: str) -> Iterator[Par
         pass
     for whole in found:
         yield from _judge_parts(*whole, known, house, group)
+    if found and room_doubt.is_doubted(level, found[0][2]):
+        yield from _judge_spaces(*found[0][:3], known, house, group)
 
 
 def _judge_parts(
-    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, known: Known, house: str, group: str
+    level: Level,
+    evidence: Evidence,
+    layout: Layout,
+    spaces: Spaces,
+    known: Known | marks.Marked | bool,
+    house: str,
+    group: str,
 ) -> Iterator[Part]:
     grounds = measure_quality_grounds(level, evidence, layout, spaces)
-    planned = confidence.FinalBuilding(level, evidence, layout, spaces, name_rooms(level, spaces), grounds)
+    named, undoubted = name_rooms(level, spaces), np.zeros(len(layout.spaces))  # the fit doubts them anew
+    planned = confidence.FinalBuilding(level, evidence, layout, spaces, named, grounds, undoubted)
     features = confidence.passage_features(planned)
-    for part, true in (("door", known.doors), ("entrance", known.entrances)):
-        if part == "entrance" and not len(true) and known is not NOTHING:
-            continue
-        which = [k for k, p in enumerate(spaces.passages) if confidence.model_for_passage(p) == part]
-        middles = [spaces.passages[k].portal.centre for k in which]
-        right = which_near(true, truths.in_source(level, np.asarray(middles).reshape(-1, 2)), truths.NEAR_M)
-        for k, is_true in zip(which, right, strict=True):
-            yield Part(part, house, group, bool(is_true), features[k])
+    middles = truths.in_source(level, np.array([p.portal.centre for p in spaces.passages]).reshape(-1, 2))
     rooms = [_to_source(level, room.polygon) for room in planned.named]
-    for row, is_true in zip(confidence.room_features(planned), _alike(known.rooms, rooms), strict=True):
-        yield Part("room", house, group, bool(is_true), row)
+    for passage, row, true in zip(spaces.passages, features, _judge_ways(spaces, middles, known), strict=True):
+        if true is not None:
+            yield Part(confidence.model_for_passage(passage), house, group, bool(true), row)
+    of_spaces = _space_rows(level, evidence, layout) if room_doubt.is_doubted(level, layout) else []
+    numbers = np.arange(len(of_spaces), dtype=np.float64)
+    its = room_doubt.of_rooms(layout, numbers, [room.polygon for room in named]).astype(int).tolist()
+    for k, (row, true) in enumerate(zip(confidence.room_features(planned), _judge_rooms(rooms, known), strict=True)):
+        if true is not None:
+            of_space = {SPACE + name: value for name, value in of_spaces[its[k]].items()} if of_spaces else {}
+            yield Part("room", house, group, bool(true), row | of_space)
+
+
+def _space_rows(level: Level, evidence: Evidence, layout: Layout) -> list[dict[str, float]]:
+    """Return the features of each space (``stages.room_doubt``)."""
+    table = room_doubt.space_features(level, evidence, layout)
+    return [{name: round(float(row[k]), 4) for name, row in table.items()} for k in range(len(layout.spaces))]
+
+
+def _judge_spaces(
+    level: Level, evidence: Evidence, layout: Layout, known: Known | marks.Marked | bool, house: str, group: str
+) -> Iterator[Part]:
+    """Tell which spaces of a layout are indoors. Of a wrong plan that nobody has marked, nobody knows."""
+    here = [_to_source(level, space).buffer(0) for space in layout.spaces]
+    told: Sequence[bool | None]
+    if isinstance(known, bool):
+        kept = unite(layout.rooms)
+        told = [intersect(space, kept).area > MOST * space.area if known else None for space in layout.spaces]
+    elif isinstance(known, marks.Marked):
+        told = known.judge_spaces(here)
+    else:
+        indoors = unite(room.buffer(SHEET_M) for room in known.rooms)
+        told = [intersect(space, indoors).area > MOST * space.area for space in here]
+    for row, true in zip(_space_rows(level, evidence, layout), told, strict=True):
+        if true is not None:
+            yield Part("space", house, group, true, row)
+
+
+def _judge_ways(spaces: Spaces, middles: Floats, known: Known | marks.Marked | bool) -> list[bool | None]:
+    """Return which passages (n, 2) are ways; None where nobody knows."""
+    if isinstance(known, bool):  # a right plan may have cuts where the source shows no door
+        return [None if known and passage.kind == "cut" else known for passage in spaces.passages]
+    if isinstance(known, marks.Marked):
+        return known.judge_ways(middles)
+    found: list[bool | None] = [None] * len(middles)
+    for outside, true in ((False, known.doors), (True, known.entrances)):
+        which = [k for k, passage in enumerate(spaces.passages) if passage.leads_outside == outside]
+        if outside and not len(true):
+            continue
+        for k, is_true in zip(which, which_near(true, middles[which], truths.NEAR_M), strict=True):
+            found[k] = bool(is_true)
+    return found
+
+
+def _judge_rooms(rooms: Sequence[Polygon], known: Known | marks.Marked | bool) -> list[bool | None]:
+    """Return which rooms, in the source's plan axes, are like true ones; None where nobody knows."""
+    if isinstance(known, bool):
+        return [known] * len(rooms)
+    if isinstance(known, marks.Marked):
+        return known.judge_rooms(rooms)
+    return [bool(each) for each in _alike(known.rooms, rooms)]
 
 
 def _to_source(level: Level, room: Polygon) -> Polygon:
@@ -185,12 +248,19 @@ def of_file(name: str, folder: Path) -> list[Part]:
     return found
 
 
-def of_verdict(name: str, folder: Path) -> list[Part]:
-    """Return the entrances and rooms of a file that is right or wrong, and of which nobody has drawn a truth."""
+def of_marks(name: str, folder: Path) -> list[Part]:
+    """Return the parts of a file of the corpus that somebody has marked."""
     file = next(file for file in manifest.load() if file.name == name)
-    right = file.verdict is manifest.Verdict.RIGHT
-    found = [part for level in levels_of(file.place(folder)) for part in parts_of(level, NOTHING, name, VERDICT)]
-    return [msgspec.structs.replace(part, true=right) for part in found if part.part != "door"]
+    levels = levels_of(file.place(folder))
+    pairs = [(level, each) for each in marks.load()[name] for level in levels if each.is_of(level)]
+    return [part for level, each in pairs for part in parts_of(level, each, name, f"corpus {file.half}")]
+
+
+def of_verdict(name: str, folder: Path) -> list[Part]:
+    """Return the parts of a file that is right or wrong, and of which nobody has drawn or marked anything."""
+    file = next(file for file in manifest.load() if file.name == name)
+    right, levels = file.verdict is manifest.Verdict.RIGHT, levels_of(file.place(folder))
+    return [part for level in levels for part in parts_of(level, right, name, f"corpus {file.half}")]
 
 
 def storeys_of(file: manifest.File, folder: Path) -> Iterator[tuple[Level, truths.Storey]]:
@@ -215,7 +285,7 @@ def levels_of(path: Path) -> list[Level]:
     return found
 
 
-def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGES["door"]) -> confidence.LogisticModel:
+def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGE) -> LogisticModel:
     """Fit one model by greatest likelihood; a ridge keeps the weights of rare features small."""
     table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts])
     true = np.array([part.true for part in parts])
@@ -229,7 +299,7 @@ def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGES["door
 
     x = minimize(loss, np.zeros(len(names) + 1), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
     kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= 0.05}
-    return confidence.LogisticModel(round(float(x[0]), 2), kept)
+    return LogisticModel(round(float(x[0]), 2), kept)
 
 
 def weights_of(parts: Sequence[Part]) -> Floats:
@@ -237,7 +307,7 @@ def weights_of(parts: Sequence[Part]) -> Floats:
 
     A real house with many parts counts with the root of their number: all may be right or wrong for one reason.
     """
-    real = np.array([part.group.startswith("corpus") or part.group == VERDICT for part in parts])
+    real = np.array([part.group.startswith("corpus") for part in parts])
     if real.all() or not real.any():
         return np.ones(len(parts))
     count = Counter(part.house for part in parts)
@@ -268,7 +338,7 @@ def _calibration_error(scores: Floats, true: npt.NDArray[np.bool_]) -> float:
     return float(np.abs(sums).sum() / len(scores))
 
 
-def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.LogisticModel]) -> Table:
+def table_of(parts: Sequence[Part], fitted: Mapping[str, LogisticModel]) -> Table:
     """Show how good the models are, a row for each part and group."""
     table = Table(title="Confidence of doors, entrances and rooms")
     for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error", "by chance")):
@@ -285,7 +355,7 @@ def table_of(parts: Sequence[Part], fitted: Mapping[str, confidence.LogisticMode
     return table
 
 
-def source_of(fitted: Mapping[str, confidence.LogisticModel]) -> str:
+def source_of(fitted: Mapping[str, LogisticModel]) -> str:
     """Return the text of ``weights.toml``."""
     lines = ["# Written by python -m research.confidence_fit; see pipeline/stages/confidence.py.", ""]
     for part in PARTS:
@@ -305,11 +375,13 @@ def collect_parts(
         tasks = [(kind, number) for number in range(members) for kind in kinds]
         found += _in_order(partial(of_member, seed=seed, folder=Path(folder)), tasks)
     if corpus:
-        names = [file.name for file in manifest.load() if file.is_in(corpus) and truths.load(file.name)]
-        found += _in_order(partial(of_file, folder=corpus), names)
+        files = [file for file in manifest.load() if file.is_in(corpus)]
+        drawn = [file.name for file in files if truths.load(file.name)]
+        marked = [file.name for file in files if file.name in marks.load() and file.name not in drawn]
         told = {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}
-        files = [file for file in manifest.load() if file.half == 1 and file.verdict in told and file.name not in names]
-        found += _in_order(partial(of_verdict, folder=corpus), [file.name for file in files if file.is_in(corpus)])
+        others = [file.name for file in files if file.verdict in told and file.name not in {*drawn, *marked}]
+        for function, names in ((of_file, drawn), (of_marks, marked), (of_verdict, others)):
+            found += _in_order(partial(function, folder=corpus), names)
     if records:
         records.write_bytes(b"".join(msgspec.json.encode(part) + b"\n" for part in found))
     return found
@@ -324,8 +396,21 @@ def _in_order(function: Callable[[Any], list[Part]], items: Sequence[Any]) -> li
     return [part for item in items for part in results[item]]
 
 
-def _is_of_model(name: str, part: confidence.Part) -> bool:
+def _doubt_spaces(parts: Sequence[Part], model: LogisticModel) -> list[Part]:
+    """Return all parts, the rooms with the doubt of a model whether their spaces are indoors."""
+    return [_doubt_space(part, model) if part.part == "room" else part for part in parts]
+
+
+def _doubt_space(room: Part, model: LogisticModel) -> Part:
+    of_space = {name[len(SPACE) :]: value for name, value in room.features.items() if name.startswith(SPACE)}
+    doubt = float(1 / (1 + np.exp(model.log_odds(of_space)))) if of_space else 0.0
+    return msgspec.structs.replace(room, features=room.features | {"doubtful_space": doubt})
+
+
+def _is_of_model(name: str, part: str) -> bool:
     """Whether the model of a part has a feature: doors weigh the grounds of the plan, rooms its quality (F5)."""
+    if name.startswith(SPACE):
+        return False
     if name == "doubtful_plan":
         return part == "room"
     return part == "door" or not name.startswith("plan_")
@@ -346,12 +431,13 @@ def main() -> None:
     parts = collect_parts(given.kinds.split(","), given.members, given.seed, corpus, given.records)
     seen = [part for part in parts if part.group != "corpus 2"]
     console = Console(width=120)
-    fitted = dict(confidence.load_models())
-    asked: list[confidence.Part] = [part for part in PARTS if part in given.parts.split(",")]
-    for part in asked:
+    fitted = dict(load_models())
+    for part in [part for part in PARTS if part in given.parts.split(",")]:
+        if part == "room":
+            parts, seen = (_doubt_spaces(each, fitted["space"]) for each in (parts, seen))
         its = [each for each in seen if each.part == part]
         names = sorted({n for each in its for n, value in each.features.items() if value and _is_of_model(n, part)})
-        fitted[part] = fit(its, names, RIDGES[part])
+        fitted[part] = fit(its, names)
     console.print(table_of(parts, fitted))
     text = source_of(fitted)
     if given.write:

@@ -24,6 +24,7 @@ GROUNDS: Final[Mapping[str, str]] = {
     "left_out": "parts left out or filled",
     "unlike_spaces": "unlike the rooms that the source names",
     "sealed": "no door leads into it",
+    "doubtful_space": "a room that may be none: a terrace, a court, a void",
     "tall": "the source reaches far above this storey",
     "rail_share": "railings and low walls beside the rooms",
     "small": "hardly larger than a closet",

@@ -1,19 +1,18 @@
 """Rate each door, entrance and room of a plan with a probability, 0 to 1, by three logistic models of named features.
 
 The confidence of a door is the probability that a passage is there; that of a room is the probability that its outline
-is right. A model is a bias and one weight for each feature::
-
-    confidence = 1 / (1 + exp(-(bias + sum of weight * feature)))
-
-``weights.toml`` holds them. ``python -m research.confidence_fit`` writes it: it fits the models on made houses and on
-houses whose rooms and doors a person has drawn, so no weight is set by hand.
+is right. The models (``stages.logistic``) are fitted by ``python -m research.confidence_fit`` on made houses and on
+houses whose rooms and doors people have drawn or marked, so no weight is set by hand.
 
 F1  Every feature is between 0 and 1, and 0 where nothing is special.
 F2  What closes the place says most: a known doorway, a lintel, a sill, a gap, a mouth, or a wall that had to be cut.
 F3  The shape of a passage: too narrow, too wide, too deep, an end without a wall, a leaf beside it, a second passage
-    between the same two rooms, furniture or no floor in front of it.
+    between the same two rooms, furniture or no floor in front of it. Of an entrance also how many the storey has
+    (``many``), how many are as wide (``alike``: windows come in rows), and, in an upper storey (``upper``), whether
+    there is neither a floor nor the ground before it (``air_before``).
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
-    no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws.
+    no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws; and the
+    doubt whether it is a room of the house at all (``doubtful_space``, ``stages.room_doubt``).
 F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan its doors and rooms are doubtful. Of
     rooms too few are known to be false to weigh each ground: they take the plan's quality, as ``doubtful_plan``.
 
@@ -23,25 +22,25 @@ confidence: its source marks each door.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib import resources
-from typing import Final, Literal, TypeAlias, get_args
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, clip_to_box, intersect, unite
+from pipeline.geometry.areas import EMPTY, OUTSIDE, clip_to_box, intersect, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import score_quality
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
-from pipeline.tolerances import BESIDE_M, SHEET_M, SHOULDERS_M
+from pipeline.stages.logistic import load_models
+from pipeline.stages.room_doubt import of_rooms
+from pipeline.tolerances import BESIDE_M, GROUP, SHEET_M, SHOULDERS_M, STAND_M, TWICE
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -58,30 +57,12 @@ CROWD: Final = (3, 6)
 GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
 
 
-@dataclass(frozen=True)
-class LogisticModel:
-    """A logistic model: ``bias``, and the weight of each feature by its name."""
-
-    bias: float
-    weights: Mapping[str, float]
-
-    def confidence(self, features: Mapping[str, float]) -> float:
-        """Return the probability, 0 to 1, in two digits; features without a weight say nothing."""
-        exponent = self.bias + sum(weight * features.get(name, 0.0) for name, weight in self.weights.items())
-        return round(float(1 / (1 + np.exp(-exponent))), 2)
-
-
-@cache
-def load_models() -> Mapping[Part, LogisticModel]:
-    """Return the models of ``weights.toml``."""
-    text = resources.files("pipeline.stages").joinpath("weights.toml").read_text(encoding="utf-8")
-    table = tomllib.loads(text)
-    return {part: LogisticModel(table[part]["bias"], table[part]["weights"]) for part in get_args(Part)}
-
-
 @dataclass(frozen=True, eq=False)
 class FinalBuilding:
-    """A building whose rooms and passages are final: what the stages found, and the ``grounds`` against its plan."""
+    """A building whose rooms and passages are final: what the stages found, and the ``grounds`` against its plan.
+
+    ``doubts`` (n,) say how doubtful each of the layout's spaces is (``stages.room_doubt``).
+    """
 
     level: Level
     evidence: Evidence
@@ -89,6 +70,7 @@ class FinalBuilding:
     spaces: Spaces
     named: tuple[NamedRoom, ...]
     grounds: Mapping[str, float]
+    doubts: npt.NDArray[np.float64]
 
 
 def add_confidences(planned: FinalBuilding) -> FinalBuilding:
@@ -117,6 +99,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
+    outer = np.array([p.portal.width for p in spaces.passages if p.leads_outside])
     of_plan, found = _of_plan(planned), []
     for k, passage in enumerate(spaces.passages):
         portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
@@ -139,10 +122,26 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
                 "scanned": float(evidence.scanned),
+                **(_of_entrance(passage, level, outer) if passage.leads_outside else {}),
                 **of_plan,
             }
         )
     return found
+
+
+def _of_entrance(passage: Passage, level: Level, widths: npt.NDArray[np.float64]) -> Features:
+    """Return what only an entrance has; ``widths`` (n,) are those of all entrances (F3)."""
+    side = 1 if passage.portal.sides[1] == OUTSIDE else -1
+    before = _front(passage.portal, side)
+    ground = max(_share(before, what) for what in (level.floor or EMPTY, level.below or EMPTY))
+    alike = int((np.abs(widths - passage.portal.width) < STAND_M).sum()) - 1
+    upper = level.below is not None
+    return {
+        "many": _ramp(len(widths) - TWICE, TWICE * GROUP),
+        "alike": _ramp(alike, GROUP),
+        "upper": float(upper),
+        "air_before": (1.0 - ground) * float(upper and level.floor is not None),
+    }
 
 
 def room_features(planned: FinalBuilding) -> list[Features]:
@@ -155,6 +154,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
+    doubts = of_rooms(layout, planned.doubts, rooms)
     of_plan, found = _of_plan(planned), []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.portal.sides]
@@ -177,6 +177,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
                 "furnished": float(_share(room, evidence.furniture) > 0.02),
                 "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
+                "doubtful_space": float(doubts[k]),
                 **of_plan,
             }
         )

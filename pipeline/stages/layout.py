@@ -158,8 +158,9 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
         kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled)
-        rooms = clip_rooms_to_floor(kept, level)
-        return Layout(planes.door, ground, tuple(assign_sides(candidates, rooms, ground)), tuple(rooms))
+        of_rooms = clip_rooms_to_floor(kept, level)
+        sides = tuple(assign_sides(candidates, of_rooms, ground))
+        return Layout(planes.door, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (

@@ -26,6 +26,7 @@ R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terra
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
 R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, no R17.
 R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among the guesses): nothing of it is inside.
+R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -41,9 +43,11 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
+from pipeline.stages.room_doubt import doubt_spaces, of_rooms
 from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
+Floats = npt.NDArray[np.float64]
 MAX_GUESSES: Final = 2
 LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
 USUAL_WIDTH_M: Final = (0.7, 1.15)
@@ -54,12 +58,20 @@ SMALL_PLAN_M2: Final = (12.0, 9.0)
 
 
 def measure_quality_grounds(
-    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, far_walls: BaseGeometry | None = None
+    level: Level,
+    evidence: Evidence,
+    layout: Layout,
+    spaces: Spaces,
+    *,
+    far_walls: BaseGeometry | None = None,
+    doubts: Floats | None = None,
 ) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made.
 
-    ``far_walls`` are the ``walls_far_from_rooms``, if they are known already: those of several buildings are the same.
+    ``far_walls`` are the ``walls_far_from_rooms``, and ``doubts`` those of ``doubt_spaces``, if they are known already:
+    those of several buildings are the same.
     """
+    doubts = doubt_spaces(level, evidence, layout) if doubts is None else doubts
     rooms, inner = unite(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
     left_out = sum(int(spaces.notes.get(name, 0)) for name in LEFT_OUT)
     return {
@@ -78,6 +90,7 @@ def measure_quality_grounds(
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
+        "doubtful_space": float(of_rooms(layout, doubts, spaces.rooms).max(initial=0.0)),
         **({} if level.sills else _as_a_storey(level, evidence, layout, rooms)),
     }
 

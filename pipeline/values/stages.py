@@ -65,13 +65,17 @@ class Layout:
     """Result of the stage ``layout``: the closed plane, its pieces, and the spaces that it encloses, largest first.
 
     The ``sides`` of a candidate's portal are indices into ``rooms``, or OUTSIDE. Candidates of kind "room_edge",
-    "floor_edge" and "wall_ends" close an open house.
+    "floor_edge" and "wall_ends" close an open house. ``spaces`` are the rooms and all other spaces between the walls,
+    before one of them was found to be no room; the portals of ``ways``, the candidates of that moment, have indices
+    into these.
     """
 
     door: BaseGeometry
     ground: BaseGeometry
     candidates: tuple[ClosingCandidate, ...]
     rooms: tuple[Polygon, ...]
+    spaces: tuple[Polygon, ...] = ()
+    ways: tuple[ClosingCandidate, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,7 +98,7 @@ Bools = npt.NDArray[np.bool_]
 
 NAMES = tuple(ground.name for ground in GROUNDS)
 MOST = {ground.name: ground.most for ground in GROUNDS}
-PRECISION = 0.99
+PRECISION = 0.98
 """Of the plans with a score of at least ``SURE``, so many are to be right; of files that no fit has used 90% are."""
 RIDGE = 0.3
 """How strongly weights are kept small, in plans."""

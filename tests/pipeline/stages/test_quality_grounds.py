@@ -149,7 +149,7 @@ def test_the_walls_of_several_buildings_are_measured_once() -> None:
     far = walls_far_from_rooms(evidence.walls, LAYOUT.rooms)
     anew, known = (
         measure_quality_grounds(LEVEL, evidence, LAYOUT, SPACES),
-        measure_quality_grounds(LEVEL, evidence, LAYOUT, SPACES, far),
+        measure_quality_grounds(LEVEL, evidence, LAYOUT, SPACES, far_walls=far),
     )
     assert anew["roomless_wall_share"] == alone.area / evidence.walls.area
     assert known == anew
@@ -181,4 +181,4 @@ def test_a_plan_of_a_closet_is_small() -> None:
 def test_a_house_whose_source_marks_each_door_is_a_storey_for_certain() -> None:
     found = measure_quality_grounds(replace(LEVEL, sills=True), EVIDENCE, LAYOUT, SPACES)
     assert not {"tall", "rail_share", "small"} & set(found)
-    assert score_quality(found, marked=True).score == score_quality({}, marked=True).score > score_quality({}).score
+    assert score_quality(found, marked=True).score == score_quality({}, marked=True).score

@@ -1,0 +1,96 @@
+"""How doubtful it is that a space is a room of the house: terraces, slabs and boxes against rooms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import Polygon
+
+from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
+from pipeline.geometry.meshes import Mesh
+from pipeline.stages.evidence import gather_evidence
+from pipeline.stages.layout import close_openings
+from pipeline.stages.planes import find_planes
+from pipeline.stages.room_doubt import _under_cover, doubt_spaces, of_rooms, space_features
+from pipeline.values import Evidence, Layout, Level
+from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
+from tests.builders.meshes import box
+
+
+def found(parts: Parts, **values: object) -> tuple[Level, Evidence, Layout]:
+    house = level(parts, **values)
+    evidence = gather_evidence(house, EvidenceConfig())
+    planes = find_planes(house, evidence, PlanesConfig())
+    return house, evidence, close_openings(house, evidence, planes, LayoutConfig())
+
+
+def test_rooms_with_a_door_between_them_are_not_doubted() -> None:
+    house, evidence, layout = found(two_rooms(Hole(1.0, 1.9)))
+    assert doubt_spaces(house, evidence, layout).max() < 0.1
+
+
+def test_a_terrace_is_more_doubtful_than_the_room_behind_it() -> None:
+    """A room of 4 x 3 m under a roof, and a terrace of 1.6 m before it, open to the sky, with a parapet of 1 m."""
+    parapet = [box(r, 0, 1.0) for r in ((-0.2, -2.0, 4.2, -1.8), (-0.2, -1.8, 0.0, -0.2), (4.0, -1.8, 4.2, -0.2))]
+    roof = box((-0.2, -0.2, 4.2, 3.2), 2.5, 2.7)
+    house, evidence, layout = found([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *parapet, roof])
+    doubts = doubt_spaces(house, evidence, layout)
+    room, terrace = of_rooms(layout, doubts, [shapely.box(1, 1, 2, 2), shapely.box(1, -1.2, 2, -0.8)])
+    assert terrace > room
+    assert room < 0.1
+
+
+def test_spaces_keep_what_the_rules_took_away() -> None:
+    """Without a floor, and with nothing that leads into it: the rules take it away, and its features say why."""
+    house = [*shell((0, 0, 4, 3)), *shell((6, 0, 9, 3))]
+    _, _, layout = found(house, floor=shapely.box(-0.2, -0.2, 4.2, 3.2), below=shapely.box(6, 0, 9, 3))
+    assert (len(layout.spaces), len(layout.rooms)) == (2, 1)
+    features = space_features(*found(house, floor=shapely.box(-0.2, -0.2, 4.2, 3.2), below=shapely.box(6, 0, 9, 3)))
+    places = [shapely.box(7, 1, 8, 2), shapely.box(1, 1, 2, 2)]
+    assert of_rooms(layout, features["over_void"], places) == pytest.approx([1.0, 0.0], abs=0.01)
+    assert of_rooms(layout, features["floorless"], places) == pytest.approx([1.0, 0.0], abs=0.01)
+
+
+@pytest.mark.parametrize("parts", [two_rooms(gap(1.0, 1.9)), [*shell((0, 0, 4, 3)), *wall((4.2, 1, 8, 1.2))]])
+def test_features_are_shares(parts: Parts) -> None:
+    for name, values in space_features(*found(parts)).items():
+        assert np.all((values >= 0) & (values <= 1 + 1e-9)), name
+
+
+def test_drawings_and_sources_that_mark_their_doors_are_not_doubted() -> None:
+    house, evidence, layout = found(two_rooms(Hole(1.0, 1.9)), sills=True)
+    assert doubt_spaces(house, evidence, layout).tolist() == [0.0] * len(layout.spaces)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 12))
+def test_what_lies_over_a_place_is_found_as_by_looking_at_each_triangle(seed: int, count: int) -> None:
+    """The slow twin: each triangle by itself, with Shapely."""
+    rng = np.random.default_rng(seed)
+    corners = np.concatenate([rng.uniform(-1, 5, (count * 3, 2)), rng.uniform(0, 4, (count * 3, 1))], axis=1)
+    space = shapely.box(0, 0, 4, 3)
+    mesh = Mesh(corners, np.arange(count * 3).reshape(-1, 3))
+    house = level([box((0, 0, 1, 1), 0, 2)], cover=None)
+    shares = _under_cover([space], replace(house, walls=mesh))
+    assert shares is not None
+    step = 4 / 8
+    places = [(x, y) for x in np.arange(step / 2, 4, step) for y in np.arange(step / 2, 3, step)]
+    over = [any(_is_over(corners[3 * k : 3 * k + 3], place) for k in range(count)) for place in places]
+    assert shares[0] == pytest.approx(np.mean(over), abs=1e-9)
+
+
+def _is_over(triangle: np.ndarray, place: tuple[float, float]) -> bool:
+    flat = Polygon(triangle[:, :2])
+    if flat.area <= 1e-3 or not flat.intersects(shapely.Point(place)):
+        return False
+    a, b, c = triangle
+    height = a[2] + np.linalg.solve(np.array([b[:2] - a[:2], c[:2] - a[:2]]).T, np.subtract(place, a[:2])) @ [
+        b[2] - a[2],
+        c[2] - a[2],
+    ]
+    return bool(height > 1.8)
