@@ -364,8 +364,6 @@ def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[
 # ---------------------------------------------------------------------------------------------------------------------
 
 LOOK_SHARES = np.linspace(-0.4, 0.4, LOOKS)
-LOOK_M = HAND_M + 0.05
-"""How far is looked for a leaf beside a lintel, from a centimetre within its face."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -433,8 +431,8 @@ def _door_recesses(
 
 def _place_beside(box: Box, sign: float) -> Polygon:
     """Return the rectangle around all looks beside one long side of a lintel (``_thickness_beside``)."""
-    middle = box.centre + sign * box.across * (box.thickness / 2 - 0.01 + LOOK_M / 2)
-    return box_polygon(replace(box, centre=middle), width=0.8 * box.width + CM_M, depth=LOOK_M + CM_M)
+    middle = box.centre + sign * box.across * (box.thickness / 2 - 0.01 + THIN_WALL_M / 2)
+    return box_polygon(replace(box, centre=middle), width=0.8 * box.width + CM_M, depth=THIN_WALL_M + CM_M)
 
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
@@ -458,7 +456,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
 
 def _thickness_along(foot: Floats, across: Floats, walls: BaseGeometry) -> float | None:
     """Return how thick the wall is that begins at a place, or None if none does, or one too thick for a leaf."""
-    ray = shapely.linestrings([foot, foot + LOOK_M * across])
+    ray = shapely.linestrings([foot, foot + THIN_WALL_M * across])
     parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
     if not parts:
         return None
