@@ -402,8 +402,8 @@ def _doubt_spaces(parts: Sequence[Part], model: LogisticModel) -> list[Part]:
 
 
 def _doubt_space(room: Part, model: LogisticModel) -> Part:
-    of_space = {name[len(SPACE) :]: value for name, value in room.features.items() if name.startswith(SPACE)}
-    doubt = float(1 / (1 + np.exp(model.log_odds(of_space)))) if of_space else 0.0
+    of_space = {name[len(SPACE) :]: np.array([v]) for name, v in room.features.items() if name.startswith(SPACE)}
+    doubt = float(model.doubt(of_space)[0]) if of_space else 0.0
     return msgspec.structs.replace(room, features=room.features | {"doubtful_space": doubt})
 
 

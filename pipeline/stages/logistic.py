@@ -17,6 +17,7 @@ from importlib import resources
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,12 @@ class LogisticModel:
     def log_odds(self, features: Mapping[str, Any]) -> Any:
         """Return the logarithm of the odds; features without a weight say nothing. A feature may be an array (n,)."""
         return self.bias + sum(weight * features.get(name, 0.0) for name, weight in self.weights.items())
+
+    def doubt(self, features: Mapping[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+        """Return how far probabilities (n,) lie below that of no features at all, as a share of it, in two digits."""
+        usual = 1 / (1 + np.exp(-self.bias))
+        found = 1 / (1 + np.exp(-self.log_odds(features)))
+        return np.asarray(np.round(np.clip(1.0 - found / usual, 0.0, 1.0), 2))
 
     def confidence(self, features: Mapping[str, float]) -> float:
         """Return the probability, 0 to 1, in two digits."""

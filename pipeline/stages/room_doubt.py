@@ -62,12 +62,12 @@ Features = dict[str, Floats]
 def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
     """Return for each of the ``spaces`` of a layout (n,) how doubtful it is that it is a room of the house, 0 to 1.
 
-    Those of drawings, and of sources that mark each door, are not doubted: a person has drawn them as rooms.
+    That is how far its probability lies below that of a space of which nothing is special, in two digits. Those of
+    drawings, and of sources that mark each door, are not doubted: a person has drawn them as rooms.
     """
     if not is_doubted(level, layout):
         return np.zeros(len(layout.spaces))
-    odds = load_models()["space"].log_odds(space_features(level, evidence, layout))
-    return np.asarray(1.0 / (1.0 + np.exp(odds)))
+    return load_models()["space"].doubt(space_features(level, evidence, layout))
 
 
 def is_doubted(level: Level, layout: Layout) -> bool:
