@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import Polygon
 
 from pipeline.geometry.meshes import Mesh, are_pieces_closed, label_pieces
-from pipeline.tolerances import FOOT_M, HALF_CM_M, HAND_M, HEAD_M, LAP_M, LARGELY, PARTITION_M, PATCH_M2, SHEET_M, SPECK
+from pipeline.tolerances import (
+    FOOT_M,
+    HALF_CM_M,
+    HAND_M,
+    HEAD_M,
+    LAP_M,
+    LARGELY,
+    MM_M,
+    PARTITION_M,
+    PATCH_M2,
+    SHEET_M,
+    SPECK,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
@@ -358,3 +372,24 @@ def move_off_vertex_height(wanted: float, edges: npt.NDArray[np.float64]) -> flo
     k = int(np.searchsorted(edges, wanted))
     above = edges[k : k + 2]
     return float(above.mean()) if len(above) == 2 else wanted + LAP_M
+
+
+def lengths_of_faces(mesh: Mesh, height: float, spaces: Sequence[Polygon]) -> tuple[Floats, Floats]:
+    """Return for each space (n,) the length, in metres, of the upright faces at its edge that look into it, and away.
+
+    The faces are those that a cut at ``height`` meets. Where a source does not wind its faces with care, they look
+    anywhere.
+    """
+    cut = MeshSlicer(mesh).cut(height, upright_only=True).ends
+    along = cut[:, 1] - cut[:, 0]
+    length = np.hypot(*along.T)
+    ahead = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, MM_M)[:, None]
+    places, tree = cut.mean(axis=1), shapely.STRtree(spaces)
+    rings = shapely.get_exterior_ring(np.array(spaces, np.object_))
+
+    def beside(way: float) -> Floats:
+        face, space = tree.query(shapely.points(places + way * SHEET_M * ahead), predicate="within")
+        near = shapely.dwithin(shapely.points(places[face]), rings[space], SHEET_M)
+        return np.bincount(space[near], length[face[near]], minlength=len(spaces)).astype(np.float64)
+
+    return beside(1.0), beside(-1.0)

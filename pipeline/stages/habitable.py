@@ -48,7 +48,7 @@ from pipeline.geometry.areas import (
     polygons_of,
     unite,
 )
-from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import subtract_floor_voids
 from pipeline.tolerances import (
@@ -63,7 +63,6 @@ from pipeline.tolerances import (
     MOSTLY,
     NEARLY_ALL,
     OPEN_EDGE,
-    SHEET_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
     SOME,
@@ -172,22 +171,10 @@ def _boxes_seen_from_outside(
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or not shut or len(rooms) < 2:
         return set()
-    cut = MeshSlicer(level.walls).cut(height, upright_only=True).ends
-    along = cut[:, 1] - cut[:, 0]
-    length = np.hypot(*along.T)
-    ahead = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, MM_M)[:, None]  # where a face looks
-    places = cut.mean(axis=1)
-
-    def looks(room: Polygon) -> tuple[float, float]:
-        """Return the length of the faces at a space's edge that look into it, and of those that look away."""
-        sides = [np.flatnonzero(shapely.contains_xy(room, *(places + way * SHEET_M * ahead).T)) for way in (1.0, -1.0)]
-        near = [side[shapely.dwithin(shapely.points(places[side]), room.exterior, SHEET_M)] for side in sides]
-        return float(length[near[0]].sum()), float(length[near[1]].sum())
-
-    seen = [looks(room) for room in rooms]
-    boxes = {k for k in shut if seen[k][0] < LARGELY * seen[k][1]}
-    into, away = (sum(seen[k][way] for k in range(len(rooms)) if k not in boxes) for way in (0, 1))
-    return boxes if into > LARGELY * (into + away) else set()
+    into, away = lengths_of_faces(level.walls, height, rooms)
+    boxes = {k for k in shut if into[k] < LARGELY * away[k]}
+    others = [k for k in range(len(rooms)) if k not in boxes]
+    return boxes if into[others].sum() > LARGELY * (into[others] + away[others]).sum() else set()
 
 
 def _without_boards(planes: Planes) -> BaseGeometry:

@@ -34,7 +34,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, fill_enclosed, intersect, intersect_pairs, unite
-from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2
 from pipeline.stages.logistic import load_models
@@ -45,7 +45,6 @@ from pipeline.tolerances import (
     MM_M,
     MOST,
     PATCH_M2,
-    SHEET_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
     STUB_M,
@@ -235,23 +234,10 @@ def _looked_away_from(spaces: list[Polygon], evidence: Evidence, level: Level) -
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or len(spaces) < 2:
         return np.zeros(len(spaces))
-    cut = MeshSlicer(level.walls).cut(height, upright_only=True).ends
-    along = cut[:, 1] - cut[:, 0]
-    length = np.hypot(*along.T)
-    ahead = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, MM_M)[:, None]
-    places = cut.mean(axis=1)
-    into, away = (_lengths_at_edges(spaces, places, places + way * SHEET_M * ahead, length) for way in (1.0, -1.0))
+    into, away = lengths_of_faces(level.walls, height, spaces)
     total_in, total = into.sum() - into, (into + away).sum() - into - away
     usual = total_in / np.maximum(total, MM_M)
     return np.asarray(away / np.maximum(into + away, MM_M) * usual)
-
-
-def _lengths_at_edges(spaces: list[Polygon], places: Floats, beside: Floats, length: Floats) -> Floats:
-    """Return for each space (n,) the length of the faces at its edge whose points ``beside`` lie in it."""
-    rings = shapely.get_exterior_ring(np.array(spaces, np.object_))
-    face, space = shapely.STRtree(spaces).query(shapely.points(beside), predicate="within")
-    near = shapely.dwithin(shapely.points(places[face]), rings[space], SHEET_M)
-    return np.bincount(space[near], length[face[near]], minlength=len(spaces)).astype(np.float64)
 
 
 def _widths(spaces: list[Polygon]) -> Floats:
