@@ -12,7 +12,7 @@ from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors, unnamed_floor
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
+from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -91,9 +91,9 @@ def glb_building(
     The storeys are stacked by ``stack_storeys``; their walls end under the next floor. In a storey's node are the nodes
     of ``glb``, and ``roof``: what no storey above covers. The top storey has no roof.
     """
-    storeys = stack_storeys(plans, name, orientation)
     bodies = storey_bodies(
-        storeys,
+        plans,
+        name,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,
@@ -128,9 +128,9 @@ def obj_building(
     from trimesh import Scene
     from trimesh.exchange.obj import export_obj
 
-    storeys = stack_storeys(plans, name, orientation)
     bodies = storey_bodies(
-        storeys,
+        plans,
+        name,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,

@@ -16,7 +16,7 @@ from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_f
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
-from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
+from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 
@@ -69,9 +69,9 @@ def sdf_building(
     storey above covers; the top storey has none. The storeys are stacked by ``stack_storeys``; their walls end under
     the next floor.
     """
-    storeys = stack_storeys(plans, name, orientation)
     bodies = storey_bodies(
-        storeys,
+        plans,
+        name,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,
@@ -85,7 +85,7 @@ def sdf_building(
         model = _child(world, "model", name=valid_xml_text(storey.plan.id))
         _child(model, "static", "true")
         _child(model, "pose", format_numbers(*storey.place, 0, 0, 0))
-        if storey is not storeys[0]:
+        if each is not bodies[0]:
             _model(model, "floor", _slab_pieces("floor", _FLOOR, each.slab, -FLOOR_M))
         _storey(model, each.built, wall_thickness)
         if not each.roof.is_empty:

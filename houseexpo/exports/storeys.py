@@ -85,25 +85,29 @@ class StoreyBodies:
 
 
 def storey_bodies(
-    storeys: Sequence[Storey],
+    plans: Sequence[FloorPlan],
+    name: str,
     *,
     wall_thickness: float,
     wall_height: float,
     door_height: float,
     orientation: Orientation,
 ) -> list[StoreyBodies]:
-    """Return the bodies of each storey; its walls end under the floor of the storey above.
+    """Return the bodies of each storey of a building, lowest first, stacked by ``stack_storeys``.
 
-    The top storey has no roof, as a plan that is exported by itself has none.
+    The walls of a storey end under the floor of the storey above. The top storey has no roof, as a plan that is
+    exported by itself has none.
 
     Raises
     ------
     ConfigError
-        Where two storeys have less than door_height and a floor between them, or as ``plan_bodies`` says.
+        Where two storeys have less than door_height and a floor between them, or as ``stack_storeys`` and
+        ``plan_bodies`` say.
     """
     import shapely
     import shapely.affinity
 
+    storeys = stack_storeys(plans, name, orientation)
     made = []
     for storey, above in zip(storeys, [*storeys[1:], None], strict=True):
         room = wall_height if above is None else round(above.elevation_m - storey.elevation_m - FLOOR_M, 4)

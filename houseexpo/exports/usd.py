@@ -14,7 +14,7 @@ from houseexpo.exports.mesh import extrude_polygon
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import FLOOR_M, stack_storeys, storey_bodies
+from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -69,9 +69,9 @@ def usd_building(
     display name are the id itself. In it are the scopes of ``usd``. The storeys are stacked by ``stack_storeys``; their
     walls end under the next floor.
     """
-    storeys = stack_storeys(plans, name, orientation)
     bodies = storey_bodies(
-        storeys,
+        plans,
+        name,
         wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,

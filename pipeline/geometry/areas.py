@@ -90,6 +90,14 @@ def intersect_pairs(a: Shapes, b: Shapes) -> Shapes:
     return _overlay_pairs(shapely.intersection, a, b)
 
 
+def shares_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry | None) -> npt.NDArray[np.float64]:
+    """Return the share of each of the shapes (n,) that lies in an area; 0 where there is none."""
+    if area is None or area.is_empty:
+        return np.zeros(len(shapes))
+    shared = intersect_pairs(np.array(shapes, np.object_), np.full(len(shapes), area, np.object_))
+    return np.asarray(shapely.area(shared) / shapely.area(shapes))
+
+
 def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:
     """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
     return _overlay_pairs(shapely.difference, a, b)

@@ -40,7 +40,7 @@ from pipeline.quality import score_quality
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
 from pipeline.stages.room_doubt import of_rooms
-from pipeline.tolerances import BESIDE_M, GROUP, SHEET_M, SHOULDERS_M, STAND_M, TWICE
+from pipeline.tolerances import BESIDE_M, GROUP, SHEET_M, SHOULDERS_M, STAND_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -137,7 +137,7 @@ def _of_entrance(passage: Passage, level: Level, widths: npt.NDArray[np.float64]
     alike = int((np.abs(widths - passage.portal.width) < STAND_M).sum()) - 1
     upper = level.below is not None
     return {
-        "many": _ramp(len(widths) - TWICE, TWICE * GROUP),
+        "many": _ramp(len(widths) - 2, 6),  # a front door and a back door are usual
         "alike": _ramp(alike, GROUP),
         "upper": float(upper),
         "air_before": (1.0 - ground) * float(upper and level.floor is not None),

@@ -46,6 +46,7 @@ from pipeline.geometry.areas import (
     intersect,
     intersect_pairs,
     polygons_of,
+    shares_inside,
     unite,
 )
 from pipeline.geometry.mesh_slicing import lengths_of_faces
@@ -89,8 +90,8 @@ def keep_habitable_spaces(
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
-    covered = _shares(rooms, evidence.floor)
-    low = _shares(rooms, evidence.low_headroom)
+    covered = shares_inside(rooms, evidence.floor)
+    low = shares_inside(rooms, evidence.low_headroom)
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
     doors = [c.polygon for c in candidates if c.kind in KNOWN]
     lintels = [c.polygon for c in candidates if c.kind == "lintel"]
@@ -104,7 +105,7 @@ def keep_habitable_spaces(
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, level)
-    below = _shares(rooms, level.below)
+    below = shares_inside(rooms, level.below)
     if entered or not level.only_walls:
         outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
@@ -141,7 +142,7 @@ def _solids(
     roofed = sum(intersect(rooms[k], part_under_cover(rooms[k], level)).area for k in others)
     if roofed < MOST * sum(rooms[k].area for k in others):
         return set()
-    return {k for k in shut if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
+    return {k for k in shut if shares_inside([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
 
 
 def filled_spaces(
@@ -154,7 +155,7 @@ def filled_spaces(
     if level.furniture:
         return set()
     known = {side for c in candidates if c.kind in KNOWN and c.portal is not None for side in c.portal.sides}
-    filled = _shares(rooms, evidence.furniture)
+    filled = shares_inside(rooms, evidence.furniture)
     return {k for k in range(len(rooms)) if filled[k] > NEARLY_ALL and k not in known}
 
 
@@ -237,12 +238,12 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
     roofed = sum(intersect(room, part_under_cover(room, level)).area for room in others)
     if roofed < MOST * sum(room.area for room in others):
         return set()
-    return {k for k in railed if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
+    return {k for k in railed if shares_inside([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
 def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -> set[int]:
     """Return which spaces lie under the open sky within the house, where most do not."""
-    under = _shares(rooms, level.cover)
+    under = shares_inside(rooms, level.cover)
     sheltered = under > MOST
     if area[sheltered].sum() <= area.sum() / 2:
         return set()
@@ -260,7 +261,7 @@ def _gardens(
         return set()
     band = shapely.buffer(unite([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
     fenced = {k for k in large if _along(rooms[k], band) > MOST}
-    return {k for k in fenced if _shares([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
+    return {k for k in fenced if shares_inside([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
 def part_under_cover(room: Polygon, level: Level) -> BaseGeometry:
@@ -293,14 +294,6 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
         return rooms
     named = unite([room.polygon for room in level.rooms if room.polygon is not None])
     return [part for room in rooms for part in subtract_floor_voids(room, level.floor, level.below, named)]
-
-
-def _shares(rooms: list[Polygon], area: BaseGeometry | None) -> npt.NDArray[np.float64]:
-    """Return the share of each room (n,) that lies in an area."""
-    if area is None or area.is_empty:
-        return np.zeros(len(rooms))
-    shared = intersect_pairs(np.array(rooms, dtype=np.object_), np.full(len(rooms), area))
-    return np.asarray(shapely.area(shared) / shapely.area(rooms))
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

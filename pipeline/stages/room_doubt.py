@@ -33,7 +33,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, fill_enclosed, intersect, intersect_pairs, unite
+from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, fill_enclosed, intersect, shares_inside, unite
 from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2
@@ -87,7 +87,7 @@ def space_features(level: Level, evidence: Evidence, layout: Layout) -> Features
     spaces = list(layout.spaces)
     area = shapely.area(spaces)
     share = area / area.sum()
-    named = _shares(spaces, unite(room.polygon for room in level.rooms if room.polygon is not None))
+    named = shares_inside(spaces, unite(room.polygon for room in level.rooms if room.polygon is not None))
     return {
         **_floor_and_sky(spaces, area, level, evidence),
         **_edges(spaces, evidence, layout),
@@ -96,7 +96,7 @@ def space_features(level: Level, evidence: Evidence, layout: Layout) -> Features
         "tiny": _tininess(area),
         "largest": _ramp(share - MOST, MOST) * (len(spaces) > 1),
         "alone": np.full(len(spaces), float(len(spaces) == 1)),
-        "filled": _shares(spaces, evidence.furniture) * (not level.furniture),
+        "filled": shares_inside(spaces, evidence.furniture) * (not level.furniture),
         "seen_from_outside": _looked_away_from(spaces, evidence, level),
         "named": named,
         "nameless": (1.0 - named) * float((named * share).sum() > MOST),
@@ -106,13 +106,13 @@ def space_features(level: Level, evidence: Evidence, layout: Layout) -> Features
 
 def _floor_and_sky(spaces: list[Polygon], area: Floats, level: Level, evidence: Evidence) -> Features:
     """F1, F2."""
-    floored = _shares(spaces, evidence.floor)
+    floored = shares_inside(spaces, evidence.floor)
     knows_floor = (floored * area).sum() > MOST * area.sum()
     under = _under_cover(spaces, level)
     found = {
         "floorless": (1.0 - floored) * knows_floor,
-        "over_void": _shares(spaces, level.below) * (1.0 - floored),
-        "low": _shares(spaces, evidence.low_headroom),
+        "over_void": shares_inside(spaces, level.below) * (1.0 - floored),
+        "low": shares_inside(spaces, evidence.low_headroom),
     }
     if under is None:
         return found
@@ -262,14 +262,6 @@ def _in_band(spaces: list[Polygon], band: BaseGeometry) -> Floats:
     rings = shapely.get_exterior_ring(np.array(spaces, np.object_))
     shapely.prepare(band)
     return np.asarray(shapely.length(shapely.intersection(rings, band)) / shapely.length(rings))
-
-
-def _shares(spaces: list[Polygon], area: BaseGeometry | None) -> Floats:
-    """Return the share of each space (n,) that lies in an area."""
-    if area is None or area.is_empty:
-        return np.zeros(len(spaces))
-    shared = intersect_pairs(np.array(spaces, np.object_), np.full(len(spaces), area, np.object_))
-    return np.asarray(shapely.area(shared) / shapely.area(spaces))
 
 
 def _tininess(area: Floats) -> Floats:
