@@ -196,9 +196,14 @@ def _points(head: bytes) -> str | None:
 # Files of design programs that no reader opens, and what to do about them.
 
 
-_SCENES = frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
 _PACKED = frozenset((".zip", ".7z", ".rar", ".tar", ".tgz", ".gz"))
-_DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg"))
+_EXPORTS = {
+    ".dxf": frozenset((".dwg",)),
+    ".ifc": frozenset((".rvt", ".pln")),
+    ".glb or .ifc": frozenset((".skp", ".3dm", ".step", ".stp", ".iges", ".igs")),
+    ".glb": frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d")),
+}
+"""What to export files of design programs as, by what their programs write."""
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:
@@ -206,8 +211,8 @@ def how_to_export(suffixes: Iterable[str]) -> str:
     said = {suffix.lower() for suffix in suffixes}
     if packed := sorted(_PACKED & said):
         return f"; unpack {', '.join(packed)}" + how_to_export(said - _PACKED)
-    known = sorted((_SCENES | _DESIGNS) & said)
-    return f"; export {', '.join(known)} as .glb or .ifc from the program that made it" if known else ""
+    ways = [f"{', '.join(sorted(known))} as {form}" for form, these in _EXPORTS.items() if (known := these & said)]
+    return f"; export {' and '.join(ways)} from the program that made it" if ways else ""
 
 
 # The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=test``.
