@@ -119,6 +119,10 @@ class MeshSlicer:
         within = crossing & ((bottom >= low) | (top <= high))
         return not within.any() and bool((np.abs(self._normals[crossing, 2]) < UPRIGHT).all())
 
+    def may_end_between(self, low: float, high: float) -> bool:
+        """Return whether something that stands at the lower of two heights may end below the higher one."""
+        return not self.is_upright_between(low, high)
+
     def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
         """Return the section at ``height``, metres above the level's floor.
 

@@ -94,7 +94,7 @@ def model_for_passage(passage: Passage) -> Part:
 def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
-    rooms = list(spaces.rooms)
+    rooms = spaces.rooms
     room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
@@ -148,7 +148,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
-    is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
+    is_odd, jutting = are_rooms_misshapen(tuple(rooms)), have_jutting_walls(tuple(rooms))
     given = unite(c.polygon for c in layout.candidates if c.kind in GIVEN)
     patches = unite(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
     mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
@@ -237,6 +237,8 @@ def _share_along(edge: BaseGeometry, what: BaseGeometry) -> float:
 def _share(place: Polygon, what: BaseGeometry) -> float:
     if what.is_empty or not place.area > 0:
         return 0.0
+    if shapely.covers(what, place):
+        return 1.0
     return float(intersect(place, clip_to_box(what, *place.bounds)).area / place.area)
 
 

@@ -81,9 +81,10 @@ from pipeline.geometry.closing_candidates import (
     minimal_separators,
     mouth_fillings,
     split_at_portals,
+    wall_ends,
 )
 from pipeline.geometry.doorless_openings import find_doorless_openings
-from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
+from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, boxes_around_polygons
 from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import (
@@ -257,6 +258,11 @@ def _at_doorless_openings(
     named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
     """Return the openings without a door between named rooms, and the closed plane with its spaces (R16)."""
+    if len(named) < 2:
+        return [], ground, rooms
+    met = shapely.STRtree(rooms).query(named, predicate="intersects")[1]
+    if len(np.unique(met)) == len(met):  # no space holds two rooms
+        return [], ground, rooms
     found = find_doorless_openings(named, unite(rooms), walls)
     depths = [max(HAND_M - opening.apart_m, 0.0) / 2 for opening in found]
     strips = [opening.strip(deeper_m=depth, wider_m=LAP_M) for opening, depth in zip(found, depths, strict=True)]
@@ -312,6 +318,8 @@ def _boundaries(
 def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
+    if len(pieces) < 2:
+        return []
     parts = [intersect(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
     large = [part for part in parts if part.area >= least_m2]
     if len(large) < 2:
@@ -344,13 +352,18 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
     doorways = zip(planes.doorways, grow_to_overlap([d.polygon for d in planes.doorways]), strict=True)
     pieces += [ClosingCandidate(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gap_fillings(planes.tall, filled, config.gap_m)
-    wide = gap_fillings(planes.tall, [*filled, *found], config.entrance_m)
-    closed = unite([p.polygon for p in pieces] + found)
-    gates = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m and not _is_closed(gap, closed)]
+    ends = list(wall_ends(planes.tall, nibs=True))
+    found = gap_fillings(planes.tall, filled, config.gap_m, ends=ends)
+    wide = gap_fillings(planes.tall, [*filled, *found], config.entrance_m, ends=ends)
+    wide = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m]
+    closed = unite([p.polygon for p in pieces] + found) if wide else EMPTY
+    gates = [gap for gap in wide if not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    cracks = [] if level.sills else crack_fillings(unite([*filled, *found]))  # R19
-    cracks += [] if level.sills else contact_fillings(unite([*filled, *found, *cracks]))
+    cracks: list[Polygon] = []
+    if not level.sills:  # R19
+        standing = unite([*filled, *found])
+        cracks = crack_fillings(standing)
+        cracks += contact_fillings(unite([*filled, *found, *cracks]) if cracks else standing)
     candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
     candidates += [ClosingCandidate(gap, "gate") for gap in gates]
     return candidates + _gates_of_railings(level, planes, candidates, config)
@@ -358,7 +371,7 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
 
 def _before_doorways(doorways: Sequence[Doorway]) -> BaseGeometry:
     """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R18)."""
-    boxes = [box_around_polygon(each.polygon) for each in doorways]
+    boxes = boxes_around_polygons([each.polygon for each in doorways])
     return unite([box_polygon(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
 
 
@@ -370,7 +383,8 @@ def _gates_of_railings(
         return []
     ground = close_plane(planes.door, pieces)
     ends = unite([planes.tall, planes.rails])
-    found = gap_fillings(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m)
+    standing = [planes.door, planes.rails, *(p.polygon for p in pieces)]
+    found = gap_fillings(ends, standing, config.entrance_m)
     near = shapely.buffer(planes.rails, BESIDE_M)
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
@@ -456,11 +470,10 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
     """Return whether the source draws a floor under most of what the walls span, or of what they enclose (a wing)."""
     if level.floor is None or planes.door.is_empty:
         return False
+    if level.floor.area > MOST * shapely.convex_hull(planes.door).area:
+        return True
     enclosed = unite(rooms)
-    return bool(
-        level.floor.area > MOST * shapely.convex_hull(planes.door).area
-        or intersect(enclosed, level.floor).area > MOST * enclosed.area
-    )
+    return bool(intersect(enclosed, level.floor).area > MOST * enclosed.area)
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:

@@ -40,8 +40,8 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
-from pipeline.geometry.doorways import box_around_polygon
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, shares_inside, subtract, unite
+from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
 from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
@@ -85,8 +85,8 @@ def measure_quality_grounds(
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
-        "odd_room_share": float(are_rooms_misshapen(list(spaces.rooms)).mean()),
-        "loose_end_share": float(have_jutting_walls(list(spaces.rooms)).mean()),
+        "odd_room_share": float(are_rooms_misshapen(spaces.rooms).mean()),
+        "loose_end_share": float(have_jutting_walls(spaces.rooms).mean()),
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
@@ -130,7 +130,7 @@ def _floors(
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = subtract(subtract(intersect(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
+    between = intersect(subtract(subtract(floor, buffer_mitred(rooms, CRACK_M)), walls), shapely.convex_hull(rooms))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0,
         "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
@@ -156,12 +156,12 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     x1, y1, x2, y2 = rooms.bounds
     here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
     near = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and p.intersects(here)]
-    wide = [p for p in near if box_around_polygon(p).width > SHOULDERS_M]
+    wide = [p for p, box in zip(near, boxes_around_polygons(near), strict=True) if box.width > SHOULDERS_M]
     if not wide:
         return 0.0
     candidates = np.array([candidate.polygon for candidate in layout.candidates], dtype=np.object_)
     used = unite(candidates[np.unique(shapely.STRtree(candidates).query(wide, predicate="intersects")[1])])
-    return _share(sum(intersect(p, used).area < SOME * p.area for p in wide), len(wide))
+    return _share(float((shares_inside(wide, used) < SOME).sum()), len(wide))
 
 
 def _tall(level: Level) -> float:
