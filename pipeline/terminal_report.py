@@ -13,10 +13,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from houseexpo.analysis.similarity import Duplicate
 from houseexpo.commands.printing import new_table
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import load_plan
@@ -69,7 +71,7 @@ def print_outcome(
     if rows:
         printed.print()
         printed.print(plans_table(data_set, rows, out))
-    for lines in (doubt_lines(data_set, rows), rejection_lines(data_set, out)):
+    for lines in (doubt_lines(data_set, rows), duplicate_lines(data_set), rejection_lines(data_set, out)):
         for number, line in enumerate(lines):
             printed.print(line if number else Text("\n").append_text(line), soft_wrap=True)
     notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in oddity_lines(rows)]
@@ -158,6 +160,19 @@ def doubt_lines(data_set: BuildResult, rows: Sequence[Mapping[str, Any]]) -> Ite
         if quality is not None and (grounds := main_grounds_in_words(quality)):
             words = "; ".join(ground.rpartition(": ")[0] for ground in grounds)
             yield Text.assemble(("doubtful ", "yellow"), (name, "bold"), f": {words}")
+
+
+def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
+    """Say which plans were left out as duplicates, and how to keep them; of many (R2) their file does."""
+    dropped = [
+        Duplicate(**msgspec.json.decode(line))
+        for line in (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
+    ]
+    if not dropped or len(dropped) > _REFUSED:
+        return
+    for each in dropped:
+        yield Text.assemble(("duplicate ", "yellow"), (each.id, "bold"), f": its plan repeats {each.kept_id}")
+    yield Text("          left out; `keep = true` under its id in overrides.toml keeps such a plan", "dim")
 
 
 def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:

@@ -18,6 +18,7 @@ from pipeline.html_report import write_report
 from pipeline.rejection import Reason, Rejection
 from pipeline.terminal_report import (
     doubt_lines,
+    duplicate_lines,
     notes_lines,
     outcome_table,
     read_index_rows,
@@ -153,6 +154,16 @@ def test_the_terminal_says_what_speaks_against_doubtful_plans(street: Path, tmp_
     lines = [line.plain for line in doubt_lines(built, read_index_rows(built.root))]
     assert [line.partition(":")[0] for line in lines] == ["doubtful b_sure_70", "doubtful c_sure_20"]
     assert all(line.partition(": ")[2] for line in lines)
+
+
+def test_the_terminal_says_which_plans_repeat_others_and_how_to_keep_them(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        one_room(tmp_path / "street" / f"{name}.ply", 4.0)
+    built = run_build([tmp_path / "street"], tmp_path / "out")
+    assert [line.plain.strip() for line in duplicate_lines(built)] == [
+        "duplicate two: its plan repeats one",
+        "left out; `keep = true` under its id in overrides.toml keeps such a plan",
+    ]
 
 
 def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:
