@@ -36,6 +36,8 @@ R12 Where all that leaves no room, and walls surround one place nearly all round
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
 R15 A slit between two walls, too narrow for anybody, parts the rooms at its ends.
+R22 Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
+    it there is the edge of its floor (R3). That it was not seen whole makes it no stage (R20).
 R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
     ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
 R8  Nor has what encloses less than ``area_m2`` after all this.
@@ -44,6 +46,7 @@ R8  Nor has what encloses less than ``area_m2`` after all this.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import networkx as nx
@@ -123,6 +126,13 @@ WHOLE_BREADTH = 0.85
 
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
+    walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
+    if ends:  # R22
+        planes = replace(
+            planes,
+            door=unite([planes.door, evidence.open_edge]),
+            tall=unite([planes.tall, evidence.open_edge]),
+        )
     pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
@@ -157,11 +167,11 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
-        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
+        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
         kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled)
         of_rooms = clip_rooms_to_floor(kept, level)
         sides = tuple(assign_sides(candidates, of_rooms, ground))
-        return Layout(planes.door, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
+        return Layout(walls, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
@@ -171,7 +181,8 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     if not level.sills and (
         openings := [ClosingCandidate(p, "wall_ends") for p in _of_hall(found, config.area_m2)]
     ):  # R14
-        found = within([*(candidate for candidate in found.candidates if candidate.kind in EDGES), *openings])
+        edges = [c for c in found.candidates if c.kind in EDGES and c not in ends]
+        found = within([*edges, *openings])
     area = _area(found)
     if area < config.area_m2:  # R8
         raise Rejection(
@@ -182,7 +193,9 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             "walls must close at some height up to the ceiling, or the house needs a floor slab" + _guesses(level),
         )
     is_named = any(room.polygon is not None for room in level.rooms)
-    if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > OPEN_EDGE:  # R20
+    if (
+        not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found, ends)) > OPEN_EDGE
+    ):  # R20
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
@@ -243,9 +256,9 @@ def _closed_by(
     return parts, closed
 
 
-def _open_share(found: Layout) -> float:
-    """Return the share of the edges of all rooms that only guesses close (R20)."""
-    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"}])
+def _open_share(found: Layout, unseen: Sequence[ClosingCandidate]) -> float:
+    """Return the share of the edges of all rooms that only guesses close (R20), without what was not seen (R22)."""
+    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"} and c not in unseen])
     if guessed.is_empty:
         return 0.0
     near = shapely.buffer(guessed, CRACK_M, quad_segs=2)
