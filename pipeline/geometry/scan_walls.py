@@ -384,7 +384,7 @@ def _open_edge(band: Bools, walls: Bools, columns: Columns) -> Bools:
         return bare
     body = columns.stands[(columns.heights >= EDGE_BAND_M) & (columns.heights <= HEAD_M)]
     beside = [grow_mask(layer, SPREAD) for layer in body]
-    standing = _without_specks(np.mean(beside, axis=0, dtype=np.float32) >= STANDS, raster)
+    standing = _without_specks(np.asarray(np.mean(beside, axis=0, dtype=np.float32) >= STANDS), raster)
     return _longer_than_a_hole(bare & ~grow_mask(standing, far), raster)
 
 
