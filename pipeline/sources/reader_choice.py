@@ -38,6 +38,7 @@ _MESHES = frozenset({".dae", ".glb", ".gltf", ".obj", ".off", ".stl"})
 """Suffixes that no family of drawn plans claims, so that none of them is asked."""
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
+_BLANK = b"\xef\xbb\xbf \t\r\n"
 _SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
 _PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
 _BY_SUFFIX = {
@@ -104,10 +105,10 @@ def reader_for_file(path: Path) -> str | None:
 
 
 def _by_content(path: Path, head: bytes) -> str | None:
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    text = head.lstrip(_BLANK)
     if head.startswith(_ZIP):
         return _in_zip(path)
-    if head.startswith(_GZIP) or text[:1] == b"{":
+    if head.startswith(_GZIP) or text[:1] in {b"{", b"["}:
         return reader_for_json(read_first_document(path))
     if text[:1] == b"<":
         root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
@@ -116,8 +117,11 @@ def _by_content(path: Path, head: bytes) -> str | None:
 
 
 def reader_for_json(data: bytes) -> str | None:
-    """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have."""
+    """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have; a list holds ProcTHOR's houses."""
     try:
+        if is_list(data):
+            houses = msgspec.json.decode(data, type=list[msgspec.Raw])
+            return "procthor" if houses and reader_for_json(bytes(houses[0])) == "procthor" else None
         document = _DOCUMENT.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return _by_words(data[:HEAD_BYTES])
@@ -150,6 +154,17 @@ def read_first_document(path: Path) -> bytes:
             return line if _is_whole(line) else line + bytes(stream.read(LONGEST_JSON - len(line)))
     except (OSError, EOFError, zlib.error):
         return b""
+
+
+def begins_with_list(path: Path) -> bool:
+    """Whether the JSON of a file, which may be packed by gzip, is a list."""
+    with open_unpacked(path) as stream:
+        return is_list(stream.read(HEAD_BYTES))
+
+
+def is_list(data: bytes) -> bool:
+    """Whether JSON, of which this is the beginning, is a list."""
+    return data.lstrip(_BLANK)[:1] == b"["
 
 
 def open_unpacked(path: Path) -> Any:
