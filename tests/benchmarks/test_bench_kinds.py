@@ -120,7 +120,7 @@ def missing(task: tuple[str, int], seed: int, folder: Path) -> Counter[str]:
     member = make_member(*task, seed, folder / task[0])
     found: Counter[str] = Counter()
     for level in levels_of(member.path):
-        here = of_storey(member, level)
+        here = of_storey(member.truths, level)
         doors = [each["centre"] for truth in here for each in truth["doors"] if each["interior"]]
         found += without_candidate(level, doors, [zone for truth in here for zone in zones_of(truth)])
     return found
