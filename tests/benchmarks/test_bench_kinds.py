@@ -205,7 +205,7 @@ def test_confidence_tells_true_parts_from_false_ones(request: pytest.FixtureRequ
     assert {part.part for part in parts} == {"door", "entrance", "room"}
 
 
-CLOUDS = ("cloud0", "cloud5", "cloud20", "cloud_furnished")
+CLOUDS = ("cloud0", "cloud5", "cloud20", "cloud_furnished", "cloud_doubled")
 MEASURES = ("room", "corner", "angle")
 PUBLISHED = {
     "RoomFormer (2023), Structured3D": (97.9, 96.7, 89.1, 85.3, 83.0, 79.5),
