@@ -25,6 +25,7 @@ from pipeline.sources.files import id_from_file_name, level_id, list_files_by_su
 from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.sources.meshes.scene import Scene
 from pipeline.sources.named_scene import divide_among_levels, named_door_heights, sort_faces_by_role, structural_mesh
+from pipeline.sources.named_things import measure_named_things
 from pipeline.sources.storeys.axis_and_unit import (
     TRIED,
     UPS,
@@ -81,7 +82,8 @@ def read(item: Input) -> Iterator[Level]:
     up = frame_convention(path)
     wish = _requested_size(options)
     try:
-        found = find_axis_and_unit(structural_mesh(raw), up, wish, path.name, named_door_heights(raw))
+        doors, things = named_door_heights(raw), measure_named_things(raw)
+        found = find_axis_and_unit(structural_mesh(raw), up, wish, path.name, doors, things=things)
     except Rejection as rejection:
         shell = None if wish.is_about_size else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(draw_top_view(raw.mesh, UPS[up.up])) from None

@@ -215,6 +215,38 @@ SCALED: Final = 0.03  # how much nearer a scaled unit must come than a bare one,
 INCHES: Final = 0.02  # more than the heads and the storey of two such models differ, so that inches come last
 SLACK: Final = 6.0  # how much more freely storeys differ than heads
 
+# Decisions about the scale by the sizes of things (``storeys.size_evidence``). Odds are natural logarithms.
+
+SCALES_RANGE: Final = 7.0  # the logarithm of the largest over the smallest scale that is likely at all
+SCALE_STEP: Final = 0.02  # steps of the logarithm in which free scales are tried
+# how often files without a unit have one of these, as against metres; fewer than one in ten has another unit
+UNIT_ODDS: Final = (
+    (1.0, 0.0),
+    (0.01, -1.0),
+    (0.001, -2.0),
+    (0.0254, -2.5),
+    (0.1, -3.0),
+    (0.3048, -3.5),
+    (10.0, -3.5),
+    (100.0, -4.0),
+    (1 / 0.0254, -4.5),  # inches, stated twice
+)
+FREE_SCALE: Final = 0.5  # how often they have any other scale, as a multiple of metres
+LAID_DOWN: Final = 0.5  # how much likelier a unit is that the format lays down
+LIKE: Final = 0.12  # difference of the logarithm up to which scales are one answer
+CLEARLY: Final = 1.0  # by how much another scale must be likelier
+HEARD: Final = 3  # named things count as this many kinds at most, and openings of so many widths count most
+SAME_SIZE: Final = 0.06  # share by which sizes differ at least if they count apart
+OPENING_CUT: Final = 0.3  # share of a storey's height at which openings are looked at: over seats, under tables
+OPENING: Final = (0.15, 0.9)  # width of an opening as a share of the storey's height
+JAMB: Final = (0.012, 0.25)  # thickness of a wall as a share of the storey's height
+JAMB_TURN: Final = 0.05  # sine of the angle between two jambs of one opening, at most
+JAMB_ASIDE: Final = 0.2  # share of a jamb's length by which the other stands aside at most
+JAMB_UNLIKE: Final = 0.3  # share by which the lengths of two jambs differ at most
+MAX_JAMBS: Final = 3_000  # a scan has more
+LINE_TURN: Final = 0.02  # radians: faces of one line differ by less
+LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie apart by less
+
 # Decisions on whether there is an inside (``storeys.interior``).
 
 CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer to the floor other things stand too

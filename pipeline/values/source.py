@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Protocol
 
-import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
@@ -104,8 +103,7 @@ class Level:
         """The source's floor with its rooms, which may cover the void of a stair; None if it has no floor."""
         if self.floor is None:
             return None
-        drawn = [room.polygon for room in self.rooms if room.polygon is not None]
-        return self.floor if shapely.covers(self.floor, drawn).all() else unite([self.floor, *drawn])
+        return unite([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
 
     @property
     def names_doors(self) -> bool:

@@ -25,12 +25,14 @@ R7  Where no unit fits, the scale is tried that makes a storey 2.7 m high (``TRI
     there are rooms then.
 R8  So it is where a file without a unit would be a building in metres that nothing divides, if that scale, and not
     metres, gives an opening the height of a door.
+R9  What the sizes of openings, walls and named things make clearly likelier (``size_evidence``) is taken instead of a
+    guess. A unit that the file or its format lays down is no guess where the rules before kept it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +49,7 @@ from pipeline.sources.storeys.scale import (
     unit_from_opening_heads,
     unit_from_storey,
 )
+from pipeline.sources.storeys.size_evidence import NamedThing, SizesFound, find_openings, weigh_scale
 from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, find_storey_pairs, weighted_quantile
 from pipeline.sources.tolerances import (
     AS_STRONG,
@@ -119,9 +122,15 @@ class AxisAndUnit:
 
 
 def find_axis_and_unit(
-    mesh: Mesh, convention: FrameConvention, wish: SizeOptions, name: str, doors: Mapping[str, DoorHeight] | None = None
+    mesh: Mesh,
+    convention: FrameConvention,
+    wish: SizeOptions,
+    name: str,
+    doors: Mapping[str, DoorHeight] | None = None,
+    *,
+    things: Mapping[str, Sequence[NamedThing]] | None = None,
 ) -> AxisAndUnit:
-    """Find the up axis and the unit; ``doors`` are the named doors' heights, by axis.
+    """Find the up axis and the unit; ``doors`` are the named doors' heights, ``things`` all that is named, by axis.
 
     Raises
     ------
@@ -145,6 +154,9 @@ def find_axis_and_unit(
     tried = found is None and not wish.is_about_size
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
+    if found and not wish.is_about_size and found != convention.metres:
+        sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
+        found = weigh_scale(sizes, found, convention.metres, *shape.scales())  # R9
     if found is None or not shape.fits_width(found):
         raise _bad_units(shape, axis, None if tried else found, wish, name)
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
@@ -251,6 +263,13 @@ def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | 
     return told if told and shape.fits_width(told) else None
 
 
+def _sizes_found(surfaces: Surfaces, axis: str, shape: UprightShape, things: Sequence[NamedThing]) -> SizesFound:
+    """R9: measure what the shape does not hold."""
+    widths, thicknesses = find_openings(surfaces, UPS[axis], shape.foot, shape.storey)
+    extent = math.sqrt(math.prod(shape.widths))
+    return SizesFound(shape.storey, extent, shape.heads, tuple(widths), tuple(thicknesses), tuple(things))
+
+
 def _bad_units(shape: UprightShape, axis: str, metres: float | None, wish: SizeOptions, name: str) -> Rejection:
     long, high = max(shape.widths), shape.storey
     sizes = ", ".join(f"{unit}: {long * by:.4g} m and {high * by:.3g} m" for unit, by in UNITS.items())
@@ -281,6 +300,7 @@ class UprightShape:
     heads: tuple[float, ...] = ()  # of openings, above the storey's foot
     height: float = 0.0  # of all walls, whatever divides them
     lower: tuple[float, ...] = ()  # in the lower half of the storey, where openings end that are as many
+    foot: float = 0.0  # where the storey begins
 
     def fits(self, metres: float) -> bool:
         """R2: tell whether a unit of so many metres makes this a house."""
@@ -289,6 +309,12 @@ class UprightShape:
     def stands(self, metres: float) -> bool:
         """R2: tell whether so many metres make this a building, of one storey or of several that nothing divides."""
         return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_BUILDING_M
+
+    def scales(self) -> tuple[float, float]:
+        """Return the least and the most metres in a unit with which it stands."""
+        narrow, wide = sorted(self.widths)
+        least = max(STOREY_M[0] / self.storey, WIDTH_M[0] / narrow, LONGEST_AT_LEAST_M / wide)
+        return least, min(HIGHEST_BUILDING_M / self.storey, WIDTH_M[1] / wide)
 
     def fits_width(self, metres: float) -> bool:
         """Tell whether the walls stand as far apart as a house's."""
@@ -309,11 +335,11 @@ def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
-    storey, heads, lower = _storey(
+    foot, storey, heads, lower = _storey(
         surfaces, walls, _area_over_plan(surfaces, flats, spans, axis), axis, float(np.prod(tall))
     )
     bare = flat_area < BARE_SHARE * all_area and square > SQUARE
-    return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower)
+    return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower, foot)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
@@ -334,8 +360,8 @@ def _area_over_plan(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, f
 
 def _storey(
     surfaces: Surfaces, walls: Bools, level: Floats, axis: int, footprint: float
-) -> tuple[float, tuple[float, ...], tuple[float, ...]]:
-    """Return the greatest height between two level surfaces that cover the plan, or the ends of the walls.
+) -> tuple[float, float, tuple[float, ...], tuple[float, ...]]:
+    """Return the foot and the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
     The halves of a split level have storeys of their own.
 
@@ -366,7 +392,7 @@ def _storey(
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
     lower = _heads(heights, growth, LOW_HEADS_AT, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
-    return storey, tuple(upper), tuple(sorted(head * storey for head in lower))
+    return foot, storey, tuple(upper), tuple(sorted(head * storey for head in lower))
 
 
 def _growth(profile: WallProfile) -> Floats:
