@@ -6,11 +6,12 @@ than the wall, frames and play leave a few centimetres at the sides, openings st
 R1  A wall that is a little skewed to what stands in it is cut through; where it is so much askew that its two ends lie
     in different lines, the doorway is turned to lie along the wall.
 R2  Two walls of their own, one beside the other: the thinner one decides how deep the doorway is.
+R3  A leaf may lie at a face of the wall, before the hole that it shuts, with no wall in its own line.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 from typing import Literal
 
@@ -25,8 +26,10 @@ from pipeline.geometry.meshes import Box
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
+    CRACK_M,
     HAND_M,
     LAP_M,
+    MOSTLY,
     SHEET_M,
     SKEW,
     SLIVER_M,
@@ -90,7 +93,7 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
     if near.is_empty:
         return None
-    ends = _jambs(box, near)
+    ends = _jambs(box, near) or _jambs_behind(box, near)
     if ends is None:
         return None
     faces = []
@@ -153,6 +156,19 @@ def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
     ends = [away[end][np.isfinite(away[end])].tolist() for end in (slice(3), slice(3, 6))]
     if all(len(found) >= 2 or (found and box.thickness < SLIVER_M) for found in ends):
         return [median(found) for found in ends]
+    return None
+
+
+def _jambs_behind(box: Box, walls: BaseGeometry) -> list[float] | None:
+    """R3: return how far the two ends of the wall are from the centre of a leaf that lies before a hole, or None."""
+    if box.thickness > HAND_M:
+        return None
+    for sign in (-1.0, 1.0):
+        line = replace(box, centre=box.centre + sign * (box.thickness / 2 + CRACK_M) * box.across, thickness=0.0)
+        if not walls.intersects(box_polygon(line, width=MOSTLY * box.width, depth=CRACK_M)):
+            ends = _jambs(line, walls)
+            if ends is not None:
+                return ends
     return None
 
 

@@ -62,7 +62,8 @@ from pipeline.tolerances import (
 #     the ceiling, and is no wider than a door.
 # R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
 #     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
-#     parallel ones that only a third joins.
+#     parallel ones that only a third joins. What is hollow, and ends with the walls that it touches above a leaf in it,
+#     is no frame, but a short wall with a hole for the leaf.
 # R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
 # R4  What has a handle is a door, though it reaches the ceiling or stands in such a row: something small that begins
 #     above a table and ends below a person's eyes, at the face of a plate, near one of its two edges. A pane beside
@@ -107,7 +108,8 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     keys = list(parts)
     found = []
     parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
-    groups = [each for members in parallel for each in _touching(members, parts)]  # R2
+    doors = [_without_walls(members, parts, bodies) for members in parallel]
+    groups = [each for members in doors for each in _touching(members, parts)]  # R2
     for group in (each for members in groups for each in _apart_from_panes(members, parts, handled)):  # R4
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
@@ -119,6 +121,14 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
                 Leaf(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
             )
     return found
+
+
+def _without_walls(group: list[int], parts: Mapping[int, Box], bodies: Bodies) -> list[int]:
+    """Return a group of parts without short walls that have a hole for a leaf of the group (R2)."""
+    tops = [parts[k].high for k in group if parts[k].width >= LEAF_WIDTH_M[0]]
+    above = [k for k in group if parts[k].high > min(tops, default=np.inf) + HAND_M]
+    walls = {k for k in above if not _is_plate(parts[k], bodies, k) and _ends_with_walls(parts[k], bodies)}
+    return [k for k in group if k not in walls]
 
 
 def _ends_with_walls(box: Box, bodies: Bodies) -> bool:

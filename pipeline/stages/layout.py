@@ -28,8 +28,8 @@ R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
-    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``), and a door that parts nothing
-    by itself, beside a mouth, closes with it.
+    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
+    parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names.
 R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
@@ -96,6 +96,7 @@ from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
     CRACK_M,
+    DOORWAY_M,
     GROUP,
     HAIR_M,
     HAND_M,
@@ -142,7 +143,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
         ways, ground, rooms = _at_doorless_openings(named, planes.door, ground, rooms)  # R16
         strips = strips + ways
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
-        beside = [] if gapless else _without_effect(pieces, strips, level)
+        beside = [] if gapless else _without_effect(pieces, strips, ground, level)
         for row in [] if gapless else mouth_fillings(*_closed_by(ground, beside, rooms)):  # R13
             if any(_lies_in_room(mouth, level) for mouth in row):
                 continue
@@ -213,17 +214,33 @@ def _what_stands(planes: Planes, spaces: list[Polygon]) -> str:
 
 
 def _without_effect(
-    pieces: Sequence[ClosingCandidate], strips: Sequence[ClosingCandidate], level: Level
+    pieces: Sequence[ClosingCandidate],
+    strips: Sequence[ClosingCandidate],
+    ground: BaseGeometry,
+    level: Level,
 ) -> list[ClosingCandidate]:
-    """Return the doors and openings of the source that parted nothing, in a world with gaps (R13).
+    """Return what parted nothing: doors and openings of a world with gaps, lintels over doorways of others (R13).
 
-    A wide opening beside such a door may leave nothing that the door parts by itself.
+    A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel that would part spaces
+    was dropped for another reason, and is not returned.
     """
-    if not level.unnamed_gaps:
-        return []
     taken = unite([strip.polygon for strip in strips])
-    known = [piece for piece in pieces if piece.kind in KNOWN]
-    return [piece for piece in known if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
+    kinds = KNOWN if level.unnamed_gaps else {"lintel"}
+    found = [piece for piece in pieces if piece.kind in kinds]
+    found = [piece for piece in found if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
+    if level.unnamed_gaps:
+        return found
+    found = [piece for piece in found if _is_over_doorway(piece.polygon)]
+    if not found:
+        return []
+    closed, parts = enclosed_pieces(close_plane(ground, found))
+    return [piece for piece in found if not _parts_spaces(piece, ground, closed, parts)]
+
+
+def _is_over_doorway(lintel: Polygon) -> bool:
+    """Return whether a lintel is as wide as a doorway, and no deeper than a wall."""
+    box = box_around_polygon(lintel)
+    return DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.thickness <= THICK_WALL_M
 
 
 def _parts_spaces(piece: ClosingCandidate, ground: BaseGeometry, closed: BaseGeometry, parts: list[Polygon]) -> bool:

@@ -117,6 +117,17 @@ def test_a_leaf_between_two_posts_thinner_than_it_looks_into_them_stands_in_none
     assert doorway_around_leaf(LEAF, posts) is None
 
 
+@pytest.mark.parametrize("hole", [True, False])
+def test_a_sheet_at_the_face_of_a_wall_is_a_door_where_it_shuts_a_hole(hole: bool) -> None:
+    """R3: the wall has a recess of 1 m with a thin back, or runs on behind the sheet; rounding parts the two."""
+    whole = shapely.box(0, -0.1, 4, 0.1)
+    walls = whole - shapely.box(1.5, -0.05, 2.5, 0.2) if hole else whole
+    found = doorway_around_leaf(Box(np.array([2.0, 0.1001]), np.array([1.0, 0.0]), 1.0, 0.0, 0.0, 2.0), walls)
+    assert (found is not None) is hole
+    if found is not None:
+        assert (found.width, found.thickness) == (pytest.approx(1.0), pytest.approx(0.2))
+
+
 def _askew(degrees: float, beside_m: float = 0.0) -> shapely.Geometry:
     """Two pieces of wall about a gap of 0.9 m, turned about the leaf's middle; the second is moved across."""
     pieces = shapely.union_all([shapely.box(0, -0.1, 1.55, 0.1), shapely.box(2.45, -0.1 + beside_m, 4, 0.1 + beside_m)])
@@ -233,4 +244,14 @@ def test_a_short_wall_as_high_as_the_walls_that_it_touches_is_no_leaf_that_stand
     sides = [box((2.9, 1.0, 3.0, 3.0), 0.0, CEILING), box((4.4, 1.0, 4.5, 3.0), 0.0, CEILING)]
     found = plan_of(level([*shell((0.0, -2.0, 7.0, 3.0)), *sides, short], ceiling_m=CEILING + 0.12))
     assert kinds(found) == ["opening"]
+    assert len(found.rooms) == 2
+
+
+def test_a_short_wall_with_a_hole_is_no_frame_of_the_leaf_in_it() -> None:
+    """R2: the wall before a niche of 1.2 m, as high as the walls at its ends, with a leaf in it. The roof is higher."""
+    short = trimesh.boolean.union(wall((3.0, 1.0, 4.2, 1.12), Hole(3.1, 4.05)), engine="manifold")
+    sides = [box((2.9, 1.0, 3.0, 3.0), 0.0, CEILING), box((4.2, 1.0, 4.3, 3.0), 0.0, CEILING)]
+    shut = box((3.1, 1.08, 4.05, 1.12), 0.0, HEAD)
+    found = plan_of(level([*shell((0.0, -2.0, 7.0, 3.0)), *sides, short, shut], ceiling_m=CEILING + 0.12))
+    assert kinds(found) == ["door"]
     assert len(found.rooms) == 2

@@ -152,6 +152,12 @@ def test_a_door_beside_a_wide_opening_parts_rooms_with_it(named: bool) -> None:
     assert len(found.rooms) == (2 if named else 1)
 
 
+@pytest.mark.parametrize(("other", "rooms"), [(Hole(3.6, 4.5), 2), (gap(3.6, 4.5), 1)])
+def test_a_lintel_beside_a_wide_opening_parts_rooms_with_it(other: Hole, rooms: int) -> None:
+    between = wall((5.0, 0.0, 5.2, 5.0), gap(0.5, 3.0), other)
+    assert len(layout([*shell((0.0, 0.0, 10.2, 5.0)), *between]).rooms) == rooms
+
+
 @pytest.mark.parametrize(("aside_m", "rooms"), [(0.1, 2), (0.25, 1)])
 def test_a_wall_that_ends_a_little_beside_where_another_points_ends_the_mouth(aside_m: float, rooms: int) -> None:
     """A bay of 4 m x 3 m: the wall before it ends 1.8 m before the wall beside it, which ends short of its line."""
