@@ -108,8 +108,8 @@ def build(
         list[str] | None,
         typer.Argument(
             metavar="SOURCE",
-            help="A mesh, an IFC file, a folder of such files, a SUNCG root, or procedural:COUNT for made homes; "
-            "with --verify, a data set.",
+            help="A file of a house (mesh, IFC, Gazebo, Sweet Home 3D, drawn plan, robot's map, ...), a folder of such "
+            "files, a SUNCG root, or procedural:COUNT for made homes; with --verify, a data set.",
             show_default=False,
         ),
     ] = None,

@@ -40,6 +40,9 @@ SHOWN: Final = 50
 MAX_SHOWN: Final = 200
 """How many doubtful plans, and how many duplicates, are drawn; the data set has all of them."""
 
+_GROUNDS: Final = (
+    "The quality runs from 0 to 1. The main possible faults of a plan stand below it, each from 0 (no sign of it) to 1."
+)
 _LOG = logging.getLogger(__name__)
 _ROWS: Final = 2000
 _TILE_PX: Final = 320
@@ -87,7 +90,7 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     some = ", some at random" if len(data_set.ids) > SHOWN else ""
     parts = (
         table_html((), list(_counts(data_set))),
-        section_html(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful]),
+        section_html(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful], _GROUNDS),
         *_rejections(data_set),
         section_html(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
         table_html(
@@ -207,12 +210,13 @@ def page_html(title: str, parts: Iterable[str]) -> str:
     return _PAGE.format(title=escape(title), parts="\n".join(part for part in parts if part))
 
 
-def section_html(title: str, figures: Sequence[str]) -> str:
-    """Return a heading with figures under it, or nothing if the title ends in a count of none."""
+def section_html(title: str, figures: Sequence[str], said: str = "") -> str:
+    """Return a heading with a sentence and figures under it, or nothing if the title ends in a count of none."""
     if title.endswith(": 0"):
         return ""
     shown = "\n".join(figures)
-    return f"<h2>{escape(title)}</h2>" + (f"\n<main>\n{shown}\n</main>" if figures else "")
+    about = f"\n<p>{escape(said)}</p>" if said else ""
+    return f"<h2>{escape(title)}</h2>{about}" + (f"\n<main>\n{shown}\n</main>" if figures else "")
 
 
 def table_html(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -221,7 +225,7 @@ def table_html(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         return ""
     head = "<tr>" + "".join(f"<th>{escape(heading)}" for heading in headings) + "\n" if headings else ""
     body = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}" for cell in row) for row in rows)
-    return f"<table>\n{head}{body}\n</table>"
+    return f'<div class="wide"><table>\n{head}{body}\n</table></div>'
 
 
 def figure_html(sources: str | Sequence[str], lines: Iterable[str]) -> str:
@@ -247,8 +251,10 @@ body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75re
 table {{ border-collapse: collapse; margin: 1rem 0 }}
 th, td {{ padding: .1rem 1.5rem .1rem 0; text-align: left; vertical-align: top; max-width: 26rem }}
 td {{ overflow-wrap: break-word }}
+.wide {{ overflow-x: auto }}
 td:nth-child(2) {{ font-variant-numeric: tabular-nums }}
-main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1rem; margin-top: 1rem }}
+main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(min(15rem, 100%), 1fr)) }}
+main {{ gap: 1rem; margin-top: 1rem }}
 figure {{ margin: 0; text-align: center; border: 1px solid #8884; border-radius: .4rem; padding: .6rem }}
 img {{ max-width: 100%; background: #fff }}
 figcaption {{ font-size: .75rem; opacity: .75; overflow-wrap: anywhere }}

@@ -13,16 +13,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from houseexpo.analysis.similarity import Duplicate
 from houseexpo.commands.printing import new_table
+from houseexpo.errors import HouseExpoError
+from houseexpo.floorplan import load_plan
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE
 from houseexpo.words import count_noun
 from pipeline.batch.assemble import BuildResult, make_unique_ids
 from pipeline.batch.entry import Entry, StoredRejection
+from pipeline.quality import main_grounds_in_words
 from pipeline.sources import is_path
 from pipeline.sources.reader_choice import how_to_export
 
@@ -61,15 +66,14 @@ def print_outcome(
     if data_set.unchanged:
         printed.print("nothing to do: the data set is up to date", highlight=False)
     printed.print(headline(data_set.stats), style="bold", highlight=False)
-    if (line := means_line(rows)) is not None:
-        printed.print(line, highlight=False)
+    if (means := means_line(rows)) is not None:
+        printed.print(means, highlight=False)
     if rows:
         printed.print()
         printed.print(plans_table(data_set, rows, out))
-    if data_set.refused:
-        printed.print()
-    for refused in rejection_lines(data_set, out):
-        printed.print(refused, soft_wrap=True)
+    for lines in (doubt_lines(data_set, rows), duplicate_lines(data_set), rejection_lines(data_set, out)):
+        for number, line in enumerate(lines):
+            printed.print(line if number else Text("\n").append_text(line), soft_wrap=True)
     notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in oddity_lines(rows)]
     if notes:
         printed.print()
@@ -143,6 +147,34 @@ def _files(data_set: BuildResult) -> dict[str, str]:
     }
 
 
+def doubt_lines(data_set: BuildResult, rows: Sequence[Mapping[str, Any]]) -> Iterator[Text]:
+    """Say of the doubtful plans what speaks against each; of many (R2) the report does."""
+    doubtful = sorted(row["id"] for row in rows if row["quality"] is not None and row["quality"] < SURE)
+    if len(doubtful) > _REFUSED:
+        return
+    for name in doubtful:
+        try:
+            quality = load_plan(data_set.root / "json" / f"{name}.json").quality
+        except (HouseExpoError, OSError):
+            continue
+        if quality is not None and (grounds := main_grounds_in_words(quality)):
+            words = "; ".join(ground.rpartition(": ")[0] for ground in grounds)
+            yield Text.assemble(("doubtful ", "yellow"), (name, "bold"), f": {words}")
+
+
+def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
+    """Say which plans were left out as duplicates, and how to keep them; of many (R2) their file does."""
+    dropped = [
+        Duplicate(**msgspec.json.decode(line))
+        for line in (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
+    ]
+    if not dropped or len(dropped) > _REFUSED:
+        return
+    for each in dropped:
+        yield Text.assemble(("duplicate ", "yellow"), (each.id, "bold"), f": its plan repeats {each.kept_id}")
+    yield Text("          left out; `keep = true` under its id in overrides.toml keeps such a plan", "dim")
+
+
 def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:
     """Say why each input was rejected and what to do; of many (R2) say how many for which reason, and where more is."""
     if len(data_set.refused) > _REFUSED:
@@ -152,7 +184,8 @@ def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:
         return
     for file, refused in sorted_rejections(data_set):
         named = refused.id if file in {"", refused.id} else f"{file} ({refused.id})"
-        yield Text.assemble(("rejected ", "red"), (named, "bold"), f": {refused.detail}")
+        said = refused.detail.removeprefix(f"{Path(file).name}: ")  # the file stands before it
+        yield Text.assemble(("rejected ", "red"), (named, "bold"), f": {said}")
         if refused.advice:
             yield Text(f"         {refused.advice}", "dim")
 
@@ -219,9 +252,8 @@ def notes_lines(data_set: BuildResult) -> list[str]:
         lines.append(f"ignored, no houses by themselves: {kinds}{how_to_export(data_set.ignored)}")
     several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
     if several:
-        outcomes = sum(len(list(entry.outcomes)) for entry in data_set.entries)
-        inputs = count_noun(len(data_set.entries), "input")
-        lines.append(f"{inputs} gave {outcomes} outcomes: {len(several)} with several levels or buildings")
+        verb = "has" if len(several) == 1 else "have"
+        lines.append(f"{count_noun(len(several), 'house')} {verb} several levels or buildings: a plan for each")
     if len(data_set.licences) > 1:
         named = ", ".join(name or "none" for name in data_set.licences)
         lines.append(f"no licence holds for the whole data set: its sources state {named}")

@@ -2,12 +2,15 @@
 
 ::
 
-    python -m research.confidence_fit --members 24 --corpus checkouts --records parts.jsonl --write
+    python -m research.confidence_fit --members 6 --corpus checkouts --built built --write
+
+``--built`` keeps the houses as they were built (``research.built_houses``), and builds none that is there already.
 
 Made houses (every third one damaged) and the corpus's first half are what it learns from; real houses count as much as
 all made ones together. What is true of a real file says its drawn truth (``tests.corpus.truths``); where there is none,
 the marks that people have put on the parts of its plans (``tests.corpus.marks``); where there are none either, its
-verdict: of a right plan all parts but cuts are true, of a wrong one none. The second half is only counted. Where a
+verdict: of a right plan all parts but cuts are true, of a wrong one none. The second half is only counted, where
+``--both-halves`` asks for it. Where a
 truth names no entrance, what the plan has of them is not judged. A door is true where a passage of the truth has its
 middle within 0.35 m, a room where it overlaps one of the truth's by an IoU of 0.7, a space (``stages.room_doubt``)
 where half of it lies in the truth's rooms. The model of spaces is fitted first, since that of rooms rests on it.
@@ -21,7 +24,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 import msgspec
 import numpy as np
@@ -33,35 +36,34 @@ from scipy.optimize import minimize
 from shapely import Polygon
 
 from houseexpo.errors import HouseExpoError
-from pipeline.algorithm import run_stages
-from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.geometry.areas import intersect, unite
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages import confidence, room_doubt
 from pipeline.stages.logistic import LogisticModel, load_models
-from pipeline.stages.quality_grounds import measure_quality_grounds
-from pipeline.stages.rooms import name_rooms
 from pipeline.tolerances import MOST, SHEET_M
 from pipeline.values import Evidence, Layout, Level, Spaces
-from tests.builders.judged import area_under_curve, damage_of
+from research.built_houses import Building, built_file, built_member
+from tests.builders.judged import area_under_curve
 from tests.builders.kinds.measuring import SAME_FLOOR_M
-from tests.builders.kinds.registry import KINDS, RAW, make_member
-from tests.builders.kinds.values import Member
+from tests.builders.kinds.registry import KINDS, RAW
 from tests.builders.matching import which_near
-from tests.corpus import manifest, marks, truths
+from tests.corpus import manifest, marks, runs, truths
 
 Floats = npt.NDArray[np.float64]
+Found = TypeVar("Found")
 WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
 LIMITS = Limits(seconds=600.0, memory=8 << 30)
 """Far more than any of the houses takes: a fit that lost some would not be the same again."""
 SAME_IOU = 0.7
-RIDGE = 3.0
-"""How strongly weights are kept small: of 1 to 40, the likeliest for the corpus's files left out of the fit."""
+RIDGE = 1.5
+"""How strongly weights are kept small: the likelier of 1.5 and 3 for entrances of files left out of the fit."""
 SPACE = "space:"
 DRAWS = 1000
 """How often the calibration error of a model without fault is drawn."""
+OF_ROOM = frozenset({"odd_room", "jutting_wall"})
+"""What doors say of their rooms. Of entrances left out of the fit, it makes the probabilities worse."""
 PARTS: tuple[str, ...] = ("space", *get_args(confidence.Part))
 BINS = 10
 
@@ -87,50 +89,29 @@ class Known(msgspec.Struct, frozen=True):
     rooms: list[Polygon]
 
 
-def parts_of(level: Level, known: Known | marks.Marked | bool, house: str, group: str) -> Iterator[Part]:
-    """Plan a level and tell which of its parts are true; a level that is rejected has none."""
-    evidence = layout = spaces = None
-    found: list[tuple[Level, Evidence, Layout, Spaces]] = []
-    try:
-        for result in run_stages(level, PipelineConfig(), np.random.default_rng(0)):
-            match result.value:
-                case Evidence():
-                    evidence = result.value
-                case Layout():
-                    layout = result.value
-                case Spaces():
-                    spaces = result.value
-            if result.stage == "plan" and evidence and layout and spaces:
-                found.append((level, evidence, layout, spaces))
-    except Rejection:
-        pass
-    for whole in found:
-        yield from _judge_parts(*whole, known, house, group)
-    if found and room_doubt.is_doubted(level, found[0][2]):
-        yield from _judge_spaces(*found[0][:3], known, house, group)
+def parts_of(
+    level: Level, buildings: Sequence[Building], known: Known | marks.Marked | bool, house: str, group: str
+) -> Iterator[Part]:
+    """Tell which parts of a level with its buildings are true; a level that is rejected has none."""
+    for building in buildings:
+        yield from _judge_parts(building.rated(level), known, house, group)
+    if buildings and room_doubt.is_doubted(level, buildings[0].layout):
+        yield from _judge_spaces(level, buildings[0], known, house, group)
 
 
 def _judge_parts(
-    level: Level,
-    evidence: Evidence,
-    layout: Layout,
-    spaces: Spaces,
-    known: Known | marks.Marked | bool,
-    house: str,
-    group: str,
+    planned: confidence.FinalBuilding, known: Known | marks.Marked | bool, house: str, group: str
 ) -> Iterator[Part]:
-    grounds = measure_quality_grounds(level, evidence, layout, spaces)
-    named, undoubted = name_rooms(level, spaces), np.zeros(len(layout.spaces))  # the fit doubts them anew
-    planned = confidence.FinalBuilding(level, evidence, layout, spaces, named, grounds, undoubted)
+    level, layout, spaces = planned.level, planned.layout, planned.spaces
     features = confidence.passage_features(planned)
     middles = truths.in_source(level, np.array([p.portal.centre for p in spaces.passages]).reshape(-1, 2))
     rooms = [_to_source(level, room.polygon) for room in planned.named]
     for passage, row, true in zip(spaces.passages, features, _judge_ways(spaces, middles, known), strict=True):
         if true is not None:
             yield Part(confidence.model_for_passage(passage), house, group, bool(true), row)
-    of_spaces = _space_rows(level, evidence, layout) if room_doubt.is_doubted(level, layout) else []
+    of_spaces = _space_rows(level, planned.evidence, layout) if room_doubt.is_doubted(level, layout) else []
     numbers = np.arange(len(of_spaces), dtype=np.float64)
-    its = room_doubt.of_rooms(layout, numbers, [room.polygon for room in named]).astype(int).tolist()
+    its = room_doubt.of_rooms(layout, numbers, [room.polygon for room in planned.named]).astype(int).tolist()
     for k, (row, true) in enumerate(zip(confidence.room_features(planned), _judge_rooms(rooms, known), strict=True)):
         if true is not None:
             of_space = {SPACE + name: value for name, value in of_spaces[its[k]].items()} if of_spaces else {}
@@ -144,9 +125,10 @@ def _space_rows(level: Level, evidence: Evidence, layout: Layout) -> list[dict[s
 
 
 def _judge_spaces(
-    level: Level, evidence: Evidence, layout: Layout, known: Known | marks.Marked | bool, house: str, group: str
+    level: Level, building: Building, known: Known | marks.Marked | bool, house: str, group: str
 ) -> Iterator[Part]:
     """Tell which spaces of a layout are indoors. Of a wrong plan that nobody has marked, nobody knows."""
+    evidence, layout = building.evidence, building.layout
     here = [_to_source(level, space).buffer(0) for space in layout.spaces]
     told: Sequence[bool | None]
     if isinstance(known, bool):
@@ -200,22 +182,21 @@ def _alike(true: Sequence[Polygon], found: Sequence[Polygon]) -> npt.NDArray[np.
     return right
 
 
-def of_member(task: tuple[str, int], seed: int, folder: Path) -> list[Part]:
+def of_member(task: tuple[str, int], seed: int, folder: Path, built: Path | None) -> list[Part]:
     """Return the parts of a made house; every third one is damaged first."""
     kind, number = task
-    member = make_member(kind, number, seed, folder / kind)
-    damage = damage_of(kind, number, seed)
+    house = built_member(task, seed, folder, built)
     found: list[Part] = []
-    for level in levels_of(member.path):
-        here = of_storey(member, level)
+    for level, buildings in house.storeys:
+        here = of_storey(house.truths, level)
         if here:
-            found += parts_of(damage(level) if damage else level, _of_cases(here), f"{kind} {number}", kind)
+            found += parts_of(level, buildings, _of_cases(here), f"{kind} {number}", kind)
     return found
 
 
-def of_storey(member: Member, level: Level) -> list[Mapping[str, Any]]:
+def of_storey(truths_: Sequence[Mapping[str, Any]], level: Level) -> list[Mapping[str, Any]]:
     """Return the truths of the storey that a level shows: one for each of its buildings."""
-    return [truth for truth in member.truths if abs(truth["floor_z"] - level.frame.floor) <= SAME_FLOOR_M]
+    return [truth for truth in truths_ if abs(truth["floor_z"] - level.frame.floor) <= SAME_FLOOR_M]
 
 
 def zones_of(truth: Mapping[str, Any]) -> list[Polygon]:
@@ -235,43 +216,41 @@ def _of_cases(truths_: Sequence[Mapping[str, Any]]) -> Known:
     return Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), rooms + zones)
 
 
-def of_file(name: str, folder: Path) -> list[Part]:
-    """Return the parts of a file of the corpus whose truth somebody has drawn."""
+def of_file(name: str, folder: Path, built: Path | None) -> list[Part]:
+    """Return the parts of a file of the corpus: by what somebody has drawn, or marked, or else by its verdict."""
     file = next(file for file in manifest.load() if file.name == name)
-    found: list[Part] = []
-    for level, storey in storeys_of(file, folder):
-        inner = [d.middle for d in storey.doors if d.interior]
-        inner += [np.reshape(s, (2, 2)).mean(axis=0) for s in storey.open]
-        outer = [d.middle for d in storey.doors if not d.interior]
-        known = Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), truths.rooms_of(level, storey))
-        found += parts_of(level, known, file.name, f"corpus {file.half}")
-    return found
+    house = built_file(file, folder, built)
+    storeys, (verdict, _) = house.storeys, runs.verdict_of(file, house.outcome)
+    truth, group = truths.load(name), f"corpus {file.half}"
+    known: list[tuple[Level, Sequence[Building], Known | marks.Marked | bool]] = []
+    if truth:
+        known = [(*each, _of_drawing(each[0], storey)) for each in storeys for storey in _drawn_of(truth, each[0])]
+    elif name in marks.load():
+        known = [(*each, marked) for each in storeys for marked in marks.load()[name] if marked.is_of(each[0])]
+    elif verdict in {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}:
+        known = [(*each, verdict is manifest.Verdict.RIGHT) for each in storeys]
+    return [part for level, buildings, told in known for part in parts_of(level, buildings, told, name, group)]
 
 
-def of_marks(name: str, folder: Path) -> list[Part]:
-    """Return the parts of a file of the corpus that somebody has marked."""
-    file = next(file for file in manifest.load() if file.name == name)
-    levels = levels_of(file.place(folder))
-    pairs = [(level, each) for each in marks.load()[name] for level in levels if each.is_of(level)]
-    return [part for level, each in pairs for part in parts_of(level, each, name, f"corpus {file.half}")]
-
-
-def of_verdict(name: str, folder: Path) -> list[Part]:
-    """Return the parts of a file that is right or wrong, and of which nobody has drawn or marked anything."""
-    file = next(file for file in manifest.load() if file.name == name)
-    right, levels = file.verdict is manifest.Verdict.RIGHT, levels_of(file.place(folder))
-    return [part for level in levels for part in parts_of(level, right, name, f"corpus {file.half}")]
+def _of_drawing(level: Level, storey: truths.Storey) -> Known:
+    """Return what somebody has drawn of a level."""
+    inner = [d.middle for d in storey.doors if d.interior]
+    inner += [np.reshape(s, (2, 2)).mean(axis=0) for s in storey.open]
+    outer = [d.middle for d in storey.doors if not d.interior]
+    return Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), truths.rooms_of(level, storey))
 
 
 def storeys_of(file: manifest.File, folder: Path) -> Iterator[tuple[Level, truths.Storey]]:
     """Yield the levels of a file with what somebody has drawn of them; a level of another size has nothing drawn."""
     truth = truths.load(file.name)
-    levels = levels_of(file.place(folder))
-    for storey in truth.storeys if truth else ():
-        for level in levels:
-            same = level.frame.level == storey.level
-            if same and np.allclose(truths.extent_of(level), storey.extent, rtol=truths.SAME, atol=truths.SAME):
-                yield level, storey
+    for level in levels_of(file.place(folder)) if truth else ():
+        yield from ((level, storey) for storey in _drawn_of(truth, level))
+
+
+def _drawn_of(truth: truths.Truth | None, level: Level) -> list[truths.Storey]:
+    """Return what somebody has drawn of a level."""
+    storeys = [storey for storey in truth.storeys if storey.level == level.frame.level] if truth else []
+    return [s for s in storeys if np.allclose(truths.extent_of(level), s.extent, rtol=truths.SAME, atol=truths.SAME)]
 
 
 def levels_of(path: Path) -> list[Level]:
@@ -305,14 +284,15 @@ def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGE) -> Lo
 def weights_of(parts: Sequence[Part]) -> Floats:
     """Return the weight of each part: real houses count as much as all made ones together.
 
-    A real house with many parts counts with the root of their number: all may be right or wrong for one reason.
+    A real house with many parts counts with the root of their number: all may be right or wrong for one reason. All
+    weights sum up to the number of parts, so that the ridge is as strong however few houses are made.
     """
     real = np.array([part.group.startswith("corpus") for part in parts])
     if real.all() or not real.any():
         return np.ones(len(parts))
     count = Counter(part.house for part in parts)
-    weight = np.array([count[part.house] ** -0.5 for part in parts])
-    return np.where(real, weight * (~real).sum() / weight[real].sum(), 1.0) / 2
+    weight = np.where(real, np.array([count[part.house] ** -0.5 for part in parts]), 1.0)
+    return np.where(real, weight / weight[real].sum(), weight / weight[~real].sum()) * len(parts) / 2
 
 
 def measures(scores: Floats, true: npt.NDArray[np.bool_]) -> dict[str, float]:
@@ -365,35 +345,30 @@ def source_of(fitted: Mapping[str, LogisticModel]) -> str:
 
 
 def collect_parts(
-    kinds: Sequence[str], members: int, seed: int, corpus: Path | None, records: Path | None
+    kinds: Sequence[str], members: int, seed: int, corpus: Path | None, built: Path | None, *, both_halves: bool = False
 ) -> list[Part]:
-    """Return what the file of records has, where there is one; else plan all houses and keep it there."""
-    if records and records.exists():
-        return [msgspec.json.decode(line, type=Part) for line in records.read_bytes().splitlines()]
-    found: list[Part] = []
+    """Return the parts of made houses and of the corpus, of its first half only unless both are asked for.
+
+    ``built`` is where the houses are kept as they were built; None to keep none.
+    """
     with tempfile.TemporaryDirectory() as folder:
         tasks = [(kind, number) for number in range(members) for kind in kinds]
-        found += _in_order(partial(of_member, seed=seed, folder=Path(folder)), tasks)
+        found = in_order(partial(of_member, seed=seed, folder=Path(folder), built=built), tasks)
     if corpus:
-        files = [file for file in manifest.load() if file.is_in(corpus)]
-        drawn = [file.name for file in files if truths.load(file.name)]
-        marked = [file.name for file in files if file.name in marks.load() and file.name not in drawn]
         told = {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}
-        others = [file.name for file in files if file.verdict in told and file.name not in {*drawn, *marked}]
-        for function, names in ((of_file, drawn), (of_marks, marked), (of_verdict, others)):
-            found += _in_order(partial(function, folder=corpus), names)
-    if records:
-        records.write_bytes(b"".join(msgspec.json.encode(part) + b"\n" for part in found))
+        files = [file for file in manifest.load() if (both_halves or file.half == 1) and file.is_in(corpus)]
+        names = [f.name for f in files if truths.load(f.name) or f.name in marks.load() or f.verdict in told]
+        found += in_order(partial(of_file, folder=corpus, built=built), names)
     return found
 
 
-def _in_order(function: Callable[[Any], list[Part]], items: Sequence[Any]) -> list[Part]:
-    """Return the parts of all items in their order; raise HouseExpoError if one of them is lost."""
+def in_order(function: Callable[[Any], list[Found]], items: Sequence[Any]) -> list[Found]:
+    """Return what a function finds in items, in their order; raise HouseExpoError if one of them is lost."""
     results = dict(run(function, items, workers=2, limits=LIMITS))
     lost = [f"{item}: {results[item]}" for item in items if isinstance(results[item], Failure)]
     if lost:
         raise HouseExpoError(f"{len(lost)} of {len(items)} houses gave nothing: {'; '.join(lost)[:500]}")
-    return [part for item in items for part in results[item]]
+    return [each for item in items for each in results[item]]
 
 
 def _doubt_spaces(parts: Sequence[Part], model: LogisticModel) -> list[Part]:
@@ -408,27 +383,31 @@ def _doubt_space(room: Part, model: LogisticModel) -> Part:
 
 
 def _is_of_model(name: str, part: str) -> bool:
-    """Whether the model of a part has a feature: doors weigh the grounds of the plan, rooms its quality (F5)."""
+    """Whether the model of a part has a feature: doors weigh the grounds of the plan, others its quality (F5)."""
     if name.startswith(SPACE):
         return False
     if name == "doubtful_plan":
-        return part == "room"
+        return part in {"entrance", "room"}
+    if part == "entrance" and name in OF_ROOM:
+        return False
     return part == "door" or not name.startswith("plan_")
 
 
 def main() -> None:
     """Fit on what is for it, show what comes of it on what was left out, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--members", type=int, default=24)
+    parser.add_argument("--members", type=int, default=6)
     parser.add_argument("--kinds", default=",".join({**KINDS, **RAW}))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--records", type=Path)
+    parser.add_argument("--built", type=Path)
     parser.add_argument("--corpus", type=Path)
     parser.add_argument("--parts", default=",".join(PARTS), help="fit these models only, and keep the others")
+    parser.add_argument("--both-halves", action="store_true", help="count the corpus's second half too")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     corpus = given.corpus.absolute() if given.corpus else None
-    parts = collect_parts(given.kinds.split(","), given.members, given.seed, corpus, given.records)
+    kinds = given.kinds.split(",")
+    parts = collect_parts(kinds, given.members, given.seed, corpus, given.built, both_halves=given.both_halves)
     seen = [part for part in parts if part.group != "corpus 2"]
     console = Console(width=120)
     fitted = dict(load_models())

@@ -2,35 +2,37 @@
 
 ::
 
-    python -m research.quality_fit --members 40 --records records.jsonl --corpus checkouts
+    python -m research.quality_fit --members 12 --corpus checkouts --built built
 
-``--records`` keeps what was judged, and judges nothing where the file is there already. ``--corpus`` adds the houses of
-the corpus: what a person called right is right, everything else is not; a file counts with the least sure of its plans.
-The first half is fitted on, and scored by models that saw nothing of a file's repository; the second half is only
-counted.
+``--built`` keeps the houses as they were built (``research.built_houses``), and builds none that is there already.
+``--corpus`` adds the houses of the corpus: what a person called right is right, everything else is not; a file counts
+with the least sure of its plans. The first half is fitted on, and scored by models that saw nothing of a file's
+repository; the second half is only counted, where ``--both-halves`` asks for it.
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from contextlib import nullcontext
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from pipeline.quality import GROUNDS
+from pipeline.quality import GROUNDS, score_quality
+from research.built_houses import BuiltHouse, built_file, built_member
+from research.confidence_fit import in_order
 from tests.builders.judged import (
     PRECISION,
-    WORKERS,
     Bools,
     Floats,
     Judged,
     Model,
     area_under_curve,
+    damage_of,
     fit,
     judged,
     left_out_scores,
@@ -40,7 +42,9 @@ from tests.builders.judged import (
     precision_at,
     split,
 )
+from tests.builders.kinds.measuring import paired
 from tests.builders.kinds.registry import KINDS
+from tests.builders.shared import as_json
 from tests.corpus import manifest, runs
 
 AREA = 0.9
@@ -72,32 +76,43 @@ def source_of(model: Model) -> str:
     return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
 
 
-def judge_or_read(kinds: list[str], members: int, seed: int, records: Path | None) -> list[Judged]:
-    """Return what the file of records has, where there is one; else judge, and write each plan there as it comes."""
-    if records and records.exists():
-        return [msgspec.json.decode(line, type=Judged) for line in records.read_bytes().splitlines()]
-    plans = []
-    with tempfile.TemporaryDirectory() as folder, records.open("wb") if records else nullcontext() as stream:
-        for plan in judged(kinds, members, seed, Path(folder)):
-            plans.append(plan)
-            if stream:
-                stream.write(msgspec.json.encode(plan) + b"\n")
-                stream.flush()
-    return plans
+def judge_made(kinds: list[str], members: int, seed: int, built: Path | None) -> list[Judged]:
+    """Build made houses and the cases of the development data, and judge their plans."""
+    tasks = [(kind, number) for number in range(members) for kind in kinds]
+    with tempfile.TemporaryDirectory() as folder:
+        work = partial(_of_member, seed=seed, folder=Path(folder), built=built)
+        made = in_order(work, tasks)
+        return made + list(judged([], 0, seed, Path(folder)))
 
 
-def of_corpus(folder: Path, half: int) -> list[Judged]:
+def _of_member(task: tuple[str, int], seed: int, folder: Path, built: Path | None) -> list[Judged]:
+    kind, number = task
+    house = built_member(task, seed, folder, built)
+    plans = [as_json(building.plan) for _, buildings in house.storeys for building in buildings]
+    met = {score["plan"]: not score["failing"] for score in paired(house.truths, plans)[0] if "plan" in score}
+    kind = "damaged" if damage_of(kind, number, seed) else kind
+    return [Judged(f"{task[0]} {number}", kind, met.get(k, False), *each) for k, each in enumerate(_qualities(house))]
+
+
+def of_corpus(folder: Path, half: int, built: Path | None) -> list[Judged]:
     """Build the judged files of a half of the corpus that lie in a folder, and return their plans."""
     files = [file for file in manifest.load() if file.half == half and (file.verdict or not file.interior)]
-    found = []
-    files = [file for file in files if file.is_in(folder)]
-    for built in runs.run(files, folder, folder / ".built", workers=WORKERS, progress=lambda *_: None):
-        right = built.verdict is manifest.Verdict.RIGHT
-        for plan in built.plans if built.verdict else ():
-            quality = plan["quality"]
-            house, kind = built.file.repository, f"corpus {half}"
-            found.append(Judged(house, kind, right, quality["score"], quality["grounds"], built.file.name))
-    return found
+    names = [file.name for file in files if file.is_in(folder)]
+    return in_order(partial(_of_file, folder=folder, built=built), names)
+
+
+def _of_file(name: str, folder: Path, built: Path | None) -> list[Judged]:
+    file = next(file for file in manifest.load() if file.name == name)
+    house = built_file(file, folder, built)
+    verdict, _ = runs.verdict_of(file, house.outcome)
+    right, kind = verdict is manifest.Verdict.RIGHT, f"corpus {file.half}"
+    return [Judged(file.repository, kind, right, *each, name) for each in _qualities(house) if verdict]
+
+
+def _qualities(house: BuiltHouse) -> list[tuple[float, Mapping[str, float]]]:
+    """Return score and grounds of each plan, as the models of today tell them."""
+    rated = [(level, building.rated(level).grounds) for level, buildings in house.storeys for building in buildings]
+    return [(score_quality(grounds, marked=level.sills).score, grounds) for level, grounds in rated]
 
 
 def corpus_rows(plans: list[Judged], counted: list[Judged], model: Model) -> dict[str, tuple[Floats, Bools]]:
@@ -121,14 +136,16 @@ def main() -> None:
     parser.add_argument("--members", type=int, default=100)
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--records", type=Path)
+    parser.add_argument("--built", type=Path)
     parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--both-halves", action="store_true", help="count the corpus's second half too")
     given = parser.parse_args()
-    plans = judge_or_read(given.kinds.split(","), given.members, given.seed, given.records)
+    plans = judge_made(given.kinds.split(","), given.members, given.seed, given.built)
     counted: list[Judged] = []
     if given.corpus:
-        plans += of_corpus(given.corpus.absolute(), 1)
-        counted = of_corpus(given.corpus.absolute(), 2)
+        plans += of_corpus(given.corpus.absolute(), 1, given.built)
+    if given.corpus and given.both_halves:
+        counted = of_corpus(given.corpus.absolute(), 2, given.built)
     fitted, held_out = split(plans)
     tried = fit(fitted)
     model = fit(plans)

@@ -20,6 +20,7 @@ from stats.tally import Tally
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_LABEL = 0.35  # the share of a histogram's width that the label of its last bar needs at most
 _TAIL = 0.98  # the histogram's last bar includes everything beyond this share
 
 
@@ -39,7 +40,7 @@ def draw_histogram(measure: Measure, tally: Tally, other: Tally | None = None, *
         for shown, colour in zip(tallies, (ONE, OTHER), strict=False):
             heights = _heights(shown, edges, measure.step) * (100 / shown.count if len(tallies) > 1 else 1)
             _bars(axes, edges, heights, colour, outline=shown is other)
-            highest = max(highest, heights[-1])
+            highest = max(highest, heights[edges[1:] > edges[-1] - _LABEL * (edges[-1] - edges[0])].max())
         _mark(axes, "median", tally.quantile(0.5))
         _count_axis(axes, percent=len(tallies) > 1)
         axes.set_xlim(edges[0], edges[-1])

@@ -18,6 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from houseexpo import __version__
+from houseexpo.commands.examples import examples_text
 from houseexpo.commands.printing import current_command_line, discard_output
 from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
 from houseexpo.words import suggest_name
@@ -127,6 +128,7 @@ def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
     alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
     found: Any = typer.main.get_command(alone)
     found.params += _verbosity_options()
+    found.epilog = examples_text(entry.name)
     found.rich_help_panel = help_panel(entry.name)
     return found
 

@@ -56,7 +56,7 @@ def export(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Write the plans as storeys of one building (glb, ifc, obj, rmf, sdf, usd).",
+            help="Write the plans as storeys of one building (glb, ifc, mjcf, obj, rmf, sdf, usd).",
             show_default="one file a plan",
         ),
     ] = None,

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _REFUSED = 10
 """The number of problems that are printed one by one."""
+_PIPED_WIDTH = 160
+"""The columns of output to a file or a pipe: ids, files and rules stay whole, so that programs can find them."""
 _AROUND = 3
 """The width around a column of a table: a space on both sides, and a line."""
 
@@ -26,9 +28,14 @@ _AROUND = 3
 def make_console(*, stderr: bool = False, quiet: bool = False) -> Console:
     """Return a console that prints nothing more after its reader has gone (``| head -1``); the command continues.
 
+    Output to a file or a pipe is ``_PIPED_WIDTH`` wide unless COLUMNS says otherwise.
+
     Text in square brackets is printed literally, since paths, ids and labels may contain it. Styles are given by name.
     """
     from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    width = None if stream.isatty() or os.environ.get("COLUMNS") else _PIPED_WIDTH
 
     class PipedConsole(Console):
         def on_broken_pipe(self) -> None:  # rich would exit with code 1
@@ -36,7 +43,7 @@ def make_console(*, stderr: bool = False, quiet: bool = False) -> Console:
             if not self.stderr:
                 discard_output()
 
-    return PipedConsole(stderr=stderr, quiet=quiet, markup=False)
+    return PipedConsole(stderr=stderr, quiet=quiet, markup=False, width=width)
 
 
 def print_name_and_text(out: Console, name: str, said: str, style: str = "bold") -> None:

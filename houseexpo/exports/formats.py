@@ -17,7 +17,7 @@ from houseexpo.exports.geojson import geojson
 from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc, ifc_building
 from houseexpo.exports.mesh import glb, glb_building, obj, obj_building
-from houseexpo.exports.mjcf import mjcf
+from houseexpo.exports.mjcf import mjcf, mjcf_building
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published_json import published_json
 from houseexpo.exports.rasters import npz, png, ros_map
@@ -68,7 +68,7 @@ FORMATS: Final = {
     "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc, building=ifc_building),
     "irsim": ExportFormat("IR-SIM world", irsim),
     "json": ExportFormat("HouseExpo JSON as published", published_json),
-    "mjcf": ExportFormat("MuJoCo world", mjcf),
+    "mjcf": ExportFormat("MuJoCo world", mjcf, building=mjcf_building),
     "npz": ExportFormat("NumPy grids", npz),
     "obj": ExportFormat("OBJ mesh", obj, building=obj_building),
     "png": ExportFormat("picture of the free space", png),
@@ -121,8 +121,8 @@ def export(
         Files and folders that the plans come from, if ``plans`` is not a ``Dataset``; nothing is written into them.
     building
         The name of a building of which the plans are the storeys: one file holds all of them. The formats are ``glb``,
-        ``ifc``, ``obj``, ``rmf``, ``sdf`` and ``usd``. The order and the place of the storeys are those that
-        ``stack_storeys`` finds.
+        ``ifc``, ``mjcf``, ``obj``, ``rmf``, ``sdf`` and ``usd``. The order and the place of the storeys are those
+        that ``stack_storeys`` finds.
     **options
         Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
 

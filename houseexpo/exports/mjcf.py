@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
 import shapely
+import shapely.affinity
+from shapely.geometry.base import BaseGeometry
 
-from houseexpo.exports.encoding import Files, format_numbers
+from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.orientation import Orientation
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
+from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.tolerances import CRUMB_M2, TINY
 
 _SLAB_M: Final = 0.05
 _WALL, _LINTEL, _FLOOR, _THING = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.56 0.47 1", "0.66 0.53 0.4 1"
 _MARK = "0.2 0.4 0.8 0.3"
+
+_Into = tuple[ET.Element, ET.Element]
+"""The assets of a file, and the world or body that gets the geoms and sites."""
 
 
 def mjcf(
@@ -44,23 +50,83 @@ def mjcf(
         door_height=door_height,
         orientation=orientation,
     )
-    root = ET.Element("mujoco", model=plan.id)
+    root, asset, world = _scene(plan.id, built.bounds)
+    _storey((asset, world), built, wall_thickness)
+    ET.indent(root)
+    return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
+
+
+def mjcf_building(
+    plans: Sequence[FloorPlan],
+    name: str,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    wall_height: float = WALL_HEIGHT_M,
+    door_height: float = DOOR_HEIGHT_M,
+    orientation: Orientation = "world",
+) -> Files:
+    """Write ``<name>.xml``: a static body for each storey, named by the id of its plan, at its place and elevation.
+
+    In it are the geoms and sites of ``mjcf``, whose names end in ``_storey_<number>``. Over the lowest storey,
+    ``ceiling_<i>`` is the floor's part under walls; ``roof_<i>`` is what no storey above covers. The top storey has no
+    roof. The storeys are stacked by ``stack_storeys``; their walls end under the next floor.
+    """
+    bodies = storey_bodies(
+        plans,
+        name,
+        wall_thickness=wall_thickness,
+        wall_height=wall_height,
+        door_height=door_height,
+        orientation=orientation,
+    )
+    slabs = [shapely.affinity.translate(each.slab, *each.storey.offset) for each in bodies]
+    x1, y1, x2, y2 = shapely.total_bounds(slabs).tolist()
+    root, asset, world = _scene(name, (x1, y1, x2, y2))
+    for number, each in enumerate(bodies):
+        place, end = each.storey.place, f"_storey_{number}"
+        body = ET.SubElement(world, "body", name=valid_xml_text(each.storey.plan.id), pos=format_numbers(*place))
+        into = asset, body
+        _storey(into, each.built, wall_thickness, end)
+        if number:
+            _slab(into, "ceiling", shapely.difference(each.slab, each.built.space), -FLOOR_M, end)
+        _slab(into, "roof", each.roof, each.built.wall_height, end)
+    ET.indent(root)
+    return {f"{name}.xml": ET.tostring(root) + b"\n"}
+
+
+def _scene(name: str, bounds: tuple[float, float, float, float]) -> tuple[ET.Element, ET.Element, ET.Element]:
+    """Return a file, its assets, and its world with a light and a ground under these bounds."""
+    root = ET.Element("mujoco", model=name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     asset = ET.SubElement(root, "asset")
     world = ET.SubElement(root, "worldbody")
     ET.SubElement(world, "light", pos="0 0 20", dir="-0.2 0.1 -1", directional="true", castshadow="false")
-    x1, y1, x2, y2 = built.bounds
+    x1, y1, x2, y2 = bounds
     middle, half = (
         format_numbers((x1 + x2) / 2, (y1 + y2) / 2, -_SLAB_M),
         format_numbers((x2 - x1) / 2 + 5, (y2 - y1) / 2 + 5, 1),
     )
     ET.SubElement(world, "geom", name="ground", type="plane", pos=middle, size=half, rgba="0.5 0.5 0.5 1")
+    return root, asset, world
+
+
+def _storey(into: _Into, built: PlanBodies, wall_thickness: float, end: str = "") -> None:
+    """Add the geoms and sites of a storey; their names get this end."""
     for name, colour, ring, low, high in _pieces(built):
-        _geom((asset, world), name, ring, (low, high), colour)
+        _geom(into, name + end, ring, (low, high), colour)
+    asset, world = into
+    things = ET.SubElement(world, "body", name=f"furniture{end}") if end and built.furniture else world
+    for name, colour, ring, low, high in _furniture(built):
+        _geom((asset, things), name + end, ring, (low, high), colour)
     for each in wall_openings(built.plan, wall_thickness):
-        _site(world, each, door_height if each.has_leaf else wall_height)
-    ET.indent(root)
-    return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
+        _site(world, each, built.door_height if each.has_leaf else built.wall_height, end)
+
+
+def _slab(into: _Into, name: str, shape: BaseGeometry, low: float, end: str) -> None:
+    """Add a slab, FLOOR_M thick."""
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
+    for i, ring in enumerate(ring for part in parts for ring in cut_into_trapezoids(part)):
+        _geom(into, f"{name}_{i}{end}", ring, (low, low + FLOOR_M), _WALL)
 
 
 def _pieces(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
@@ -76,12 +142,16 @@ def _pieces(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
     rest = shapely.difference(built.space, shapely.union_all([room.polygon for room in built.plan.rooms]))
     floors = [ring for part in shapely.get_parts(rest) if part.area > CRUMB_M2 for ring in cut_into_trapezoids(part)]
     yield from ((f"floor_{i}", _FLOOR, ring, -_SLAB_M, 0.0) for i, ring in enumerate(floors))
+
+
+def _furniture(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
+    """Yield the convex pieces of the furniture, as ``_pieces`` does."""
     for thing in built.furniture:
         for i, ring in enumerate(cut_into_trapezoids(thing.polygon) if thing.height > 0 else ()):
             yield f"object_{thing.id}_{i}", _THING, ring, 0.0, thing.height
 
 
-def _geom(into: tuple[ET.Element, ET.Element], name: str, ring: Any, heights: tuple[float, float], colour: str) -> None:
+def _geom(into: _Into, name: str, ring: Any, heights: tuple[float, float], colour: str) -> None:
     asset, world = into
     low, high = heights
     x1, y1, x2, y2 = shapely.Polygon(ring).bounds
@@ -96,7 +166,7 @@ def _geom(into: tuple[ET.Element, ET.Element], name: str, ring: Any, heights: tu
     ET.SubElement(world, "geom", name=name, type="mesh", mesh=name, rgba=colour)
 
 
-def _site(world: ET.Element, each: WallOpening, height: float) -> None:
+def _site(world: ET.Element, each: WallOpening, height: float, end: str) -> None:
     """Add the passage as a box along its own segment."""
     (ax, ay), (bx, by) = each.segment
     along = np.array([bx - ax, by - ay])
@@ -109,7 +179,7 @@ def _site(world: ET.Element, each: WallOpening, height: float) -> None:
     ET.SubElement(
         world,
         "site",
-        name=f"{kind}_{each.door.id}",
+        name=f"{kind}_{each.door.id}{end}",
         type="box",
         pos=format_numbers(*middle.tolist(), height / 2),
         size=format_numbers(length / 2, float(depths.max() - depths.min()) / 2, height / 2),

@@ -82,6 +82,8 @@ def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
 
 def intersect(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
     """Return what ``a`` and ``b`` share."""
+    if a is b:
+        return drop_lines_and_points(a)
     return drop_lines_and_points(_robust(shapely.intersection, a, b))
 
 
@@ -94,8 +96,13 @@ def shares_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry | None)
     """Return the share of each of the shapes (n,) that lies in an area; 0 where there is none."""
     if area is None or area.is_empty:
         return np.zeros(len(shapes))
+    return np.asarray(areas_inside(shapes, area) / shapely.area(shapes))
+
+
+def areas_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry) -> npt.NDArray[np.float64]:
+    """Return how much of each of the shapes (n,) lies in an area, m2."""
     shared = intersect_pairs(np.array(shapes, np.object_), np.full(len(shapes), area, np.object_))
-    return np.asarray(shapely.area(shared) / shapely.area(shapes))
+    return np.asarray(shapely.area(shared), np.float64)
 
 
 def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:

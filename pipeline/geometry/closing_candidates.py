@@ -314,7 +314,9 @@ def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Po
     return Polygon([end.a + back, end.b + back, end.b + step, end.a + step])
 
 
-def gap_fillings(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float) -> list[Polygon]:
+def gap_fillings(
+    tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: float, *, ends: list[WallEnd] | None = None
+) -> list[Polygon]:
     """Fillings of all gaps of full height up to ``reach_m`` metres, shortest first.
 
     Parameters
@@ -323,8 +325,10 @@ def gap_fillings(tall: BaseGeometry, standing: Sequence[BaseGeometry], reach_m: 
         Walls that stand from the floor to above head height; a gap lies between two of them.
     standing
         All that closes the plane; a gap that it fills already is none.
+    ends
+        The ``wall_ends`` with their nibs, if they are known already.
     """
-    ends = list(wall_ends(tall, nibs=True))
+    ends = list(wall_ends(tall, nibs=True)) if ends is None else ends
     if not ends:
         return []
     before = shapely.points([end.centre + CM_M * end.out for end in ends])

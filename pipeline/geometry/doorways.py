@@ -11,6 +11,7 @@ R3  A leaf may lie at a face of the wall, before the hole that it shuts, with no
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import Literal
@@ -21,7 +22,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import clip_to_box, dot_product, intersect
+from pipeline.geometry.areas import Shapes, clip_to_box, dot_product, intersect
 from pipeline.geometry.meshes import Box
 from pipeline.tolerances import (
     AROUND_M,
@@ -60,7 +61,23 @@ def box_polygon(box: Box, *, width: float | None = None, depth: float | None = N
     a = box.along * (box.width if width is None else width) / 2
     d = box.across * (box.thickness if depth is None else depth) / 2
     c = box.centre
-    return Polygon([c - a - d, c + a - d, c + a + d, c - a + d])
+    return shapely.polygons(np.array([c - a - d, c + a - d, c + a + d, c - a + d]))
+
+
+def strips_beside(boxes: Sequence[Box], widths_m: Sequence[float], *, off_m: float, depth_m: float) -> Shapes:
+    """Return two strips (n, 2) of these widths (n,) beside each of some boxes, on its right and on its left.
+
+    Each lies along the middle of a long side, begins ``off_m`` before it and is ``depth_m`` deep.
+    """
+    if not boxes:
+        return np.zeros((0, 2), np.object_)
+    centre, along = (np.array([getattr(box, name) for box in boxes])[:, None] for name in ("centre", "along"))
+    thickness, width = np.array([box.thickness for box in boxes]), np.array(widths_m)
+    across = np.stack([-along[..., 1], along[..., 0]], axis=-1) * np.array([[-1.0], [1.0]])
+    middle = centre + across * (thickness[:, None, None] / 2 + off_m + depth_m / 2)
+    long, deep = along * width[:, None, None] / 2, across * depth_m / 2
+    corners = [middle - long - deep, middle + long - deep, middle + long + deep, middle - long + deep]
+    return np.asarray(shapely.polygons(np.stack(corners, axis=2)))
 
 
 def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
@@ -75,12 +92,21 @@ def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
 
 def box_around_polygon(polygon: Polygon) -> Box:
     """Return the smallest rectangle around a plan polygon, as a box without height."""
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))[:4]
-    edge = corners[1] - corners[0], corners[2] - corners[1]
-    length = [float(np.hypot(*e)) for e in edge]
-    k = int(length[1] > length[0])
-    along = edge[k] / max(length[k], 1e-9)
-    return Box(corners.mean(axis=0), along, length[k], length[1 - k], 0.0, 0.0)
+    return boxes_around_polygons([polygon])[0]
+
+
+def boxes_around_polygons(polygons: Sequence[Polygon]) -> list[Box]:
+    """Return ``box_around_polygon`` of each."""
+    around = shapely.minimum_rotated_rectangle(np.array(polygons, np.object_))
+    corners = shapely.get_coordinates(around).reshape(-1, 5, 2)[:, :4]
+    edges = corners[:, 1:3] - corners[:, :2]
+    lengths = np.hypot(edges[..., 0], edges[..., 1])
+    longer = (lengths[:, 1] > lengths[:, 0]).astype(np.int64)
+    rows = np.arange(len(corners))
+    wide, thick = lengths[rows, longer], lengths[rows, 1 - longer]
+    along = edges[rows, longer] / np.maximum(wide, 1e-9)[:, None]
+    found = zip(corners.mean(axis=1), along, wide.tolist(), thick.tolist(), strict=True)
+    return [Box(centre, axis, width, thickness, 0.0, 0.0) for centre, axis, width, thickness in found]
 
 
 def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
@@ -96,11 +122,8 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
     ends = _jambs(box, near) or _jambs_behind(box, near)
     if ends is None:
         return None
-    faces = []
-    for sign, end in zip((-1.0, 1.0), ends, strict=True):
-        face = _faces(box, sign * (end + SLIVER_M), near)
-        if face is not None:
-            faces.append(face)
+    at = np.array([-1.0, 1.0]) * (np.array(ends) + SLIVER_M)
+    faces = [face for face in _faces(box, at, near) if face is not None]
     if not faces:
         return None
     low, high = min(f[0] for f in faces), max(f[1] for f in faces)
@@ -126,7 +149,7 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     if abs(slope) > SKEW or abs(aside) > box.thickness / 2 + SLIVER_M:
         return None
     for end, face in zip(at, faces, strict=True):
-        farther = _faces(box, end + np.sign(end) * THIN_WALL_M, walls)
+        (farther,) = _faces(box, np.array([end + np.sign(end) * THIN_WALL_M]), walls)
         goes_on = None if farther is None else np.sign(end) * (np.mean(farther) - np.mean(face)) / THIN_WALL_M
         if goes_on is not None and abs(goes_on - slope) > SAME_SLOPE:
             return None
@@ -146,8 +169,8 @@ def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
     aside_m = 0.3 * min(box.thickness, HAND_M)
     starts = np.tile(box.centre + np.array([[0.0], [-aside_m], [aside_m]]) * box.across, (2, 1))
     on = np.repeat([-box.along, box.along], 3, axis=0)
-    goes_on = shapely.intersects_xy(walls, starts + (half - SLIVER_M) * on)  # it stands in a wall that runs on
-    goes_on &= shapely.intersects_xy(walls, starts + (half / 2) * on)
+    along = np.stack([starts + (half - SLIVER_M) * on, starts + (half / 2) * on])
+    goes_on = shapely.intersects_xy(walls, along[..., 0], along[..., 1]).all(axis=0)  # it stands in a wall that runs on
     rays = shapely.linestrings(np.stack([starts + half / 2 * on, starts + (half + BESIDE_M) * on], axis=1))
     hits, ray = shapely.get_coordinates(shapely.intersection(rays, walls), return_index=True)
     away = np.full(6, np.inf)
@@ -172,18 +195,23 @@ def _jambs_behind(box: Box, walls: BaseGeometry) -> list[float] | None:
     return None
 
 
-def _faces(box: Box, at: float, walls: BaseGeometry) -> tuple[float, float] | None:
-    """Return where the wall's two faces lie across the box at a distance along it, or None if the wall is too thick."""
-    point = box.centre + at * box.along
-    line = shapely.linestrings([point - STONE_WALL_M * box.across, point + STONE_WALL_M * box.across])
-    best: tuple[float, float] | None = None
-    for part in shapely.get_parts(shapely.intersection(line, walls)):
-        if part.is_empty:
-            continue
-        across = dot_product(shapely.get_coordinates(part) - point, box.across)
-        low, high = float(across.min()), float(across.max())
-        if high - low > 1e-3 and (best is None or abs(low + high) < abs(best[0] + best[1])):
-            best = (low, high)
-    if best is None or best[1] - best[0] > STONE_WALL_M:
-        return None
-    return best
+def _faces(box: Box, at: Floats, walls: BaseGeometry) -> list[tuple[float, float] | None]:
+    """Return where the wall's two faces lie across the box, at each of some distances (n,) along it.
+
+    None where no wall stands, or where it is too thick.
+    """
+    points = box.centre + at[:, None] * box.along
+    reach = STONE_WALL_M * box.across
+    lines = shapely.linestrings(np.stack([points - reach, points + reach], axis=1))
+    parts, line = shapely.get_parts(shapely.intersection(lines, walls), return_index=True)
+    corners, part = shapely.get_coordinates(parts, return_index=True)
+    across = dot_product(corners - points[line[part]], box.across)
+    low, high = np.full(len(parts), np.inf), np.full(len(parts), -np.inf)
+    np.minimum.at(low, part, across)
+    np.maximum.at(high, part, across)
+    best: list[tuple[float, float] | None] = [None] * len(at)
+    for k, one, other in zip(line.tolist(), low.tolist(), high.tolist(), strict=True):
+        known = best[k]
+        if other - one > 1e-3 and (known is None or abs(one + other) < abs(known[0] + known[1])):
+            best[k] = (one, other)
+    return [None if found is None or found[1] - found[0] > STONE_WALL_M else found for found in best]

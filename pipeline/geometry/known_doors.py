@@ -14,6 +14,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import (
+    Shapes,
     buffer_mitred,
     clip_to_box,
     dot_product,
@@ -23,7 +24,15 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, doorway_around_leaf, fit_into_wall
+from pipeline.geometry.doorways import (
+    Doorway,
+    box_around_polygon,
+    box_polygon,
+    boxes_around_polygons,
+    doorway_around_leaf,
+    fit_into_wall,
+    strips_beside,
+)
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
@@ -31,6 +40,7 @@ from pipeline.tolerances import (
     CRACK_M,
     DOORWAY_M,
     FOOT_M,
+    HALF_CM_M,
     HAND_M,
     HEAD_M,
     IN_ONE_LINE,
@@ -418,19 +428,19 @@ def _door_recesses(
     lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
 ) -> list[tuple[Polygon, Polygon]]:
     """Slim lintels of such widths, each with the thin piece of wall beside it."""
-    sides = []
-    for lintel in polygons_of(lintels):
-        box = box_around_polygon(lintel)
-        slim = CRACK_M <= box.thickness <= THICK_WALL_M and width_m[0] <= box.width <= width_m[1]
-        if slim and lintel.area >= LARGELY * box.width * box.thickness:
-            sides += [(lintel, box, sign) for sign in (-1.0, 1.0)]
-    if not sides:
-        return []
+    every = polygons_of(lintels)
+    slim = [
+        (lintel, box)
+        for lintel, box in zip(every, boxes_around_polygons(every), strict=True)
+        if CRACK_M <= box.thickness <= THICK_WALL_M
+        and width_m[0] <= box.width <= width_m[1]
+        and lintel.area >= LARGELY * box.width * box.thickness
+    ]
     shapely.prepare(walls)
-    closed = shapely.intersects(walls, np.array([_place_beside(box, sign) for _, box, sign in sides]))
+    closed = shapely.intersects(walls, _places_beside([box for _, box in slim]))
     found = []
-    for k in np.flatnonzero(closed).tolist():  # beside an open doorway nothing stands, and no ray need look
-        lintel, box, sign = sides[k]
+    for k, side in np.argwhere(closed).tolist():  # beside an open doorway nothing stands, and no ray need look
+        (lintel, box), sign = slim[k], (-1.0, 1.0)[side]
         x1, y1, x2, y2 = lintel.bounds
         near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
         thickness = _thickness_beside(box, sign, near)
@@ -439,10 +449,10 @@ def _door_recesses(
     return found
 
 
-def _place_beside(box: Box, sign: float) -> Polygon:
-    """Return the rectangle around all looks beside one long side of a lintel (``_thickness_beside``)."""
-    middle = box.centre + sign * box.across * (box.thickness / 2 - 0.01 + THIN_WALL_M / 2)
-    return box_polygon(replace(box, centre=middle), width=0.8 * box.width + CM_M, depth=THIN_WALL_M + CM_M)
+def _places_beside(boxes: Sequence[Box]) -> Shapes:
+    """Return the strips (n, 2) in which all looks beside the long sides of lintels lie (``_thickness_beside``)."""
+    widths = [2 * LOOK_SHARES[-1] * box.width + CM_M for box in boxes]
+    return strips_beside(boxes, widths, off_m=-CM_M - HALF_CM_M, depth_m=THIN_WALL_M + CM_M)
 
 
 def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
@@ -594,9 +604,20 @@ def find_known_doorways(
         if way is not None:
             found.append(Doorway(box_polygon(way), "named"))
     found += judged.doorways
-    found = [replace(each, polygon=_through_wall(each.polygon, walls)) for each in found]
+    found = [
+        replace(each, polygon=_through_wall(each.polygon, walls)) if is_shut else each
+        for each, is_shut in zip(found, _may_be_shut(found, walls), strict=True)
+    ]
     found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
+
+
+def _may_be_shut(doorways: Sequence[Doorway], walls: BaseGeometry) -> npt.NDArray[np.bool_]:
+    """Return before which of the doorways (n,) some wall stands, right at one of the two faces."""
+    boxes = boxes_around_polygons([each.polygon for each in doorways])
+    shapely.prepare(walls)
+    before = strips_beside(boxes, [box.width - 2 * CRACK_M for box in boxes], off_m=-LAP_M, depth_m=LAP_M + SHEET_M)
+    return np.asarray(shapely.intersects(walls, before).any(axis=1), np.bool_)
 
 
 def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:

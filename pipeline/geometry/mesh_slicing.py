@@ -119,6 +119,10 @@ class MeshSlicer:
         within = crossing & ((bottom >= low) | (top <= high))
         return not within.any() and bool((np.abs(self._normals[crossing, 2]) < UPRIGHT).all())
 
+    def may_end_between(self, low: float, high: float) -> bool:
+        """Return whether something that stands at the lower of two heights may end below the higher one."""
+        return not self.is_upright_between(low, high)
+
     def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
         """Return the section at ``height``, metres above the level's floor.
 
@@ -393,3 +397,30 @@ def lengths_of_faces(mesh: Mesh, height: float, spaces: Sequence[Polygon]) -> tu
         return np.bincount(space[near], length[face[near]], minlength=len(spaces)).astype(np.float64)
 
     return beside(1.0), beside(-1.0)
+
+
+def barred_shares(mesh: Mesh, height: float, strips: Sequence[Polygon], alongs: Floats) -> Floats:
+    """Return the share of each strip's width (n,) in which a mesh has something at a height.
+
+    Parameters
+    ----------
+    height
+        Metres above the level's floor.
+    strips
+        (n,) rectangles in the plan.
+    alongs
+        (n, 2) unit vectors along which the strips' widths are measured.
+    """
+    z = mesh.vertices[:, 2][mesh.faces]
+    faces = np.flatnonzero((z.min(axis=1) < height) & (z.max(axis=1) > height))
+    if not len(faces) or not len(strips):
+        return np.zeros(len(strips))
+    lines = shapely.linestrings(_crossings(mesh, faces, height))
+    of_strip, line = shapely.STRtree(lines).query(np.array(strips, np.object_), predicate="intersects")
+    inside = shapely.intersection(lines[line], np.array(strips, np.object_)[of_strip])
+    found = np.zeros(len(strips))
+    for k, (strip, along) in enumerate(zip(strips, alongs, strict=True)):
+        spans = [np.sort(shapely.get_coordinates(each) @ along)[[0, -1]] for each in inside[of_strip == k]]
+        taken = shapely.union_all([shapely.linestrings([(low, 0.0), (high, 0.0)]) for low, high in spans])
+        found[k] = shapely.length(taken) / np.ptp(shapely.get_coordinates(strip) @ along)
+    return found

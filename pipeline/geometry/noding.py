@@ -18,17 +18,19 @@ def node_on_grid(lines: Shapes, grid_m: float) -> Shapes:
     """
     ends = shapely.get_coordinates(lines)
     if len(ends) == 2 * len(lines):
-        pieces = shapely.get_parts(shapely.union_all(shapely.linestrings(_round(ends, grid_m).reshape(-1, 2, 2))))
+        pieces = shapely.get_parts(
+            shapely.union_all(shapely.linestrings(round_to_grid(ends, grid_m).reshape(-1, 2, 2)))
+        )
         found = shapely.get_coordinates(pieces)
-        whole = len(found) == 2 * len(pieces) and np.array_equal(_round(found, grid_m), found)
+        whole = len(found) == 2 * len(pieces) and np.array_equal(round_to_grid(found, grid_m), found)
         if whole and _meet_at_ends(found.reshape(-1, 2, 2), grid_m):
             return np.asarray(pieces)
     pieces = shapely.get_parts(shapely.union_all(lines, grid_size=grid_m))
     return np.asarray(pieces[shapely.get_type_id(pieces) == shapely.GeometryType.LINESTRING])
 
 
-def _round(points: Floats, grid_m: float) -> Floats:
-    """Round as GEOS does, but for the sign of 0."""
+def round_to_grid(points: Floats, grid_m: float) -> Floats:
+    """Round as GEOS does, but for the sign of 0: points (..., 2) on a grid of ``grid_m`` metres."""
     per_m = 1 / grid_m
     return np.asarray(np.floor(points * per_m + 0.5) / per_m)
 

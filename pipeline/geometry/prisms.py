@@ -77,6 +77,10 @@ class Prisms(Mesh):
         """Return whether every section between two heights is the same."""
         return not ((self.heights >= low) & (self.heights <= high)).any()
 
+    def may_end_between(self, low: float, high: float) -> bool:
+        """Return whether something that stands at the lower of two heights may end below the higher one."""
+        return any(low <= each.top_m <= high for each in self.bodies)
+
     def bodies_at(self, height: float) -> Shapes:
         """Return the polygons (n,) of the bodies that stand at a height."""
         areas = [each.area for each in self.bodies if each.bottom_m < height < each.top_m]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -63,7 +64,8 @@ NARROWEST_ROOM_M = 0.85
 Bools = npt.NDArray[np.bool_]
 
 
-def are_rooms_misshapen(rooms: list[Polygon]) -> Bools:
+@lru_cache(maxsize=1)  # grounds, passages and rooms ask for the same rooms
+def are_rooms_misshapen(rooms: tuple[Polygon, ...]) -> Bools:
     """Return which rooms (n,) are too small, too large, too narrow or too ragged for a room."""
     area, length = shapely.area(rooms), shapely.length(rooms)
     sized = (area >= SMALLEST_ROOM_M2) & (area <= LARGEST_ROOM_M2)
@@ -71,7 +73,8 @@ def are_rooms_misshapen(rooms: list[Polygon]) -> Bools:
     return np.asarray(~sized | ragged | shapely.is_empty(buffer_mitred(np.array(rooms), -NARROWEST_ROOM_M / 2)))
 
 
-def have_jutting_walls(rooms: list[Polygon]) -> Bools:
+@lru_cache(maxsize=1)
+def have_jutting_walls(rooms: tuple[Polygon, ...]) -> Bools:
     """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
     whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
     closed = buffer_mitred(buffer_mitred(whole, WALL_M / 2), -WALL_M / 2)

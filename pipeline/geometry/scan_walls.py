@@ -286,8 +286,10 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 # R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
 # R2  A part of every scan is missing: holes in the walls are closed, as above.
 # R3  Two faces with no more than a wall between them are the two sides of one.
-# R4  Around all that is inside stands an outer wall, also where none was seen.
-# R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere.
+# R4  Around all that is inside stands an outer wall, also where none was seen. Where over more than a hole of a wall
+#     nothing was seen that stands, it is the edge of what was seen (``open_edge``) and no wall: the room goes on there.
+# R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere. So is
+#     a region beside the largest one along which hardly a wall was seen: what a scanner saw through a window or a door.
 # R6  A doorway is a place in a wall where nothing stands from the floor to head height, as long as a door is wide, with
 #     air of the house on both sides: the place of a window or of a door to the outside has a back.
 # ---------------------------------------------------------------------------------------------------------------------
@@ -300,11 +302,15 @@ BEFORE = 4
 
 @dataclass(frozen=True, eq=False)
 class WallMasks:
-    """``walls`` (rows, columns) with all doorways closed, and the ``doorways``: rectangles (4, 2) of pixels (x, y)."""
+    """``walls`` (rows, columns) with all doorways closed, and the ``doorways``: rectangles (4, 2) of pixels (x, y).
+
+    ``open_edge`` (rows, columns) is the part of ``walls`` at which only what was seen ends (R4).
+    """
 
     raster: Raster
     walls: Bools
     doorways: tuple[Floats, ...]
+    open_edge: Bools
 
 
 def wall_top_height(columns: Columns) -> float:
@@ -338,12 +344,15 @@ def find_wall_masks(columns: Columns) -> WallMasks:
         outside = _outside(thick | inside, raster)
     band = outside & grow_mask(~outside, raster.size(PARTITION_M))  # R4
     house = close_mask(thick | band, raster.size(WALL_M))
-    solid = house | _unseen_cells(~(house | outside), columns)  # R5
+    air = ~(house | outside)
+    solid = house | _unseen_cells(air, columns) | _regions_without_walls(air, thick)  # R5
     standing = close_mask((body >= HARDLY) & thick, raster.size(WALL_M)) & thick
     behind = grow_mask(standing, raster.size(PARTITION_M)) & solid & ~thick
     free = solid & ~(standing | behind)
     walls = _shrink(solid)
-    return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster))  # R6
+    beside = grow_mask(~(solid | outside), raster.size(PARTITION_M) + BEFORE)
+    open_edge = _open_edge(band & walls & beside, thick, columns)  # R4
+    return WallMasks(raster, walls, _doorways(free & walls, ~(walls | outside), raster), open_edge)  # R6
 
 
 def _without_specks(mask: Bools, raster: Raster) -> Bools:
@@ -363,6 +372,30 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
     return grow_mask(around, half) & ~inside
 
 
+def _open_edge(band: Bools, walls: Bools, columns: Columns) -> Bools:
+    """R4: return the parts of the band around the house that are longer than a hole and lie before nothing that stands.
+
+    Of a wall of which little was seen, cells beside each other hold different heights.
+    """
+    raster = columns.raster
+    far = raster.size(PARTITION_M) + BEFORE
+    bare = _longer_than_a_hole(band & ~grow_mask(walls, far), raster)
+    if not bare.any():
+        return bare
+    body = columns.stands[(columns.heights >= EDGE_BAND_M) & (columns.heights <= HEAD_M)]
+    beside = [grow_mask(layer, SPREAD) for layer in body]
+    standing = _without_specks(np.asarray(np.mean(beside, axis=0, dtype=np.float32) >= STANDS), raster)
+    return _longer_than_a_hole(bare & ~grow_mask(standing, far), raster)
+
+
+def _longer_than_a_hole(mask: Bools, raster: Raster) -> Bools:
+    """Return the connected parts of a mask that are longer than a hole in a wall."""
+    _, label, boxes, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    long = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) > raster.size(HOLE_M)
+    long[0] = False
+    return np.asarray(long[label])
+
+
 def _has_ground(air: Bools, columns: Columns) -> bool:
     """Return whether enough ground was seen under the air that missing ground says something."""
     return bool(air.any() and columns.ground[air].mean() >= SOME)
@@ -377,6 +410,21 @@ def _unseen_cells(air: Bools, columns: Columns) -> Bools:
     hidden = np.asarray(share) < SOME
     hidden[0] = False
     return np.asarray(hidden[label])
+
+
+def _regions_without_walls(air: Bools, walls: Bools) -> Bools:
+    """R5: return all regions but the largest that have walls along less than ``SOME`` of their edge."""
+    count, label, boxes, _ = cv2.connectedComponentsWithStats(air.view(np.uint8), connectivity=4)
+    found, margin = np.zeros_like(air), 2 * SPREAD
+    largest = 1 + int(np.argmax(boxes[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
+    for k in range(1, count):
+        x, y, w, h = (int(v) for v in boxes[k, :4])
+        window = np.s_[max(y - margin, 0) : y + h + margin, max(x - margin, 0) : x + w + margin]
+        region = label[window] == k
+        edge = grow_mask(region, margin) & ~region
+        if k != largest and walls[window][edge].mean() < SOME:
+            found[window] |= region
+    return found
 
 
 def _shrink(solid: Bools) -> Bools:

@@ -124,6 +124,8 @@ def section_from_bodies(bodies: Shapes, *, sheet_m: float, solid_m: float) -> Wa
         return WallSection(EMPTY, EMPTY)
     narrow = [space for space, is_narrow in zip(spaces, are_too_narrow(spaces, solid_m), strict=True) if is_narrow]
     thin = are_too_narrow(walls, solid_m)
+    if thin.all() and not narrow:
+        return WallSection(close_cracks(filled), EMPTY)
     solids = unite(walls[~thin])
     massive = EMPTY if solids.is_empty else drop_thin_parts(solids, solid_m)
     rest = drop_thin_parts(subtract(solids, massive), CRACK_M)
@@ -428,6 +430,8 @@ def long_slits_between_sheets(walls: BaseGeometry) -> BaseGeometry:
 
 def _gaps_between_sheets(faces: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     closed = buffer_mitred(buffer_mitred(faces, WALL_M / 2), -WALL_M / 2)
+    if faces is walls and closed.area - walls.area < CM_M * CM_M:
+        return []
     return polygons_of(drop_thin_parts(subtract(closed, walls), CM_M))
 
 
@@ -525,18 +529,21 @@ HEADROOM_M = (1.0, 1.9)
 def find_overhangs(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
     """What hangs over what does not stand, in sections ``above`` each other, up to where the walls beside it end."""
     found: list[BaseGeometry] = []
-    higher, kept, closing, walls = EMPTY, EMPTY, EMPTY, EMPTY
+    higher, kept = EMPTY, EMPTY
     for here in reversed(above):
-        if here is not higher:  # sections of one layer are one geometry
-            closing = drop_thin_parts(subtract(here, standing), SLIVER_M)
+        if here is higher:  # sections of one layer are one geometry
+            continue
+        closing = drop_thin_parts(subtract(here, standing), SLIVER_M)
+        loose: list[Polygon] = []
+        if not higher.is_empty:
             walls = intersect(here, standing)
-        ending = EMPTY if kept is closing else drop_thin_parts(subtract(closing, kept), SLIVER_M)
-        house_goes_on = here is higher or intersect(walls, higher).area > GOES_ON * walls.area
-        loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
+            ending = drop_thin_parts(subtract(closing, kept), SLIVER_M)
+            house_goes_on = intersect(walls, higher).area > GOES_ON * walls.area
+            loose = [part for part in polygons_of(ending) if _walls_go_on(part, walls, higher, alone=house_goes_on)]
         kept = subtract(closing, unite(loose)) if loose else closing
         found.append(kept)
         higher = here
-    return drop_thin_parts(unite(found), SLIVER_M) if found else EMPTY
+    return drop_thin_parts(unite(found), SLIVER_M) if len(found) > 1 else kept
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,18 @@ OVERRIDABLE = {"mesh_file": ("drop_nodes", "scale")}
 """The readers, and which options of one input a person may set in ``overrides.toml``."""
 
 
+_READ = (
+    "meshes (.ply .obj .glb .gltf .stl .dae .off), IFC buildings, files of ProcTHOR, 3D-FRONT, Gazebo, Habitat, Sweet "
+    "Home 3D and RoomPlan, point clouds (.ply .pcd .xyz .las .laz .e57), drawn plans (.dxf .geojson .building.yaml "
+    ".wbt, USD, MJCF, IMDF and others), robots' maps (map.yaml), folders of these, SUNCG, and procedural:COUNT"
+)
+_DRAWN = {
+    ".svg": "of SVG files it reads those of CubiCasa5k and its own; export other drawings as .dxf",
+    ".pdf": "export the drawing as .dxf from the program that made it",
+}
+"""What to do about drawings that are no plans by themselves."""
+
+
 class NoHouseError(ConfigError):
     """A source is there, and nothing in it is a house that a reader knows."""
 
@@ -68,14 +80,19 @@ def find(source: str, **options: str) -> Iterator[Input]:
         except Rejection as rejection:
             raise ConfigError(f"source {source!r}: {rejection.detail}; {rejection.advice}") from None
     if not found:
-        expected = (
-            "a mesh (.ply .obj .glb .gltf .stl .dae .off), an .ifc file, a file of ProcTHOR, 3D-FRONT, Gazebo, Sweet "
-            "Home 3D, RoomPlan, a drawn plan (.dxf, .geojson, .building.yaml, USD, MJCF, IMDF, ...), a point cloud, "
-            "a robot's map (map.yaml), a folder of these, a SUNCG root"
-        )
-        found_ = "nothing of the kind in it" if Path(source).is_dir() else "none of them"
-        advice = how_to_export(file.suffix for file in _files_at(source))
-        raise NoHouseError(f"source {source!r}: expected {expected} or procedural:COUNT, found {found_}{advice}")
+        raise NoHouseError(f"source {source!r}: {_describe_no_house(Path(source))}")
+
+
+def _describe_no_house(path: Path) -> str:
+    """Say that a file, or all files of a folder, are no houses, and what to do: how to export it, or what is read."""
+    if path.is_dir() and not any(path.iterdir()):
+        return "the folder is empty"
+    found = "no file in it is a house that houseexpo can read" if path.is_dir() else "houseexpo cannot read this file"
+    if advice := how_to_export(file.suffix for file in _files_at(path)):
+        return found + advice
+    if not path.is_dir() and (drawn := _DRAWN.get(path.suffix.lower())):
+        return f"{found}; {drawn}"
+    return f"{found}; it reads {_READ}"
 
 
 def is_path(source: str) -> bool:
@@ -94,8 +111,7 @@ def reader(name: str) -> Reader:
     return cast("Reader", import_module(f"pipeline.sources.{name}"))
 
 
-def _files_at(source: str) -> Iterator[Path]:
-    path = Path(source)
+def _files_at(path: Path) -> Iterator[Path]:
     return walk_source_files(path) if path.is_dir() else iter((path,))
 
 

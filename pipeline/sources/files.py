@@ -381,6 +381,11 @@ def check_lengths(numbers: npt.ArrayLike, what: str, advice: str) -> None:
         raise Rejection("source", Reason.BAD_UNITS, detail, "the format is in metres: correct it, or leave it out")
 
 
+def quiet_usd() -> None:
+    """Keep USD from warning of old versions of files, which it reads; call it before ``pxr`` is imported."""
+    os.environ.setdefault("PXR_USDC_EMIT_DEPRECATION_WARNINGS", "0")
+
+
 def usd_fault(error: BaseException) -> str:
     """Return in a few words why OpenUSD did not open a file; "" if its message says nothing to a reader."""
     text = str(error)

@@ -1,12 +1,13 @@
-"""Read ProcTHOR houses, one in a JSON file or many, one a line, packed by gzip or not: yield one level for each.
+"""Read ProcTHOR houses, one in a JSON file or many, packed by gzip or not: yield one level for each.
 
-Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from above as it is; z = Y. A file of many
-houses is read as a stream: a build lists where each line begins, a worker goes there, and only one house is in memory.
+Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from above as it is; z = Y. Of many houses,
+each has a line, or all are one JSON list. A file of lines is read as a stream: a build lists where each begins, a
+worker goes there, and only one house is in memory.
 
 R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, SHEET_M thick about the sheet. A wall
     marked ``empty`` divides two rooms without standing.
-R2  A door's or window's hole is measured along ``wall0`` from its first corner. What has no leaf (a doorframe) is an
-    opening without a door.
+R2  A door's or window's hole is measured along ``wall0`` from its first corner; older houses write it as a box
+    (``boundingBox``). What has no leaf (a doorframe) is an opening without a door.
 R3  Objects are furniture where the file has their boxes (``axisAlignedBoundingBox``); it names most by a model only.
 
 A house is read as checked values. Keys that plans do not need are passed over.
@@ -14,8 +15,10 @@ A house is read as checked values. Keys that plans do not need are passed over.
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import hashlib
+import itertools
 import math
 import zlib
 from collections.abc import Iterable, Iterator
@@ -39,7 +42,7 @@ from pipeline.sources.drawn_storeys import (
     wall_mesh,
 )
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
-from pipeline.sources.reader_choice import open_unpacked
+from pipeline.sources.reader_choice import LONGEST_JSON, begins_with_list, open_unpacked
 from pipeline.sources.tolerances import SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -62,14 +65,27 @@ class WallRectangle(msgspec.Struct, frozen=True):
     empty: bool = False
 
 
+class HoleBox(msgspec.Struct, frozen=True):
+    """A hole as older houses write it."""
+
+    min: Corner
+    max: Corner
+
+
 class DoorOrWindow(msgspec.Struct, frozen=True):
     """A door or a window."""
 
     id: str
     wall0: str
     wall1: str = ""
-    hole: list[Corner] = msgspec.field(name="holePolygon", default_factory=list)
+    polygon: list[Corner] = msgspec.field(name="holePolygon", default_factory=list)
+    box: HoleBox | None = msgspec.field(name="boundingBox", default=None)
     asset: str = msgspec.field(name="assetId", default="")
+
+    @property
+    def hole(self) -> list[Corner]:
+        """The corners of its hole (R2)."""
+        return self.polygon or ([self.box.min, self.box.max] if self.box else [])
 
 
 class HouseRoom(msgspec.Struct, frozen=True, rename="camel"):
@@ -132,14 +148,12 @@ def find(path: str, **options: str) -> Iterator[Input]:
     name = options.get("file", f"{file.absolute().parent.name}/{file.name}")
     settings = (("file", name),)
     base = id_from_file_name(name.removesuffix(".gz"))
-    lines = _lines(file)
-    first = next(lines, None)
-    second = next(lines, None)
-    if first is None or second is None or not any(_is_house(file, line) for line in (first, second)):
+    parts = _parts(file)
+    if parts is None:
         yield Input(base, "procthor", str(file), options=settings)
         return
-    for number, line in enumerate(_chain(first, second, lines)):
-        yield Input(f"{base}_{number:06d}", "procthor", str(file), f"{line[0]}:{line[1]}", settings)
+    for number, (start, length) in enumerate(parts):
+        yield Input(f"{base}_{number:06d}", "procthor", str(file), f"{start}:{length}", settings)
 
 
 def read(item: Input) -> Iterator[Level]:
@@ -206,6 +220,28 @@ def _part(path: str, start: int, length: int) -> bytes:
     return _STREAMS[path, changed].read(length)
 
 
+def _parts(file: Path) -> Iterable[tuple[int, int]] | None:
+    """Return start and length of each house of a file of many, or None of a file of one."""
+    with contextlib.suppress(msgspec.DecodeError, OSError, EOFError, zlib.error):
+        if begins_with_list(file):
+            with open_unpacked(file) as stream:
+                return list(_elements(bytes(stream.read(LONGEST_JSON)))) or None
+    lines = _lines(file)
+    first, second = next(lines, None), next(lines, None)
+    if first is None or second is None or not any(_is_house(file, line) for line in (first, second)):
+        return None
+    return itertools.chain((first, second), lines)
+
+
+def _elements(data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield start and length of each element of a JSON list; raise msgspec.DecodeError if it is none."""
+    end = 0
+    for element in msgspec.json.decode(data, type=list[msgspec.Raw]):
+        start = data.index(bytes(element), end)
+        end = start + len(bytes(element))
+        yield start, end - start
+
+
 def _lines(file: Path) -> Iterator[tuple[int, int]]:
     """Yield start and length of each line that is not blank; what cannot be unpacked is one more line."""
     start = 0
@@ -217,12 +253,6 @@ def _lines(file: Path) -> Iterator[tuple[int, int]]:
                 start += len(line)
     except (OSError, EOFError, zlib.error):
         yield start, LONGEST_LINE - 1
-
-
-def _chain(first: Any, second: Any, rest: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    yield first
-    yield second
-    yield from rest
 
 
 def _is_house(file: Path, line: tuple[int, int]) -> bool:
@@ -262,7 +292,8 @@ def _holes(house: House, name: str) -> list[Hole]:
         wall = walls.get(slot.wall0) or walls.get(slot.wall1)
         ends = _wall_ends(wall) if wall is not None else None
         if wall is None or ends is None or len(slot.hole) < 2:
-            detail = f"{name}: {slot.id}: expected a hole in one of its walls, found no wall {slot.wall0!r}"
+            found_none = f"no wall {slot.wall0!r}" if wall is None else f"no hole in {wall.id!r}"
+            detail = f"{name}: {slot.id}: expected a hole in one of its walls, found {found_none}"
             raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
         foot = min(corner.y for corner in wall.polygon)
         found.append(_hole(slot, np.array(ends), foot, is_door))

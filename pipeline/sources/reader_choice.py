@@ -38,6 +38,7 @@ _MESHES = frozenset({".dae", ".glb", ".gltf", ".obj", ".off", ".stl"})
 """Suffixes that no family of drawn plans claims, so that none of them is asked."""
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
+_BLANK = b"\xef\xbb\xbf \t\r\n"
 _SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
 _PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
 _BY_SUFFIX = {
@@ -104,10 +105,10 @@ def reader_for_file(path: Path) -> str | None:
 
 
 def _by_content(path: Path, head: bytes) -> str | None:
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    text = head.lstrip(_BLANK)
     if head.startswith(_ZIP):
         return _in_zip(path)
-    if head.startswith(_GZIP) or text[:1] == b"{":
+    if head.startswith(_GZIP) or text[:1] in {b"{", b"["}:
         return reader_for_json(read_first_document(path))
     if text[:1] == b"<":
         root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
@@ -116,8 +117,11 @@ def _by_content(path: Path, head: bytes) -> str | None:
 
 
 def reader_for_json(data: bytes) -> str | None:
-    """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have."""
+    """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have; a list holds ProcTHOR's houses."""
     try:
+        if is_list(data):
+            houses = msgspec.json.decode(data, type=list[msgspec.Raw])
+            return "procthor" if houses and reader_for_json(bytes(houses[0])) == "procthor" else None
         document = _DOCUMENT.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return _by_words(data[:HEAD_BYTES])
@@ -150,6 +154,17 @@ def read_first_document(path: Path) -> bytes:
             return line if _is_whole(line) else line + bytes(stream.read(LONGEST_JSON - len(line)))
     except (OSError, EOFError, zlib.error):
         return b""
+
+
+def begins_with_list(path: Path) -> bool:
+    """Whether the JSON of a file, which may be packed by gzip, is a list."""
+    with open_unpacked(path) as stream:
+        return is_list(stream.read(HEAD_BYTES))
+
+
+def is_list(data: bytes) -> bool:
+    """Whether JSON, of which this is the beginning, is a list."""
+    return data.lstrip(_BLANK)[:1] == b"["
 
 
 def open_unpacked(path: Path) -> Any:
@@ -196,9 +211,14 @@ def _points(head: bytes) -> str | None:
 # Files of design programs that no reader opens, and what to do about them.
 
 
-_SCENES = frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d"))
 _PACKED = frozenset((".zip", ".7z", ".rar", ".tar", ".tgz", ".gz"))
-_DESIGNS = frozenset((".skp", ".rvt", ".pln", ".3dm", ".step", ".stp", ".iges", ".igs", ".dwg"))
+_EXPORTS = {
+    ".dxf": frozenset((".dwg",)),
+    ".ifc": frozenset((".rvt", ".pln")),
+    ".glb or .ifc": frozenset((".skp", ".3dm", ".step", ".stp", ".iges", ".igs")),
+    ".glb": frozenset((".fbx", ".blend", ".3ds", ".max", ".ma", ".mb", ".x3d")),
+}
+"""What to export files of design programs as, by what their programs write."""
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:
@@ -206,8 +226,8 @@ def how_to_export(suffixes: Iterable[str]) -> str:
     said = {suffix.lower() for suffix in suffixes}
     if packed := sorted(_PACKED & said):
         return f"; unpack {', '.join(packed)}" + how_to_export(said - _PACKED)
-    known = sorted((_SCENES | _DESIGNS) & said)
-    return f"; export {', '.join(known)} as .glb or .ifc from the program that made it" if known else ""
+    ways = [f"{', '.join(sorted(known))} as {form}" for form, these in _EXPORTS.items() if (known := these & said)]
+    return f"; export {' and '.join(ways)} from the program that made it" if ways else ""
 
 
 # The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=test``.

@@ -27,7 +27,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import drop_thin_parts, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, usd_fault
+from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, quiet_usd, usd_fault
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
 from pipeline.sources.tolerances import NARROWEST_DOOR_M, ROOMPLAN_WALL_M, SAME_M, SHEET_M, SLIVER_M2
 
@@ -249,6 +249,7 @@ def load_usdz_pieces(path: Path, max_faces: int) -> Iterator[NamedPiece]:
 @contextmanager
 def _stage(path: Path) -> Iterator[tuple[Any, Any]]:
     """Open a file whose layers all lie in it, with the module that knows geometry; raises as ``load_usdz``."""
+    quiet_usd()
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:

@@ -7,14 +7,17 @@ houses whose rooms and doors people have drawn or marked, so no weight is set by
 F1  Every feature is between 0 and 1, and 0 where nothing is special.
 F2  What closes the place says most: a known doorway, a lintel, a sill, a gap, a mouth, or a wall that had to be cut.
 F3  The shape of a passage: too narrow, too wide, too deep, an end without a wall, a leaf beside it, a second passage
-    between the same two rooms, furniture or no floor in front of it. Of an entrance also how many the storey has
-    (``many``), how many are as wide (``alike``: windows come in rows), and, in an upper storey (``upper``), whether
-    there is neither a floor nor the ground before it (``air_before``).
+    between the same two rooms, furniture or no floor in front of it.
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
     no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws; and the
     doubt whether it is a room of the house at all (``doubtful_space``, ``stages.room_doubt``).
 F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan its doors and rooms are doubtful. Of
-    rooms too few are known to be false to weigh each ground: they take the plan's quality, as ``doubtful_plan``.
+    rooms and entrances too few are known to be false to weigh each ground: they take the plan's quality, as
+    ``doubtful_plan``.
+F6  Of an entrance also whether something stands in it at a hand's breadth above the floor (``barred``: the foot of a
+    window, a parapet), how many other ways out its room has (windows come in rows), whether it is the only way that
+    leads into its room, and, in an upper storey (``upper``), whether there is neither a floor nor the ground before it
+    (``air_before``).
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
@@ -34,13 +37,15 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, OUTSIDE, clip_to_box, intersect, unite
 from pipeline.geometry.closing_candidates import GAPS
+from pipeline.geometry.mesh_slicing import barred_shares
 from pipeline.geometry.portals import Portal
+from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import score_quality
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
 from pipeline.stages.room_doubt import of_rooms
-from pipeline.tolerances import BESIDE_M, GROUP, SHEET_M, SHOULDERS_M, STAND_M
+from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -94,13 +99,12 @@ def model_for_passage(passage: Passage) -> Part:
 def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
-    rooms = list(spaces.rooms)
+    rooms = spaces.rooms
     room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
     leaves = shapely.STRtree(evidence.leaves)
     pairs = [frozenset(p.portal.sides) for p in spaces.passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
-    outer = np.array([p.portal.width for p in spaces.passages if p.leads_outside])
-    of_plan, found = _of_plan(planned), []
+    of_plan, of_entrances, found = _of_plan(planned), _of_entrances(planned), []
     for k, passage in enumerate(spaces.passages):
         portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
         known = passage.closed_by in {"door", "opening"}
@@ -122,33 +126,50 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
                 "jutting_wall": float(jutting[inner].any()),
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
                 "scanned": float(evidence.scanned),
-                **(_of_entrance(passage, level, outer) if passage.leads_outside else {}),
+                **of_entrances.get(k, {}),
                 **of_plan,
             }
         )
     return found
 
 
-def _of_entrance(passage: Passage, level: Level, widths: npt.NDArray[np.float64]) -> Features:
-    """Return what only an entrance has; ``widths`` (n,) are those of all entrances (F3)."""
-    side = 1 if passage.portal.sides[1] == OUTSIDE else -1
-    before = _front(passage.portal, side)
-    ground = max(_share(before, what) for what in (level.floor or EMPTY, level.below or EMPTY))
-    alike = int((np.abs(widths - passage.portal.width) < STAND_M).sum()) - 1
+def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
+    """Return what only entrances have, by the index of the passage (F6)."""
+    level, passages = planned.level, planned.spaces.passages
+    found: dict[int, Features] = {}
+    outer = [k for k, passage in enumerate(passages) if passage.leads_outside]
+    barred = _barred([passages[k].portal for k in outer], level, scanned=planned.evidence.scanned)
     upper = level.below is not None
-    return {
-        "many": _ramp(len(widths) - 2, 6),  # a front door and a back door are usual
-        "alike": _ramp(alike, GROUP),
-        "upper": float(upper),
-        "air_before": (1.0 - ground) * float(upper and level.floor is not None),
-    }
+    for k, bar in zip(outer, barred, strict=True):
+        portal = passages[k].portal
+        room, side = (portal.sides[0], 1) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1)
+        others = [p for j, p in enumerate(passages) if room in p.portal.sides and j != k]
+        before = _front(portal, side)
+        ground = max(_share(before, what) for what in (level.floor or EMPTY, level.below or EMPTY))
+        found[k] = {
+            "barred": bar,
+            "other_ways_out": _ramp(sum(p.leads_outside for p in others), GROUP),
+            "only_way": float(all(p.kind == "cut" for p in others)),
+            "upper": float(upper),
+            "air_before": (1.0 - ground) * float(upper and level.floor is not None),
+        }
+    return found
+
+
+def _barred(portals: Sequence[Portal], level: Level, *, scanned: bool) -> Sequence[float]:
+    """Return the share of each portal's width (n,) in which something stands that one has to step over (F6)."""
+    if isinstance(level.walls, Prisms) or level.walls.is_cloud or scanned or not portals:
+        return [0.0] * len(portals)
+    between_jambs = [portal.strip(deeper_m=HAND_M, wider_m=-SHEET_M) for portal in portals]
+    shares = barred_shares(level.walls, HAND_M, between_jambs, np.array([portal.along for portal in portals]))
+    return np.round(shares, 4).tolist()  # type: ignore[no-any-return]
 
 
 def room_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
-    is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
+    is_odd, jutting = are_rooms_misshapen(tuple(rooms)), have_jutting_walls(tuple(rooms))
     given = unite(c.polygon for c in layout.candidates if c.kind in GIVEN)
     patches = unite(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
     mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
@@ -237,6 +258,8 @@ def _share_along(edge: BaseGeometry, what: BaseGeometry) -> float:
 def _share(place: Polygon, what: BaseGeometry) -> float:
     if what.is_empty or not place.area > 0:
         return 0.0
+    if shapely.covers(what, place):
+        return 1.0
     return float(intersect(place, clip_to_box(what, *place.bounds)).area / place.area)
 
 

@@ -110,7 +110,8 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     cupboards = unite(each.part for each in lower if not ends_at_sloped_roof(each.part, cutter, each.stood_m))  # R5
     if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
         full = drop_thin_parts(subtract(full, cupboards), CM_M)
-    hanging = subtract(find_overhangs(above, unite([full, cupboards])), sections.closets)  # R6
+    hanging = find_overhangs(above, full if cupboards.is_empty else unite([full, cupboards]))  # R6
+    hanging = subtract(hanging, sections.closets)
     judged = judge_leaves(leaves, full, hanging)  # R7
     if judged.walls:
         again = MeshSlicer(Bodies.of(level.walls).only(list(judged.walls)))
@@ -173,7 +174,7 @@ def _ending_below_ceiling(
 ) -> BaseGeometry:
     """Return the walls that end more than ``HAND_M`` below the ceiling."""
     lower = [height for height in heights.above if height <= ceiling_m - HAND_M]
-    if not lower or sections.cutter.is_upright_between(heights.head, lower[-1]):  # R9
+    if not lower or not sections.cutter.may_end_between(heights.head, lower[-1]):  # R9
         return EMPTY
     return drop_thin_parts(subtract(full, sections.at(lower[-1])), SLIVER_M)
 

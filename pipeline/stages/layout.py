@@ -36,6 +36,8 @@ R12 Where all that leaves no room, and walls surround one place nearly all round
 R14 A place outside that joins three parts of the house or more, which nothing else joins, and that walls surround for
     the most part, is a hall whose openings are wide: these are closed.
 R15 A slit between two walls, too narrow for anybody, parts the rooms at its ends.
+R22 Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
+    it there is the edge of its floor (R3). That it was not seen whole makes it no stage (R20).
 R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
     ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
 R8  Nor has what encloses less than ``area_m2`` after all this.
@@ -44,6 +46,7 @@ R8  Nor has what encloses less than ``area_m2`` after all this.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import networkx as nx
@@ -81,9 +84,10 @@ from pipeline.geometry.closing_candidates import (
     minimal_separators,
     mouth_fillings,
     split_at_portals,
+    wall_ends,
 )
 from pipeline.geometry.doorless_openings import find_doorless_openings
-from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
+from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, boxes_around_polygons
 from pipeline.geometry.portals import Portal
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.habitable import (
@@ -123,6 +127,13 @@ WHOLE_BREADTH = 0.85
 
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
+    walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
+    if ends:  # R22
+        planes = replace(
+            planes,
+            door=unite([planes.door, evidence.open_edge]),
+            tall=unite([planes.tall, evidence.open_edge]),
+        )
     pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
@@ -157,11 +168,11 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
                 strips, ground, rooms = strips + ways, closed, parts
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
-        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)]
+        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
         kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled)
         of_rooms = clip_rooms_to_floor(kept, level)
         sides = tuple(assign_sides(candidates, of_rooms, ground))
-        return Layout(planes.door, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
+        return Layout(walls, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
 
     found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
@@ -171,7 +182,8 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     if not level.sills and (
         openings := [ClosingCandidate(p, "wall_ends") for p in _of_hall(found, config.area_m2)]
     ):  # R14
-        found = within([*(candidate for candidate in found.candidates if candidate.kind in EDGES), *openings])
+        edges = [c for c in found.candidates if c.kind in EDGES and c not in ends]
+        found = within([*edges, *openings])
     area = _area(found)
     if area < config.area_m2:  # R8
         raise Rejection(
@@ -182,7 +194,9 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             "walls must close at some height up to the ceiling, or the house needs a floor slab" + _guesses(level),
         )
     is_named = any(room.polygon is not None for room in level.rooms)
-    if not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found)) > OPEN_EDGE:  # R20
+    if (
+        not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found, ends)) > OPEN_EDGE
+    ):  # R20
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
@@ -259,9 +273,9 @@ def _closed_by(
     return parts, closed
 
 
-def _open_share(found: Layout) -> float:
-    """Return the share of the edges of all rooms that only guesses close (R20)."""
-    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"}])
+def _open_share(found: Layout, unseen: Sequence[ClosingCandidate]) -> float:
+    """Return the share of the edges of all rooms that only guesses close (R20), without what was not seen (R22)."""
+    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"} and c not in unseen])
     if guessed.is_empty:
         return 0.0
     near = shapely.buffer(guessed, CRACK_M, quad_segs=2)
@@ -274,6 +288,11 @@ def _at_doorless_openings(
     named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
     """Return the openings without a door between named rooms, and the closed plane with its spaces (R16)."""
+    if len(named) < 2:
+        return [], ground, rooms
+    met = shapely.STRtree(rooms).query(named, predicate="intersects")[1]
+    if len(np.unique(met)) == len(met):  # no space holds two rooms
+        return [], ground, rooms
     found = find_doorless_openings(named, unite(rooms), walls)
     depths = [max(HAND_M - opening.apart_m, 0.0) / 2 for opening in found]
     strips = [opening.strip(deeper_m=depth, wider_m=LAP_M) for opening, depth in zip(found, depths, strict=True)]
@@ -329,6 +348,8 @@ def _boundaries(
 def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R15)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
+    if len(pieces) < 2:
+        return []
     parts = [intersect(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
     large = [part for part in parts if part.area >= least_m2]
     if len(large) < 2:
@@ -361,13 +382,18 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
     doorways = zip(planes.doorways, grow_to_overlap([d.polygon for d in planes.doorways]), strict=True)
     pieces += [ClosingCandidate(p, "door" if d.has_door else "opening") for d, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
-    found = gap_fillings(planes.tall, filled, config.gap_m)
-    wide = gap_fillings(planes.tall, [*filled, *found], config.entrance_m)
-    closed = unite([p.polygon for p in pieces] + found)
-    gates = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m and not _is_closed(gap, closed)]
+    ends = list(wall_ends(planes.tall, nibs=True))
+    found = gap_fillings(planes.tall, filled, config.gap_m, ends=ends)
+    wide = gap_fillings(planes.tall, [*filled, *found], config.entrance_m, ends=ends)
+    wide = [gap for gap in wide if box_around_polygon(gap).width > config.gap_m]
+    closed = unite([p.polygon for p in pieces] + found) if wide else EMPTY
+    gates = [gap for gap in wide if not _is_closed(gap, closed)]
     real = [gap for gap in found if not _runs_along(gap, pieces) and not _lies_in_room(gap, level)]
-    cracks = [] if level.sills else crack_fillings(unite([*filled, *found]))  # R19
-    cracks += [] if level.sills else contact_fillings(unite([*filled, *found, *cracks]))
+    cracks: list[Polygon] = []
+    if not level.sills:  # R19
+        standing = unite([*filled, *found])
+        cracks = crack_fillings(standing)
+        cracks += contact_fillings(unite([*filled, *found, *cracks]) if cracks else standing)
     candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
     candidates += [ClosingCandidate(gap, "gate") for gap in gates]
     return candidates + _gates_of_railings(level, planes, candidates, config)
@@ -375,7 +401,7 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
 
 def _before_doorways(doorways: Sequence[Doorway]) -> BaseGeometry:
     """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R18)."""
-    boxes = [box_around_polygon(each.polygon) for each in doorways]
+    boxes = boxes_around_polygons([each.polygon for each in doorways])
     return unite([box_polygon(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
 
 
@@ -387,7 +413,8 @@ def _gates_of_railings(
         return []
     ground = close_plane(planes.door, pieces)
     ends = unite([planes.tall, planes.rails])
-    found = gap_fillings(ends, [planes.door, planes.rails, *(p.polygon for p in pieces)], config.entrance_m)
+    standing = [planes.door, planes.rails, *(p.polygon for p in pieces)]
+    found = gap_fillings(ends, standing, config.entrance_m)
     near = shapely.buffer(planes.rails, BESIDE_M)
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
@@ -473,11 +500,10 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
     """Return whether the source draws a floor under most of what the walls span, or of what they enclose (a wing)."""
     if level.floor is None or planes.door.is_empty:
         return False
+    if level.floor.area > MOST * shapely.convex_hull(planes.door).area:
+        return True
     enclosed = unite(rooms)
-    return bool(
-        level.floor.area > MOST * shapely.convex_hull(planes.door).area
-        or intersect(enclosed, level.floor).area > MOST * enclosed.area
-    )
+    return bool(intersect(enclosed, level.floor).area > MOST * enclosed.area)
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:

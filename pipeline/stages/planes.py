@@ -11,6 +11,8 @@ R4  No cut runs through coplanar faces; the heights used are recorded.
 
 from __future__ import annotations
 
+from shapely.geometry.base import BaseGeometry
+
 from pipeline.config import PlanesConfig
 from pipeline.geometry.areas import EMPTY, drop_thin_parts, subtract, unite
 from pipeline.geometry.mesh_slicing import (
@@ -69,10 +71,17 @@ def _from_evidence(evidence: Evidence) -> Planes:
     return Planes(
         door=door,
         sills=EMPTY,
-        lintels=drop_thin_parts(subtract(evidence.lintels, unite([door, known])), SLIVER_M),
-        rails=drop_thin_parts(subtract(evidence.rails, unite([evidence.lintels, known])), SLIVER_M),
+        lintels=_beyond(evidence.lintels, known, door),
+        rails=_beyond(evidence.rails, known, evidence.lintels),
         tall=unite([evidence.tall, known]),
         heights=evidence.heights,
         doorways=evidence.doorways,
         leaves=evidence.leaves,
     )
+
+
+def _beyond(what: BaseGeometry, known: BaseGeometry, other: BaseGeometry) -> BaseGeometry:
+    """Return what of an area lies in neither of two others. The first of them often holds all of it."""
+    if what.is_empty or subtract(what, known).is_empty:
+        return EMPTY
+    return drop_thin_parts(subtract(what, unite([other, known])), SLIVER_M)

@@ -24,9 +24,11 @@ R13 ``tall``: how far the source reaches above a storey (``STOREY_M``): a roof, 
 R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terraces, galleries and counters are often
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
-R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, no R17.
+R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, R17, R19.
 R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among the guesses): nothing of it is inside.
 R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
+R19 ``wide_entrance``: how much wider the widest way outside is than any doorway: an open side, a glazed front, or a
+    wall that is missing.
 """
 
 from __future__ import annotations
@@ -40,11 +42,11 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, subtract, unite
-from pipeline.geometry.doorways import box_around_polygon
+from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, shares_inside, subtract, unite
+from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
-from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
+from pipeline.tolerances import BESIDE_M, CRACK_M, DOORWAY_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
 Floats = npt.NDArray[np.float64]
@@ -85,23 +87,37 @@ def measure_quality_grounds(
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
-        "odd_room_share": float(are_rooms_misshapen(list(spaces.rooms)).mean()),
-        "loose_end_share": float(have_jutting_walls(list(spaces.rooms)).mean()),
+        "odd_room_share": float(are_rooms_misshapen(spaces.rooms).mean()),
+        "loose_end_share": float(have_jutting_walls(spaces.rooms).mean()),
         "left_out": _share(left_out, GROUP),
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
-        "doubtful_space": float(of_rooms(layout, doubts, spaces.rooms).max(initial=0.0)),
-        **({} if level.sills else _as_a_storey(level, evidence, layout, rooms)),
+        "doubtful_space": doubt_most_doubtful_room(layout, doubts, spaces),
+        **({} if level.sills else _as_a_storey(level, evidence, layout, spaces, rooms)),
     }
 
 
-def _as_a_storey(level: Level, evidence: Evidence, layout: Layout, rooms: BaseGeometry) -> dict[str, float]:
-    """Return what says that this is no storey, or not the whole of one (R13 to R17)."""
+def doubt_most_doubtful_room(layout: Layout, doubts: Floats, spaces: Spaces) -> float:
+    """Return how doubtful the most doubtful room is, by the ``doubts`` (n,) of the layout's spaces (R18)."""
+    return float(of_rooms(layout, doubts, spaces.rooms).max(initial=0.0))
+
+
+def measure_widest_entrance(spaces: Spaces) -> float:
+    """Return how much wider the widest entrance is than any doorway, as a share of that (R19)."""
+    widest = max((p.portal.width for p in spaces.passages if p.leads_outside), default=0.0)
+    return _share(max(widest - DOORWAY_M[1], 0.0), DOORWAY_M[1])
+
+
+def _as_a_storey(
+    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, rooms: BaseGeometry
+) -> dict[str, float]:
+    """Return what says that this is no storey, or not the whole of one (R13 to R17, R19)."""
     return {
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
         "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
         "open_border": float(EDGE in level.guesses),
+        "wide_entrance": measure_widest_entrance(spaces),
     }
 
 
@@ -130,7 +146,7 @@ def _floors(
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = subtract(subtract(intersect(floor, shapely.convex_hull(rooms)), walls), buffer_mitred(rooms, CRACK_M))
+    between = intersect(subtract(subtract(floor, buffer_mitred(rooms, CRACK_M)), walls), shapely.convex_hull(rooms))
     return {
         "floorless_room": float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0,
         "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
@@ -156,12 +172,12 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
     x1, y1, x2, y2 = rooms.bounds
     here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
     near = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and p.intersects(here)]
-    wide = [p for p in near if box_around_polygon(p).width > SHOULDERS_M]
+    wide = [p for p, box in zip(near, boxes_around_polygons(near), strict=True) if box.width > SHOULDERS_M]
     if not wide:
         return 0.0
     candidates = np.array([candidate.polygon for candidate in layout.candidates], dtype=np.object_)
     used = unite(candidates[np.unique(shapely.STRtree(candidates).query(wide, predicate="intersects")[1])])
-    return _share(sum(intersect(p, used).area < SOME * p.area for p in wide), len(wide))
+    return _share(float((shares_inside(wide, used) < SOME).sum()), len(wide))
 
 
 def _tall(level: Level) -> float:

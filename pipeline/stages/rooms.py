@@ -17,7 +17,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
-from pipeline.geometry.areas import intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import areas_inside, intersect, polygons_of, subtract, unite
 from pipeline.tolerances import PATCH_M2, SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
@@ -29,9 +29,11 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     rooms = [part for room in spaces.rooms for part in _divide_by_source(room, drawn)]
     named = [NamedRoom(room) for room in rooms]
     for source in drawn:  # R2
-        shares = [intersect(room, source.polygon).area for room in rooms]
+        if source.polygon is None:
+            continue
+        shares = areas_inside(rooms, source.polygon)
         best = int(np.argmax(shares))
-        if source.polygon is not None and shares[best] > SOME * source.polygon.area:
+        if shares[best] > SOME * source.polygon.area:
             named[best] = _with_name(named[best], source)
     for source, k in _by_box(boxed, rooms):  # R3
         named[k] = _with_name(named[k], source)
@@ -45,8 +47,10 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 
 def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
     """Return a space as its source divides it, or the space itself if the source does not (R1)."""
-    inside = [s.polygon for s in drawn if s.polygon is not None and s.polygon.intersects(room)]
-    inside = [p for p in inside if intersect(p, room).area > max(PATCH_M2, SOME * p.area)]
+    polygons = [s.polygon for s in drawn if s.polygon is not None]
+    inside = [
+        p for p, area in zip(polygons, areas_inside(polygons, room), strict=True) if area > max(PATCH_M2, SOME * p.area)
+    ]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []

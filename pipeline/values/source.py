@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Protocol
 
+import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
@@ -103,7 +104,8 @@ class Level:
         """The source's floor with its rooms, which may cover the void of a stair; None if it has no floor."""
         if self.floor is None:
             return None
-        return unite([self.floor, *(room.polygon for room in self.rooms if room.polygon is not None)])
+        drawn = [room.polygon for room in self.rooms if room.polygon is not None]
+        return self.floor if shapely.covers(self.floor, drawn).all() else unite([self.floor, *drawn])
 
     @property
     def names_doors(self) -> bool:

@@ -23,7 +23,8 @@ class Evidence:
     None. ``low_headroom`` is where a roof is too low to stand under. ``shallow_headers`` hang from the ceiling by a
     hand's breadth only. ``partial_height``
     are parts of the walls that end below the ceiling (a garden's wall, a partition). ``heights`` are those of the
-    sections, metres. ``scanned`` is True for a point cloud and the mesh of a scan.
+    sections, metres. ``scanned`` is True for a point cloud and the mesh of a scan. ``open_edge`` is where such a scan
+    ends and nothing stands; it lies along the walls, disjoint from them, and closes what they leave open.
     """
 
     walls: BaseGeometry
@@ -39,6 +40,7 @@ class Evidence:
     partial_height: BaseGeometry = EMPTY
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)
     scanned: bool = False
+    open_edge: BaseGeometry = EMPTY
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,7 +79,7 @@ def _of_member(kind: str, number: int, seed: int, folder: Path) -> list[Judged]:
     member = make_member(kind, number, seed, folder)
     damage = damage_of(kind, number, seed)
     plans, _ = plans_of(member.path, damage)
-    scores, _, _ = paired(member, plans)
+    scores, _, _ = paired(member.truths, plans)
     met = {score["plan"]: not score["failing"] for score in scores if "plan" in score}
     house, kind = f"{kind} {number}", "damaged" if damage else kind
     return [one for k, plan in enumerate(plans) for one in _judged(house, kind, plan, met=met.get(k, False))]

@@ -263,12 +263,12 @@ class _Builder:
             plans = tuple(dict(msgspec.json.decode(store.get(each))) for each in kept)
             rejected = sorted(f"{each.stage}: {each.reason}" for entry in own for each in entry.refused)
             seconds = round(sum(entry.seconds for entry in own), 1)
-            figures = [_figures(_LEVEL.search(each.id)[0], plan) for each, plan in zip(kept, plans, strict=True)]
+            figures = [figures_of_plan(_LEVEL.search(each.id)[0], plan) for each, plan in zip(kept, plans, strict=True)]
             found[file.name] = Outcome(figures, rejected, "", seconds), plans
         return found
 
 
-def _figures(level: str, plan: Mapping[str, Any]) -> Plan:
+def figures_of_plan(level: str, plan: Mapping[str, Any]) -> Plan:
     """Count a plan's parts; its digest knows nothing of ids, quality and provenance."""
     rooms, doors = plan.get("rooms", []), plan.get("doors", [])
     parts = [plan.get(key) for key in ("verts", "holes", "frame")]

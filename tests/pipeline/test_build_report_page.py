@@ -16,7 +16,15 @@ from pipeline.batch.assemble import BuildResult
 from pipeline.config import PipelineConfig
 from pipeline.html_report import write_report
 from pipeline.rejection import Reason, Rejection
-from pipeline.terminal_report import notes_lines, outcome_table, slowest_inputs, stage_seconds
+from pipeline.terminal_report import (
+    doubt_lines,
+    duplicate_lines,
+    notes_lines,
+    outcome_table,
+    read_index_rows,
+    slowest_inputs,
+    stage_seconds,
+)
 from pipeline.values import Level, RejectedLevel
 from stats.summary import PlanSummary
 from tests.builders.batch import boxed, doubting, one_room, run_build
@@ -130,7 +138,7 @@ def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
     (street / "villa.FBX").touch()
     (street / "tower.skp").touch()
     told = notes_lines(run_build([street], tmp_path / "exported"))
-    exported = "; export .fbx, .skp as .glb or .ifc from the program that made it"
+    exported = "; export .skp as .glb or .ifc and .fbx as .glb from the program that made it"
     assert told == [f"ignored, no houses by themselves: 1 .fbx, 1 .png, 1 .skp, 1 .txt{exported}"]
     for file in (street / "villa.FBX", street / "tower.skp"):
         file.unlink()
@@ -138,7 +146,24 @@ def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
     told = notes_lines(run_build([Path("street")], tmp_path / "relative"))
     assert told == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
     said = notes_lines(run_build([street], tmp_path / "twice", plan=_twice))
-    assert said[1] == "6 inputs gave 10 outcomes: 4 with several levels or buildings"
+    assert said[1] == "4 houses have several levels or buildings: a plan for each"
+
+
+def test_the_terminal_says_what_speaks_against_doubtful_plans(street: Path, tmp_path: Path) -> None:
+    built = run_build([street], tmp_path / "out", plan=doubting)
+    lines = [line.plain for line in doubt_lines(built, read_index_rows(built.root))]
+    assert [line.partition(":")[0] for line in lines] == ["doubtful b_sure_70", "doubtful c_sure_20"]
+    assert all(line.partition(": ")[2] for line in lines)
+
+
+def test_the_terminal_says_which_plans_repeat_others_and_how_to_keep_them(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        one_room(tmp_path / "street" / f"{name}.ply", 4.0)
+    built = run_build([tmp_path / "street"], tmp_path / "out")
+    assert [line.plain.strip() for line in duplicate_lines(built)] == [
+        "duplicate two: its plan repeats one",
+        "left out; `keep = true` under its id in overrides.toml keeps such a plan",
+    ]
 
 
 def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:

@@ -20,8 +20,16 @@ from pipeline.sources.files import parse_xml
 from tests.builders.batch import labels, likeness
 from tests.builders.houses import Hole, plan_of, two_rooms
 
-NEEDS = {"glb": "trimesh", "ifc": "ifcopenshell", "obj": "trimesh", "rmf": "yaml", "sdf": "shapely", "usd": "pxr"}
-SUFFIX = {**{form: f".{form}" for form in NEEDS}, "rmf": ".building.yaml", "usd": ".usda"}
+NEEDS = {
+    "glb": "trimesh",
+    "ifc": "ifcopenshell",
+    "mjcf": "shapely",
+    "obj": "trimesh",
+    "rmf": "yaml",
+    "sdf": "shapely",
+    "usd": "pxr",
+}
+SUFFIX = {**{form: f".{form}" for form in NEEDS}, "rmf": ".building.yaml", "usd": ".usda", "mjcf": ".xml"}
 
 
 def storeys():
@@ -66,7 +74,7 @@ def _shift(level):
     return np.array(level.frame.matrix)[:, 2]
 
 
-@pytest.mark.parametrize("form", ["glb", "obj", "sdf", "usd"])
+@pytest.mark.parametrize("form", ["glb", "mjcf", "obj", "sdf", "usd"])
 def test_storeys_of_scenes_lie_over_each_other_as_in_their_source(tmp_path, form):
     pytest.importorskip(NEEDS[form])
     export(storeys(), form, tmp_path, building="home")
@@ -78,7 +86,7 @@ def test_storeys_of_scenes_lie_over_each_other_as_in_their_source(tmp_path, form
     assert (rooms[1] - rooms[0]).tolist() == pytest.approx([1.0, 2.0], abs=0.01)
 
 
-@pytest.mark.parametrize("form", ["glb", "obj", "sdf", "usd"])
+@pytest.mark.parametrize("form", ["glb", "mjcf", "obj", "sdf", "usd"])
 def test_furniture_and_storeys_called_floor_come_back(tmp_path, form):
     pytest.importorskip(NEEDS[form])
     names = ("ground floor", "1st_floor")
@@ -130,7 +138,25 @@ def test_gltf_and_sdf_have_a_node_or_a_model_of_the_name_of_each_storey(tmp_path
     assert poses["high"] == "1 2 2.8 0 0 0"
 
 
-@pytest.mark.parametrize("form", ["glb", "sdf", "usd"])
+def test_mujoco_takes_a_body_for_each_storey_and_things_rest_on_the_upper_floor(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    low, high = storeys()
+    export([low, high], "mjcf", tmp_path, building="home")
+    spec = mujoco.MjSpec.from_file(str(tmp_path / "home.xml"))
+    x, y = np.array(high.rooms[0].polygon.representative_point().coords[0])
+    ball = spec.worldbody.add_body(name="ball", pos=[x + 1.0, y + 2.0, 3.2])
+    ball.add_freejoint()
+    ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.1, 0, 0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    assert model.body("low").pos.tolist() == [0.0, 0.0, 0.0]
+    assert model.body("high").pos.tolist() == pytest.approx([1.0, 2.0, 2.8])
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    assert data.body("ball").xpos[2] == pytest.approx(2.9, abs=0.02)
+
+
+@pytest.mark.parametrize("form", ["glb", "mjcf", "sdf", "usd"])
 def test_storeys_too_near_for_a_door_are_refused(tmp_path, form):
     pytest.importorskip("trimesh")
     low, high = storeys()
@@ -161,7 +187,8 @@ def test_plans_without_heights_are_stacked_in_their_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("form", "name", "said"), [("svg", "home", "glb, ifc, obj, rmf, sdf, usd"), ("rmf", "a/b", "name that a file")]
+    ("form", "name", "said"),
+    [("svg", "home", "glb, ifc, mjcf, obj, rmf, sdf, usd"), ("rmf", "a/b", "name that a file")],
 )
 def test_what_cannot_be_one_building_is_refused(tmp_path, form, name, said):
     with pytest.raises(ConfigError, match=said):

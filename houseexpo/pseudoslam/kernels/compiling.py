@@ -17,8 +17,8 @@ from numba.core.event import Event, Listener, register
 
 _LOGGER = logging.getLogger("houseexpo.pseudoslam")
 _LINE = (
-    "compiling kernels of the simulator that were not used before: half a minute, or a few on a busy machine; "
-    "they are kept on disk"
+    "compiling the simulator for its first use: this takes half a minute, or some minutes on a busy machine; "
+    "later runs load it from disk"
 )
 
 

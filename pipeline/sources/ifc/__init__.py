@@ -281,8 +281,8 @@ def read(item: Input) -> Iterator[Level]:
     found = find_levels(building)
     if not found:
         names = ", ".join(storey.name for storey in building.storeys[:8])
-        storeys = f"any of its storeys ({names})" if names else "any floor, and there is no IfcBuildingStorey"
-        detail = f"{path.name}: no wall of 1.8 m stands on {storeys}; {_walls_found(building)}"
+        storeys = f"none of its storeys ({names}) has" if names else "there is no IfcBuildingStorey, and no floor has"
+        detail = f"{path.name}: {storeys} enough walls of 1.8 m on it; {_walls_found(building)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, _advice(building))
     shift = shift_to_origin(np.concatenate([level.walls.vertices for level in found]))
     digest = sha256_of(path)
@@ -308,7 +308,11 @@ def _walls_found(building: Building) -> str:
     if not building.walls:
         return "it has no wall with a body" + (f", but {len(building.spaces)} spaces" if building.spaces else "")
     highest = max(part.top - part.bottom for part in building.walls)
-    return f"the highest of its {len(building.walls)} walls is {highest:.2f} m high"
+    low, high = min(part.bottom for part in building.walls), max(part.top for part in building.walls)
+    walls = f"its {len(building.walls):,} walls stand" if len(building.walls) > 1 else "its only wall stands"
+    return f"{walls} between the heights {low:.2f} and {high:.2f} m" + (
+        f", and the highest is {highest:.2f} m high" if len(building.walls) > 1 else ""
+    )
 
 
 def _advice(building: Building) -> str:

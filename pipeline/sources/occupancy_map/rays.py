@@ -4,7 +4,8 @@ R1  Through a window, a robot sees rays that end at nothing. What has fewer than
     than ``WALLED`` of its edge at occupied cells, is no room but outside.
 R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away at most, around what is occupied. They
     are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
-R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied.
+R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied. A ray is
+    narrower than that: between two wide spaces, what is unseen is the inside of a wall.
 """
 
 from __future__ import annotations
@@ -44,8 +45,10 @@ def fill_between_rays(free: Bools, occupied: Bools, cell_m: float) -> Bools:
     """Return the free cells (rows, cols) and those between them of R3."""
     size = 2 * round(BETWEEN_M / cell_m / 2) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
-    closed = cv2.morphologyEx(free.view(np.uint8), cv2.MORPH_CLOSE, disc) > 0
-    return np.asarray(free | (closed & ~occupied))
+    cells = free.view(np.uint8)
+    wide = cv2.morphologyEx(cells, cv2.MORPH_OPEN, disc)
+    closed, walls = (cv2.morphologyEx(each, cv2.MORPH_CLOSE, disc).view(bool) for each in (cells, wide))
+    return np.asarray(free | (closed & ~walls & ~occupied))
 
 
 def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> Labels:

@@ -61,7 +61,7 @@ BESIDE_M = 0.3
 """R6: how far from the middle of a gap its rooms are looked for."""
 THIN_M = 0.2
 LONGEST_M = 3.0
-MOST_CELLS = 4_000_000
+MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
 MARGIN = 0.5
 """R7: such a share of the border is free."""
@@ -268,8 +268,8 @@ def _outside(label: Labels, free: Bools, occupied: Bools | None, cell_m: float) 
 
 
 def _blocks(free: Bools, scale: int) -> Bools:
-    """Return which blocks of cells are free: those whose cells all are, but for one row's worth."""
-    return count_in_blocks(free, scale) > scale * (scale - 1) - (scale == 2)
+    """Return which blocks of cells are free: those of which less than one row's worth is not."""
+    return count_in_blocks(free, scale) > scale * (scale - 1)
 
 
 def count_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.int64]:

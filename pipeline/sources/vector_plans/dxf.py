@@ -113,8 +113,8 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
     left_out = LeftOutParts()
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
-        is_binary = data.startswith(_BINARY)
-        document = Document.load(binary_tags_loader(data)) if is_binary else recover.read(io.BytesIO(data))[0]
+        document = Document.load(binary_tags_loader(data)) if data.startswith(_BINARY) else _sound_document(data)
+        document = document or recover.read(io.BytesIO(data))[0]
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
@@ -167,6 +167,21 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
     return Drawing("dxf", (storey,), left_out, guesses)
+
+
+def _sound_document(data: bytes) -> Any:
+    """Return a drawing of plain letters in which nothing needs to be mended, twice as fast; None for any other."""
+    from ezdxf.document import Drawing as Document
+    from ezdxf.lldxf.const import DXFError
+
+    if not data.isascii():
+        return None
+    try:
+        document = Document.read(io.TextIOWrapper(io.BytesIO(data), "ascii"))
+        auditor = document.audit()
+    except (DXFError, ValueError, TypeError, KeyError, IndexError, AttributeError, ArithmeticError, RecursionError):
+        return None
+    return None if auditor.has_errors or auditor.has_fixes else document
 
 
 def _content(path: Path, key: str) -> bytes:

@@ -29,8 +29,8 @@ from pipeline.sources.tolerances import TINY
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
+    body_from_box,
     body_from_triangles,
-    box_mesh,
     load_mesh_beside,
     storeys_from_bodies,
 )
@@ -143,7 +143,7 @@ class _Scene:
             place = at @ self._pose(said)
             if kind == "box":
                 size = _numbers(said.get("size", ""), 3)
-                made = body_from_triangles(called, *box_mesh(place, np.array(size)))
+                made = body_from_box(called, place, np.array(size))
             elif kind == "mesh":
                 points, faces = self._mesh(said.get("mesh", ""))
                 made = body_from_triangles(called, points @ place[:3, :3].T + place[:3, 3], faces)

@@ -29,6 +29,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import buffer_mitred, polygons_of
+from pipeline.geometry.noding import round_to_grid
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, group_storey_heights, merge_parallel_holes, unite_rooms
 from pipeline.sources.files import file_inside
@@ -113,6 +114,19 @@ def body_from_triangles(
     shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
     used = points[np.unique(faces), 2]
     return SceneBody(names, shape, float(used.min()), float(used.max()))
+
+
+def body_from_box(
+    names: tuple[str, ...], at: npt.NDArray[np.float64], half: npt.NDArray[np.float64]
+) -> SceneBody | None:
+    """Return the body of a box as ``box_mesh`` places it: the hull of its corners; None if it covers nothing."""
+    points = box_mesh(at, half)[0]
+    if not np.isfinite(points).all():
+        return None
+    shape = shapely.convex_hull(shapely.multipoints(round_to_grid(points[:, :2], SAME_M)))
+    if not shape.area > 2 * SLIVER_M2:
+        return None
+    return SceneBody(names, shape, float(points[:, 2].min()), float(points[:, 2].max()))
 
 
 def bodies_from_sheets(

@@ -22,7 +22,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.files import real_path
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LeftOutParts, record_file, usd_fault
+from pipeline.sources.files import LeftOutParts, quiet_usd, record_file, usd_fault
 from pipeline.sources.meshes.scene import triangulate_polygons
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
@@ -59,6 +59,7 @@ def read_drawing(path: Path) -> Drawing:
     MissingDependencyError
         Where usd-core is not installed.
     """
+    quiet_usd()
     try:
         from pxr import Sdf, Tf, Usd, UsdGeom
     except ImportError:

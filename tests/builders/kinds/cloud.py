@@ -1,5 +1,6 @@
 """Kinds ``cloud0``, ``cloud5``, ``cloud20``: the inner surfaces of a home as points, with noise of 0, 5 or 20 mm. Kind
-``cloud_furnished``: those of a furnished home, with the errors of a real survey.
+``cloud_furnished``: those of a furnished home, with the errors of a real survey. Kind ``cloud_doubled``: the same with
+walls that were seen twice, and glass.
 
 R1  Seen are floors, ceilings, the rooms' sides and the reveals of the doors; nothing is seen through a window.
 R2  Furniture hides the wall behind it, and a share of each surface is missing in patches.
@@ -7,6 +8,8 @@ R3  With noise, a tenth of the points lies anywhere.
 R4  The furnished home is seen with its furniture, open leaves and window niches (``scan``), with noise of 5 mm. Each
     room has its own drift, so that a wall between two rooms is too thin or too thick by centimetres. Some homes have no
     ceiling, some rooms lack a corner, and a mirror shows a part of its room behind the wall.
+R5  In a third of the rooms one side was seen again, 5 to 15 cm off, when the sensor came back. Half of the windows are
+    clear: of their panes hardly a point is left, and through them the ground outside is seen.
 """
 
 from __future__ import annotations
@@ -34,6 +37,10 @@ NOISE_M = 0.005
 DRIFT_M, DRIFT_DEG = 0.02, 0.15
 """R4: one standard deviation of a room's shift along each axis, and of its turn."""
 WILD = 0.02
+NEAR_M = 0.03
+DOUBLED, AGAIN_M = 0.33, (0.05, 0.15)
+CLEAR, PANE, OUTSIDE_M, RAYS = 0.5, 0.1, 3.0, 300
+"""R5: shares of rooms, windows and points, how far one sees outside, and how many points a window gives there."""
 MIRROR_M = (0.6, 1.8)
 DEEP_M = 3.0
 """R4: a mirror's width and upper edge, and how deep the room is that it shows."""
@@ -71,6 +78,15 @@ def make(rng: Generator, folder: Path, name: str, noise_m: float) -> Member:
 
 def make_furnished(rng: Generator, folder: Path, name: str) -> Member:
     """Write one furnished home as points, with drift, missing parts and a mirror (R4)."""
+    return _furnished(rng, folder, name, doubled=False)
+
+
+def make_doubled(rng: Generator, folder: Path, name: str) -> Member:
+    """Write one furnished home as points, with walls that were seen twice, and glass (R5)."""
+    return _furnished(rng, folder, name, doubled=True)
+
+
+def _furnished(rng: Generator, folder: Path, name: str, *, doubled: bool) -> Member:
     style = Style(size=str(rng.choice(["small", "home"])), outer_m=(0.2, 0.4), inner_m=(0.1, 0.2), windows=0.6)
     storey = random_home(rng, style)
     surface = seen(storey, rng, EDGE_M, ceiling=bool(rng.random() < 0.7))
@@ -78,6 +94,8 @@ def make_furnished(rng: Generator, folder: Path, name: str) -> Member:
     points = np.asarray(trimesh.sample.sample_surface(surface, count, seed=int(rng.integers(1 << 31)))[0])
     points = _less_patches(_less_corners(points, storey, rng), rng)
     points = np.concatenate([points, _in_a_mirror(points, storey, rng)])
+    if doubled:
+        points = _through_glass(np.concatenate([points, _seen_again(points, storey, rng)]), storey, rng)
     points = _drift(points, storey, rng) + rng.normal(0.0, NOISE_M, points.shape)
     low, high = points.min(axis=0) - 0.2, points.max(axis=0) + 0.2
     wild = rng.random(len(points)) < WILD
@@ -121,6 +139,37 @@ def _in_a_mirror(points: Points, storey: Storey, rng: Generator) -> Points:
     found = points[shown & (rng.random(len(points)) < 0.5)].copy()
     found[:, :2] -= 2 * ((found[:, :2] - middle) @ inwards)[:, None] * inwards
     return found
+
+
+def _seen_again(points: Points, storey: Storey, rng: Generator) -> Points:
+    """R5: half of the points of a side, moved across it."""
+    found = [np.empty((0, 3))]
+    at = shapely.points(points[:, 0], points[:, 1])
+    for room in storey.rooms:
+        ring = shapely.get_coordinates(room.exterior)
+        k, off = int(rng.integers(len(ring) - 1)), float(rng.choice([-1.0, 1.0]) * rng.uniform(*AGAIN_M))
+        if rng.random() < DOUBLED:
+            along = (ring[k + 1] - ring[k]) / np.hypot(*(ring[k + 1] - ring[k]))
+            side = shapely.dwithin(shapely.LineString(ring[k : k + 2]), at, NEAR_M) & (rng.random(len(points)) < 0.5)
+            found.append(points[side] + off * np.array([-along[1], along[0], 0.0]))
+    return np.concatenate(found)
+
+
+def _through_glass(points: Points, storey: Storey, rng: Generator) -> Points:
+    """R5: the points without those of clear panes, and with those of the ground before them."""
+    house = shapely.union_all([*storey.rooms, storey.wall_area])
+    for hole in storey.openings:
+        if hole.kind == "window" and rng.random() < CLEAR:
+            pane = shapely.intersects_xy(storey.gap(hole, NEAR_M), points[:, 0], points[:, 1])
+            pane &= (points[:, 2] > hole.sill + NEAR_M) & (points[:, 2] < hole.head - NEAR_M)
+            wall = storey.walls[hole.wall]
+            away = rng.uniform(-OUTSIDE_M, OUTSIDE_M, RAYS)
+            along = hole.centre + rng.uniform(-0.5, 0.5, RAYS) * (hole.width + np.abs(away))
+            ground = np.array([wall.at(s, t) for s, t in zip(along, away, strict=True)])
+            ground = ground[~shapely.intersects_xy(house, *ground.T)]
+            seen_outside = np.column_stack([ground, rng.uniform(-0.3, 0.3, len(ground))])
+            points = np.concatenate([points[~pane | (rng.random(len(points)) < PANE)], seen_outside])
+    return points
 
 
 def _drift(points: Points, storey: Storey, rng: Generator) -> Points:

@@ -72,7 +72,7 @@ def measure(kind: str, number: int, seed: int, folder: str, keep: str = "") -> O
     start = time.perf_counter()
     plans, errors = plans_of(member.path)
     seconds = time.perf_counter() - start
-    scores, failing, spare = paired(member, plans)
+    scores, failing, spare = paired(member.truths, plans)
     detail = f"{member.about}; {'; '.join(errors)}"[:600]
     if spare:
         failing.append("made up")
@@ -107,16 +107,18 @@ def plans_of(path: Path, change: Callable[[Level], Level] | None = None) -> tupl
     return plans, errors
 
 
-def paired(member: Member, plans: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str], int]:
+def paired(
+    truths: tuple[dict[str, Any], ...], plans: list[dict[str, Any]]
+) -> tuple[list[dict[str, Any]], list[str], int]:
     """Each storey with the plan that fits it best; the columns that fail; how many plans fit no storey."""
     left, scores, failing = list(range(len(plans))), [], []
-    options = sorted(((overlap(t, plans[k]), n, k) for n, t in enumerate(member.truths) for k in left), reverse=True)
+    options = sorted(((overlap(t, plans[k]), n, k) for n, t in enumerate(truths) for k in left), reverse=True)
     pairs: dict[int, int] = {}
     for share, n, k in options:
         if share > 0 and n not in pairs and k in left:
             pairs[n] = k
             left.remove(k)
-    for n, truth in enumerate(member.truths):
+    for n, truth in enumerate(truths):
         if n not in pairs:
             failing.append("no plan")
             scores.append({"failing": ["no plan"]})

@@ -54,6 +54,7 @@ RAW: dict[str, Maker] = {
     "cloud5": cloud.make_5,
     "cloud20": cloud.make_20,
     "cloud_furnished": cloud.make_furnished,
+    "cloud_doubled": cloud.make_doubled,
 }
 """Homes in the formats of docs/sources.md: no meshes."""
 

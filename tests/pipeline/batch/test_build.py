@@ -139,7 +139,7 @@ def test_chance_depends_on_seed_and_id_alone(street: Path, tmp_path: Path) -> No
 
 def test_a_data_set_is_no_source(street: Path, tmp_path: Path) -> None:
     run_build([street], tmp_path / "out")
-    with pytest.raises(ConfigError, match="nothing of the kind in it"):
+    with pytest.raises(ConfigError, match="no file in it is a house"):
         run_build([tmp_path / "out"], tmp_path / "again")
 
 
@@ -149,7 +149,7 @@ def test_a_file_that_no_reader_knows_costs_no_other(tmp_path: Path) -> None:
     found = run_build([house, strange], tmp_path / "out")
     assert len(found.ids) == 1
     assert found.passed_over == (str(strange),)
-    with pytest.raises(ConfigError, match=r"world\.unknown.*found none of them"):
+    with pytest.raises(ConfigError, match=r"world\.unknown.*cannot read this file"):
         run_build([strange], tmp_path / "none")
     with pytest.raises(ConfigError, match="does not exist"):
         run_build([house, tmp_path / "gone.glb"], tmp_path / "gone")

@@ -263,7 +263,7 @@ def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     for sources, words in (
         ([], "no SOURCE"),
-        ([tmp_path / "empty"], "nothing of the kind in it"),
+        ([tmp_path / "empty"], "the folder is empty"),
         ([tmp_path / "absent"], "does not exist"),
     ):
         with pytest.raises(ConfigError, match=words):

@@ -66,6 +66,13 @@ def test_what_is_upright_between_two_heights() -> None:
         assert walls.is_upright_between(low, high) == cutter.is_upright_between(low, high)
 
 
+def test_a_lintel_begins_and_nothing_ends_over_a_door() -> None:
+    walls = Prisms(HOUSES["a door"])
+    assert not walls.is_upright_between(0.5, 2.4)
+    assert not walls.may_end_between(0.5, 2.4)
+    assert Prisms([*walls.bodies, Prism(box(1, 1, 2, 2), 0.0, 1.0)]).may_end_between(0.5, 2.4)
+
+
 def test_triangles_are_made_when_somebody_asks() -> None:
     walls = Prisms(HOUSES["a door"])
     walls.is_upright_between(0.1, 2.0)

@@ -23,12 +23,12 @@ ROOM = box(0, 0, 5, 4)
     ],
 )
 def test_rooms_of_odd_shape_or_size(room: Polygon, is_odd: bool) -> None:
-    assert are_rooms_misshapen([ROOM, room]).tolist() == [False, is_odd]
+    assert are_rooms_misshapen((ROOM, room)).tolist() == [False, is_odd]
 
 
 def test_a_room_with_many_teeth_is_ragged() -> None:
     teeth = [box(x, 0, x + 0.9, 2.8) for x in range(10)]
-    assert are_rooms_misshapen([Polygon(shapely.union_all([box(0, 2.8, 10, 4), *teeth]))]).all()
+    assert are_rooms_misshapen((Polygon(shapely.union_all([box(0, 2.8, 10, 4), *teeth])),)).all()
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_a_room_with_many_teeth_is_ragged() -> None:
     ],
 )
 def test_a_wall_that_ends_in_the_middle_of_a_room(wall: Polygon, ends: bool) -> None:
-    assert have_jutting_walls([ROOM, Polygon(ROOM.difference(wall))]).tolist() == [False, ends]
+    assert have_jutting_walls((ROOM, Polygon(ROOM.difference(wall)))).tolist() == [False, ends]
 
 
 HALL = box(0, 0, 5, 4)

@@ -54,6 +54,41 @@ def test_two_rooms_of_points_are_two_rooms(density):  # R1, R2
     assert all(min(one.symmetric_difference(box(*each)).area for each in TWO) < 0.5 for one in found)
 
 
+def three_walls(density=1500.0, gap=(0.0, 3.0)):
+    """A room of 3 x 3 m whose south wall was not seen between two places."""
+    corners = [(3.0, 0.0), (3.0, 3.0), (0.0, 3.0), (0.0, 0.0)]
+    sides = [sheet(a, b, 0.0, HEIGHT_M, density, seed=k) for k, (a, b) in enumerate(pairwise(corners))]
+    south = [sheet((a, 0.0), (b, 0.0), 0.0, HEIGHT_M, density) for a, b in ((0.0, gap[0]), (gap[1], 3.0)) if b > a]
+    return np.concatenate([*sides, *south, floor(0.0, 0.0, 3.0, 3.0, density=density)])
+
+
+def open_edge_of(points):
+    _, masks = walls_of(points)
+    return mask_to_area(masks.open_edge, masks.raster)
+
+
+def test_the_side_that_was_not_seen_is_an_open_edge():  # walls R4
+    edge = open_edge_of(three_walls())
+    x1, y1, x2, y2 = edge.bounds
+    assert y2 < 0.1
+    assert y1 > -0.4
+    assert x2 - x1 > 2.0
+    assert open_edge_of(three_walls(gap=(0.6, 2.8))).area > 0.2
+
+
+@pytest.mark.parametrize("points", [room(*TWO[0]), room(*TWO[0], density=100.0), three_walls(gap=(1.0, 2.3))])
+def test_a_whole_room_a_sparse_one_and_one_with_a_hole_have_no_open_edge(points):  # walls R4 must leave alone
+    assert open_edge_of(points).is_empty
+
+
+def test_floor_and_low_things_beside_the_house_are_no_room():  # walls R5
+    beyond = [floor(4.0, 0.5, 6.0, 2.5), sheet((6.0, 0.5), (6.0, 2.5), 0.0, 1.2)]
+    walls, masks = walls_of(np.concatenate([room(*TWO[0]), *beyond]))
+    (found,) = rooms_of(walls)
+    assert found.symmetric_difference(box(*TWO[0])).area < 0.5
+    assert not masks.open_edge.any()
+
+
 def test_a_thin_cloud_has_thick_layers():  # R2
     dense, thin = (columns_of_points(room(*TWO[0], density=d), 0.15, HEIGHT_M, 0.025) for d in (3000.0, 200.0))
     assert len(dense.heights) > 70

@@ -403,3 +403,13 @@ def test_a_drawing_that_states_millimetres_is_not_in_feet():
     outlines = [[*each, each[0]] for each in (outer, inner)]
     assert metres_per_unit(outlines, [], [0.2], 0.001, "plan.dxf") == (1.0, False)
     assert metres_per_unit(outlines, [], [0.2], None, "plan.dxf") == (0.3048, False)
+
+
+def test_a_sound_drawing_is_read_without_mending(tmp_path, monkeypatch):
+    def draw(space: Any) -> None:
+        for corners in (OUTER, INNER):
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALLS"})
+
+    level = drawn(tmp_path, draw)
+    monkeypatch.setattr("ezdxf.recover.read", lambda _: pytest.fail("it was mended"))
+    assert plan_of(drawn(tmp_path, draw)).area == plan_of(level).area

@@ -120,6 +120,6 @@ def test_an_absurd_unit_is_corrected_and_counts_as_a_guess(house, factor):
 def test_a_rejection_says_which_walls_were_found(house):
     house.file.element("IfcWall", house.storey, (0, 0, 0, 8, 0.2, 1.0))
     house.file.element("IfcWall", house.storey, (0, 1, 0, 8, 1.2, 0.9))
-    with pytest.raises(Rejection, match=r"the highest of its 2 walls is 1\.00 m high") as caught:
+    with pytest.raises(Rejection, match=r"its 2 walls stand between .*, and the highest is 1\.00 m high") as caught:
         house.levels()
     assert caught.value.reason is Reason.NO_LEVEL

@@ -222,6 +222,21 @@ def test_both_jambs_of_a_doorway_stand_out_and_one_of_a_bend() -> None:
     assert found.step_m[1] > 1.0
 
 
+@pytest.mark.parametrize("left", [100, 101])
+@pytest.mark.parametrize("thick", [1, 2])
+def test_a_thin_wall_stays_where_a_large_map_is_divided_into_blocks(
+    left: int, thick: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two rooms of 5 m x 6 m, and a wall of one or two cells between them, on the edge of blocks and off it."""
+    free = np.zeros((140, 204), bool)
+    free[10:130, 2:202] = True
+    free[:, left : left + thick] = False
+    monkeypatch.setattr("pipeline.sources.occupancy_map.rooms.MOST_CELLS", free.size // 4)
+    parts = segment_rooms(free, CELL_M)
+    assert parts.scale == 2
+    assert int(parts.label.max()) == 2
+
+
 @pytest.mark.parametrize("scale", [2, 3])
 def test_blocks_count_their_cells(scale: int) -> None:
     cells = np.random.default_rng(0).random((7, 11)) < 0.5

@@ -335,6 +335,17 @@ def test_a_doorway_that_was_seen_as_rays_is_a_gap() -> None:
         assert (walls == gaps).all()
 
 
+def test_the_unseen_inside_of_a_wall_is_not_between_rays() -> None:
+    """A wall of 0.2 m between two rooms, of which no cell counts as occupied, as in pictures with soft edges."""
+    free = np.ones((80, 84), bool)
+    free[:, 40:44] = False
+    rays = free.copy()
+    rays[:, 44::3] = False
+    nothing = np.zeros(free.shape, bool)
+    assert (fill_between_rays(free, nothing, CELL_M) == free).all()
+    assert fill_between_rays(rays, nothing, CELL_M)[:, 50:].all()
+
+
 def test_walls_in_line_across_a_corridor_do_not_cut_it(tmp_path: Path) -> None:
     """Rooms above and below a corridor of 2 m, all with their walls in line; the doors are narrow."""
     shades = np.full((260, 252), WALL, np.uint8)

@@ -8,6 +8,7 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, procthor
+from pipeline.sources.reader_choice import reader_for_file
 from tests.builders.damage import mutated, outcome
 from tests.builders.formats import procthor as tiny
 from tests.builders.houses import kinds, plan_of
@@ -74,6 +75,39 @@ def test_a_file_of_many_houses_is_known_by_its_content(tmp_path, name):
     assert [item.id[-7:] for item in items] == ["_000000", "_000001", "_000002"]
     last, first = (next(procthor.read(items[k])) for k in (2, 0))  # backwards too
     assert (first.rooms[0].polygon.bounds[0], last.rooms[0].polygon.bounds[0]) == (0.0, 2.0)
+
+
+@pytest.mark.parametrize("indent", [None, 2])
+@pytest.mark.parametrize("name", ["many.json", "many.json.gz"])
+def test_a_json_list_of_houses_is_many(tmp_path, name, indent):
+    path = tmp_path / name
+    data = json.dumps([tiny.house(float(k)) for k in range(3)], indent=indent).encode()
+    path.write_bytes(gzip.compress(data) if path.suffix == ".gz" else data)
+    assert [item.id[-7:] for item in find(str(path))] == ["_000000", "_000001", "_000002"]
+    assert [level.rooms[0].polygon.bounds[0] for level in levels(path)] == [0.0, 1.0, 2.0]
+
+
+def test_a_list_of_other_things_is_no_house(tmp_path):
+    for value in ([], [1], [{"name": "chair"}]):
+        path = tmp_path / "list.json"
+        path.write_text(json.dumps(value))
+        assert reader_for_file(path) is None
+
+
+def test_a_hole_may_be_written_as_a_box(tmp_path):
+    house = tiny.house()
+    for slot in house["doors"] + house["windows"]:
+        low, high = slot.pop("holePolygon")
+        slot["boundingBox"] = {"min": low, "max": high}
+    (level,) = levels(tiny.write(tmp_path / "old.json", house))
+    (today,) = levels(tiny.write(tmp_path / "new.json", tiny.house()))
+    assert [each.polygon for each in level.openings] == [each.polygon for each in today.openings]
+
+
+def test_a_door_without_a_hole_is_named(tmp_path):
+    house = tiny.house()
+    house["doors"][0]["holePolygon"] = []
+    assert "no hole in 'wall|2|2'" in rejection(tiny.write(tmp_path / "house.json", house)).detail
 
 
 def test_an_indented_house_is_one_house(tmp_path):

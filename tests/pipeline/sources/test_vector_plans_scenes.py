@@ -17,7 +17,13 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
-from pipeline.sources.vector_plans.scene_bodies import body_from_many_triangles, body_kind
+from pipeline.sources.vector_plans.scene_bodies import (
+    body_from_box,
+    body_from_many_triangles,
+    body_from_triangles,
+    body_kind,
+    box_mesh,
+)
 from tests.builders.batch import plans_of
 
 MOLMO = """<mujoco model="house">
@@ -57,6 +63,20 @@ def test_mjcf_as_molmospaces_names_it(tmp_path):
     assert [door.kind for door in plan.doors] == ["door"]
     assert plan.area == pytest.approx(32 - 0.4 + 0.09, abs=0.1)
     assert plan.provenance["source"] == "mjcf"
+
+
+@pytest.mark.parametrize("turns", [(0, 0, 0), (30, 0, 0), (15, 40, 70)])
+def test_a_box_covers_what_its_faces_cover(turns):
+    at = np.eye(4)
+    at[:3, :3], at[:3, 3] = Rotation.from_euler("zyx", turns, degrees=True).as_matrix(), (1.0, 2.0, 3.0)
+    half = np.array([2.0, 0.05, 1.25])
+    box, whole = body_from_box(("wall",), at, half), body_from_triangles(("wall",), *box_mesh(at, half))
+    assert box is not None
+    assert whole is not None
+    assert box.shape.symmetric_difference(whole.shape).area < 1e-3 * whole.shape.area
+    assert (box.low_m, box.high_m) == (whole.low_m, whole.high_m)
+    assert body_from_box(("wall",), at, np.array([2.0, np.nan, 1.0])) is None
+    assert body_from_box(("wall",), np.eye(4), np.array([2.0, 0.0, 1.0])) is None
 
 
 @pytest.mark.parametrize(

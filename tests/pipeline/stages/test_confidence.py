@@ -85,6 +85,34 @@ def test_odd_shapes_of_passages_count() -> None:
     assert features(passage(), evidence=leaf) == {"lintel": 1.0, "leaf": 1.0}
 
 
+def entrance(y: float = 1.45, width: float = 0.9) -> Passage:
+    """A way from the left room, whose left wall is 0.2 m thick, to the outside."""
+    return Passage(Portal(np.array([-0.1, y]), np.array([0.0, 1.0]), width, 0.2, (0, OUTSIDE)), "entrance", "", "gap")
+
+
+def wall_across(low: float, high: float, y: tuple[float, float]) -> Mesh:
+    """An upright sheet in the middle of the left room's left wall."""
+    corners = [[-0.1, end, z] for z in (low, high) for end in y]
+    return Mesh(np.array(corners), np.array([[0, 1, 2], [1, 3, 2]]))
+
+
+def test_what_stands_in_an_entrance_a_hand_above_the_floor_bars_it() -> None:
+    for low, high, barred in ((0.0, 0.4, 1.0), (0.0, 0.08, 0.0), (0.3, 2.0, 0.0)):
+        level = replace(LEVEL, walls=wall_across(low, high, (0.5, 2.5)))
+        assert features(entrance(), level=level).get("barred", 0.0) == barred
+    half = replace(LEVEL, walls=wall_across(0.0, 1.0, (0.5, 1.45)))
+    assert features(entrance(), level=half)["barred"] == 0.5
+    scan = Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING, scanned=True)
+    assert "barred" not in features(entrance(), level=half, evidence=scan)
+
+
+def test_an_entrance_is_one_of_several_of_its_room_or_the_only_way_into_it() -> None:
+    assert features(entrance())["only_way"] == features(entrance(), passage("cut", ""))["only_way"] == 1.0
+    assert "only_way" not in features(entrance(), passage())
+    assert features(entrance(), entrance(3.0), passage())["other_ways_out"] == 0.33
+    assert "other_ways_out" not in features(entrance(), passage())
+
+
 def test_a_passage_onto_no_floor_counts() -> None:
     half = replace(LEVEL, floor=box(0, 0, 4.1, 4))
     assert features(passage(), level=half) == {"lintel": 1.0, "floorless": 1.0}
@@ -171,6 +199,7 @@ def test_real_houses_weigh_as_much_as_all_made_ones() -> None:
     rng = np.random.default_rng(2)
     weight = weights_of([*parts(rng, 300, "solids"), *parts(rng, 20, "corpus 1")])
     assert weight[:300].sum() == pytest.approx(weight[300:].sum())
+    assert weight.sum() == pytest.approx(320)  # the ridge is as strong however many are made
 
 
 def test_a_marked_house_is_as_doubtful_as_its_own_model_of_quality_says() -> None:
@@ -198,4 +227,5 @@ def test_rooms_of_a_doubtful_plan_are_less_sure_and_doors_weigh_its_grounds() ->
     sure, unsure = (models["room"].confidence({"doubtful_plan": value}) for value in (0.0, 1.0))
     assert unsure < sure - 0.02
     assert not any(name.startswith("plan_") for part in ("entrance", "room") for name in models[part].weights)
-    assert not any("doubtful_plan" in models[part].weights for part in ("door", "entrance"))
+    assert "doubtful_plan" not in models["door"].weights
+    assert "doubtful_plan" in models["entrance"].weights

@@ -1,0 +1,46 @@
+"""How many overlays and buffers of GEOS a drawn plan takes: nearly all of its time goes into them."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+import shapely
+
+from pipeline.algorithm import plan_level
+from pipeline.config import PipelineConfig
+from pipeline.sources import find, reader
+from tests.builders.formats import published_plans as published
+
+COUNTED = ("buffer", "difference", "intersection", "union_all")
+MOST = 150
+"""What two rooms with a door take today is a tenth less."""
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Count the calls by function."""
+    found = Counter()
+
+    def counted(name):
+        function = getattr(shapely, name)
+
+        def call(*args, **kwargs):
+            found[name] += 1
+            return function(*args, **kwargs)
+
+        return call
+
+    for name in COUNTED:
+        monkeypatch.setattr(shapely, name, counted(name))
+    return found
+
+
+def test_a_drawn_plan_takes_few_overlays(tmp_path, calls):
+    file = tmp_path / "model.svg"
+    file.write_text(published.cubicasa(), encoding="utf-8")
+    (item,) = find(str(file))
+    (level,) = reader(item.reader).read(item)
+    calls.clear()
+    (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+    assert len(plan.rooms) == 2
+    assert calls.total() < MOST, calls
