@@ -33,11 +33,15 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     parts = shapely.get_parts(shape)
     if not isinstance(shape, MultiPolygon):
         parts = shapely.get_parts(parts)
-    found = [p for p in parts if isinstance(p, Polygon) and not p.is_empty]
-    if len(found) < 2:
-        return found
-    keys = zip((-shapely.area(found)).tolist(), shapely.bounds(found).tolist(), found, strict=True)
-    return [part for *_, part in sorted(keys, key=lambda key: key[:2])]
+        parts = parts[shapely.get_type_id(parts) == shapely.GeometryType.POLYGON]
+    parts = parts[~shapely.is_empty(parts)]
+    if len(parts) > 1:
+        below = -shapely.area(parts)
+        order = np.argsort(below, kind="stable")
+        if (np.diff(below[order]) == 0).any():  # equal ones by place
+            order = np.lexsort((*shapely.bounds(parts).T[::-1], below))
+        parts = parts[order]
+    return list(parts)
 
 
 def dot_product(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
@@ -53,7 +57,8 @@ def drop_lines_and_points(shape: BaseGeometry) -> BaseGeometry:
     """Return only the areas of a geometry."""
     if isinstance(shape, _AREAS):
         return shape
-    return MultiPolygon(polygons_of(shape))
+    found = polygons_of(shape)
+    return shapely.multipolygons(found) if found else EMPTY
 
 
 def ignore_division_warnings() -> np.errstate:

@@ -668,9 +668,12 @@ def bands_around_rooms(
     """
     if not named:
         return []
-    known = unite(rooms)
-    lying_open = [room for room in named if room.area >= least_m2 and intersect(room, known).area < MOST * room.area]
-    if not lying_open:
+    drawn, spaces = np.array(named, np.object_), np.array(rooms, np.object_)
+    of_drawn, of_space = shapely.STRtree(spaces).query(drawn, predicate="intersects")
+    shared = shapely.area(intersect_pairs(drawn[of_drawn], spaces[of_space]))
+    area, covered = shapely.area(drawn), np.bincount(of_drawn, shared, minlength=len(named))
+    lying_open = drawn[(area >= least_m2) & (covered < MOST * area)]
+    if not len(lying_open):
         return []
     return polygons_of(subtract(unite(buffer_mitred(room, HAND_M) for room in lying_open), unite([*named, ground])))
 

@@ -162,6 +162,8 @@ def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, fa
     """Return the share of the walls that stand beside no room (R5)."""
     if walls.is_empty:
         return 0.0
+    if subtract(walls, buffer_mitred(rooms, THICK_WALL_M)).is_empty:
+        return 0.0
     if far_walls is None:
         return _share(walls_far_from_rooms(walls, [rooms, *layout.rooms]).area, walls.area)
     return _share(walls_far_from_rooms(far_walls, [rooms]).area, walls.area)
