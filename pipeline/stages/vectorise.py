@@ -7,7 +7,7 @@ vertices; the faces between them are given back to the rooms and doors they came
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,7 +79,10 @@ class _Tiles:
 
 
 def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
-    """Return rooms and doors on the grid; if they form several parts, those of the largest part."""
+    """Return rooms and doors on the grid; if they form several parts, those of the largest part.
+
+    A room or a door that vanishes on the grid, narrower than a centimetre, is left out, and so are the ways into it.
+    """
     inner = [p for p in spaces.passages if not p.leads_outside]
     openings = portal_polygons([p.portal for p in inner], spaces.rooms)
     room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
@@ -91,7 +94,14 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
         if strip.distance(outline) < STAND_M:
             passages.append(entrance)
             shapes.append(strip)
-    return _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
+    tiles = _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
+    return _without_dead_ends(tiles) if any(shape.is_empty for shape in room_shapes) else tiles
+
+
+def _without_dead_ends(tiles: _Tiles) -> _Tiles:
+    """Leave out the doors that have one room on both sides, because that on the other side has vanished."""
+    kept = [k for k, (one, other) in enumerate(_rooms_beside(tiles)) if one != other]
+    return replace(tiles, passages=[tiles.passages[k] for k in kept], doors=[tiles.doors[k] for k in kept])
 
 
 def _inside(outline: Polygon, shapes: list[Polygon]) -> list[int]:
@@ -137,9 +147,9 @@ def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Poly
 
 
 def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
-    """Return the faces of one shape in one piece; a shape that vanishes on the grid is returned rounded."""
+    """Return the faces of one shape in one piece; a shape without faces is rounded, and empty if it vanishes so."""
     found = polygons_of(unite(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
-    return found[0] if found else shape
+    return found[0] if found else Polygon()
 
 
 def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:

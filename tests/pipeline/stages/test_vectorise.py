@@ -56,6 +56,14 @@ def test_a_cut_says_in_the_provenance_what_speaks_for_its_place() -> None:
     assert plan_from([LEFT, RIGHT], passage()).provenance == {"source": "test"}
 
 
+@pytest.mark.parametrize("lost", [shapely.box(7.4, 0, 7.404, 3), shapely.box(1, 1, 1.003, 1.003)])
+def test_a_room_that_vanishes_on_the_grid_is_left_out_with_its_doors(lost: shapely.Polygon) -> None:
+    into = Passage(Portal(np.array([7.3, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (1, 2)), "door")
+    plan = plan_from([LEFT, RIGHT, lost], passage(), into)
+    assert [room.label for room in plan.rooms] == ["Unlabelled", "Kitchen"]
+    assert [sorted(door.rooms) for door in plan.doors] == [[0, 1]]
+
+
 def test_two_rooms_and_a_door() -> None:
     plan = plan_from([LEFT, RIGHT], passage())
     check_rings(plan)
