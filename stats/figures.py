@@ -20,7 +20,7 @@ from stats.tally import Tally
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LABEL = 0.35  # the share of a histogram's width that the label of its last bar needs at most
+_LABEL = 0.25  # the share of a histogram's width that the label of its last bar needs at most
 _TAIL = 0.98  # the histogram's last bar includes everything beyond this share
 
 

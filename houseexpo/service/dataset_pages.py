@@ -109,6 +109,8 @@ def _sentence(now: OpenedDataset, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
     kinds = ", ".join(f"{_KINDS.get(names[code], names[code])} ({count:,})" for code, count in counts.most_common(_FEW))
+    if len(counts) > _FEW:
+        kinds += f" and others ({counts.total() - sum(count for _, count in counts.most_common(_FEW)):,})"
     count = len(now.views.table)
     told = [f"{count:,} floor plan{'' if count == 1 else 's'}."]
     if kinds:

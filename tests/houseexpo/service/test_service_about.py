@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
+import numpy as np
 import pytest
 
 pytest.importorskip("starlette")
@@ -12,6 +15,7 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo.service.app import make_app
+from houseexpo.service.dataset_pages import _sentence
 from tests.builders.services import BASE, service_of
 
 HTML = {"accept": "text/html"}
@@ -86,3 +90,11 @@ def test_several_data_sets_are_listed_and_one_is_shown_at_once(client: TestClien
     assert 'href="/homes/about"' in page
     assert 'href="/published/about"' in page
     assert client_of(folder).get("/").headers["location"] == "/homes/"
+
+
+def test_sources_beyond_the_most_common_are_counted() -> None:
+    class Table(list[int]):
+        groups: ClassVar = {"source": ([f"kind {k}" for k in range(8)], np.array([0, 0, *range(8)]))}
+
+    now: Any = SimpleNamespace(views=SimpleNamespace(table=Table(range(10))))
+    assert _sentence(now, {}).endswith("kind 5 (1) and others (2).")
