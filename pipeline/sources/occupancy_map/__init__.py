@@ -98,6 +98,12 @@ def find(path: str, **options: str) -> Iterator[Input]:
     yield input_from_file(path, "occupancy_map", options)
 
 
+_RESOLUTION = (
+    "a picture or an array is read as a robot's map: give --resolution, the side of a cell in metres; export a drawing "
+    "of a plan as .dxf"
+)
+
+
 def read(item: Input) -> Iterator[Level]:
     """Yield the one level of a map.
 
@@ -113,9 +119,7 @@ def read(item: Input) -> Iterator[Level]:
     try:
         found = read_map(path, float(options["resolution"]) if options.get("resolution") else None)
     except MapError as error:
-        advice = (
-            "give --resolution, the side of a cell in metres" if "side of a cell" in error.problem else error.advice
-        )
+        advice = _RESOLUTION if "side of a cell" in error.problem else error.advice
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOutParts())
     for level in levels_from_drawing(item, drawing, path, name):

@@ -121,7 +121,7 @@ def test_a_picture_and_an_array_need_the_side_of_a_cell(tmp_path: Path, suffix: 
     else:
         np.save(path, np.where(two_rooms() == FREE, 0, 100).astype(np.int8))
     assert rejected(path).reason is Reason.BAD_UNITS
-    assert "--resolution" in rejected(path).advice
+    assert "read as a robot's map: give --resolution" in rejected(path).advice
     (item,) = find(str(path), resolution="0.05")
     (level,) = reader(item.reader).read(item)
     assert sorted(room.polygon.area for room in level.rooms) == pytest.approx([9.0, 12.0], rel=0.03)
