@@ -23,7 +23,7 @@ from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import FinalBuilding
-from pipeline.stages.quality_grounds import doubt_most_doubtful_room, measure_widest_entrance
+from pipeline.stages.quality_grounds import doubt_most_doubtful_room
 from pipeline.stages.room_doubt import doubt_spaces
 from pipeline.stages.rooms import name_rooms
 from pipeline.values import Evidence, Layout, Level, RejectedLevel, Spaces
@@ -48,8 +48,6 @@ class Building:
         doubts = doubt_spaces(level, self.evidence, self.layout)
         grounds = dict(self.plan.quality.grounds if self.plan.quality else {})
         grounds["doubtful_space"] = doubt_most_doubtful_room(self.layout, doubts, self.spaces)
-        if not level.sills:
-            grounds["wide_entrance"] = measure_widest_entrance(self.spaces)
         named = name_rooms(level, self.spaces)
         return FinalBuilding(level, self.evidence, self.layout, self.spaces, named, grounds, doubts)
 

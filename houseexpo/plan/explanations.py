@@ -28,7 +28,6 @@ GROUNDS: Final[Mapping[str, str]] = {
     "tall": "the source reaches far above this storey",
     "rail_share": "railings and low walls beside the rooms",
     "small": "hardly larger than a closet",
-    "wide_entrance": "a way outside that is wider than any doorway",
     "open_border": "a map whose free cells reach its border, so that nothing is inside",
 }
 """The meaning of each ground of a plan's quality, by its name in the file."""

@@ -24,11 +24,9 @@ R13 ``tall``: how far the source reaches above a storey (``STOREY_M``): a roof, 
 R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terraces, galleries and counters are often
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
-R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, R17, R19.
+R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, no R17.
 R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among the guesses): nothing of it is inside.
 R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
-R19 ``wide_entrance``: how much wider the widest way outside is than any doorway: an open side, a glazed front, or a
-    wall that is missing.
 """
 
 from __future__ import annotations
@@ -46,7 +44,7 @@ from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_
 from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
-from pipeline.tolerances import BESIDE_M, CRACK_M, DOORWAY_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
+from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, THICK_WALL_M
 from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
 Floats = npt.NDArray[np.float64]
@@ -93,7 +91,7 @@ def measure_quality_grounds(
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(not spaces.passages and not level.rooms),
         "doubtful_space": doubt_most_doubtful_room(layout, doubts, spaces),
-        **({} if level.sills else _as_a_storey(level, evidence, layout, spaces, rooms)),
+        **({} if level.sills else _as_a_storey(level, evidence, layout, rooms)),
     }
 
 
@@ -102,22 +100,13 @@ def doubt_most_doubtful_room(layout: Layout, doubts: Floats, spaces: Spaces) -> 
     return float(of_rooms(layout, doubts, spaces.rooms).max(initial=0.0))
 
 
-def measure_widest_entrance(spaces: Spaces) -> float:
-    """Return how much wider the widest entrance is than any doorway, as a share of that (R19)."""
-    widest = max((p.portal.width for p in spaces.passages if p.leads_outside), default=0.0)
-    return _share(max(widest - DOORWAY_M[1], 0.0), DOORWAY_M[1])
-
-
-def _as_a_storey(
-    level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, rooms: BaseGeometry
-) -> dict[str, float]:
-    """Return what says that this is no storey, or not the whole of one (R13 to R17, R19)."""
+def _as_a_storey(level: Level, evidence: Evidence, layout: Layout, rooms: BaseGeometry) -> dict[str, float]:
+    """Return what says that this is no storey, or not the whole of one (R13 to R17)."""
     return {
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
         "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
         "open_border": float(EDGE in level.guesses),
-        "wide_entrance": measure_widest_entrance(spaces),
     }
 
 

@@ -95,15 +95,6 @@ def test_doors_beside_another_and_doors_of_odd_width() -> None:
     assert grounds(spaces=replace(SPACES, passages=wide)) == {"odd_doors": 0.4}
 
 
-def test_a_way_outside_that_is_wider_than_any_doorway() -> None:
-    *inner, entrance = SPACES.passages
-    for width, ground in ((2.4, 0.0), (3.0, 0.2), (9.0, 1.0)):
-        wide = replace(entrance, portal=replace(entrance.portal, width=width))
-        assert grounds(spaces=replace(SPACES, passages=(*inner, wide))).get("wide_entrance", 0.0) == ground
-    wide_inside = replace(inner[0], portal=replace(inner[0].portal, width=4.0))
-    assert "wide_entrance" not in grounds(spaces=replace(SPACES, passages=(wide_inside, *inner[1:], entrance)))
-
-
 def test_parts_that_were_left_out_or_filled() -> None:
     assert grounds(spaces=replace(SPACES, notes={"filled_cells": 1, "cuts": 2})) == {"left_out": round(1 / 3, 3)}
     assert grounds(spaces=replace(SPACES, notes={"left_out": 5})) == {"left_out": 1.0}
