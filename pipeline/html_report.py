@@ -14,7 +14,6 @@ from html import escape
 from itertools import groupby
 from typing import Final
 
-import msgspec
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.similarity import Duplicate
@@ -72,7 +71,7 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     _keep_pictures(data_set)
     doubtful = doubtful_ids(data_set)[:MAX_SHOWN]
     others = _sample_names([name for name in data_set.ids if name not in set(doubtful)], SHOWN)
-    copies = _duplicates(data_set)
+    copies = data_set.duplicates
     wanted = dict.fromkeys([*doubtful, *others, *(copy.kept_id for copy in copies[:MAX_SHOWN])])
     plans = {name: load_plan(data_set.root / "json" / f"{name}.json") for name in wanted}
     plans |= _plans_beside(data_set, [copy.id for copy in copies[:MAX_SHOWN]])
@@ -130,11 +129,6 @@ def _keep_pictures(data_set: BuildResult) -> None:
         file = rejected_picture_path(data_set.root, refused.id)
         file.parent.mkdir(exist_ok=True)
         file.write_bytes(refused.picture)
-
-
-def _duplicates(data_set: BuildResult) -> list[Duplicate]:
-    lines = (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
-    return [Duplicate(**msgspec.json.decode(line)) for line in lines]
 
 
 def _plans_beside(data_set: BuildResult, names: Sequence[str]) -> dict[str, FloorPlan]:

@@ -8,17 +8,17 @@ R3  What took how long, and how often a rule had something to do, is said with `
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
-import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from houseexpo.analysis.similarity import Duplicate
 from houseexpo.commands.printing import new_table
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import load_plan
@@ -41,11 +41,20 @@ _SLOW: Final = 10
 
 
 def read_index_rows(root: Path) -> list[dict[str, Any]]:
-    """Return what the index of a data set says of each plan: id, room_num, n_doors, area (m2), quality."""
+    """Return what the index of a data set says of each plan: id, room_num, n_doors, area (m2), quality.
+
+    Where so few are doubtful that each is named (R2), ``against`` of these is what speaks most against them, in words.
+    """
     import pyarrow.parquet as pq
 
     columns = ["id", "room_num", "n_doors", "area", "quality"]
     rows: list[dict[str, Any]] = pq.read_table(root / "index.parquet", columns=columns).to_pylist()
+    doubtful = [row for row in rows if row["quality"] is not None and row["quality"] < SURE]
+    for row in doubtful if len(doubtful) <= _REFUSED else ():
+        with contextlib.suppress(HouseExpoError, OSError):
+            quality = load_plan(root / "json" / f"{row['id']}.json").quality
+            grounds = main_grounds_in_words(quality) if quality is not None else []
+            row["against"] = "; ".join(ground.rpartition(": ")[0] for ground in grounds)
     return rows
 
 
@@ -71,7 +80,7 @@ def print_outcome(
     if rows:
         printed.print()
         printed.print(plans_table(data_set, rows, out))
-    for lines in (doubt_lines(data_set, rows), duplicate_lines(data_set), rejection_lines(data_set, out)):
+    for lines in (doubt_lines(rows), duplicate_lines(data_set), rejection_lines(data_set, out)):
         for number, line in enumerate(lines):
             printed.print(line if number else Text("\n").append_text(line), soft_wrap=True)
     notes = [(note, "none") for note in notes_lines(data_set)] + [(odd, "yellow") for odd in oddity_lines(rows)]
@@ -147,27 +156,15 @@ def _files(data_set: BuildResult) -> dict[str, str]:
     }
 
 
-def doubt_lines(data_set: BuildResult, rows: Sequence[Mapping[str, Any]]) -> Iterator[Text]:
+def doubt_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[Text]:
     """Say of the doubtful plans what speaks against each; of many (R2) the report does."""
-    doubtful = sorted(row["id"] for row in rows if row["quality"] is not None and row["quality"] < SURE)
-    if len(doubtful) > _REFUSED:
-        return
-    for name in doubtful:
-        try:
-            quality = load_plan(data_set.root / "json" / f"{name}.json").quality
-        except (HouseExpoError, OSError):
-            continue
-        if quality is not None and (grounds := main_grounds_in_words(quality)):
-            words = "; ".join(ground.rpartition(": ")[0] for ground in grounds)
-            yield Text.assemble(("doubtful ", "yellow"), (name, "bold"), f": {words}")
+    for row in sorted((row for row in rows if row.get("against")), key=itemgetter("id")):
+        yield Text.assemble(("doubtful ", "yellow"), (row["id"], "bold"), f": {row['against']}")
 
 
 def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
     """Say which plans were left out as duplicates, and how to keep them; of many (R2) their file does."""
-    dropped = [
-        Duplicate(**msgspec.json.decode(line))
-        for line in (data_set.root / "duplicates.jsonl").read_bytes().splitlines()
-    ]
+    dropped = data_set.duplicates
     if not dropped or len(dropped) > _REFUSED:
         return
     for each in dropped:

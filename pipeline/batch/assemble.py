@@ -55,6 +55,7 @@ class BuildResult:
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
     ``passed_over`` says which sources hold no house;
+    ``duplicates`` are the plans that it left out, each with the one that it repeats;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
     build, without others that it was added to.
     """
@@ -70,6 +71,7 @@ class BuildResult:
     passed_over: tuple[str, ...] = ()
     licences: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
+    duplicates: tuple[Duplicate, ...] = ()
 
     @property
     def is_fruitless(self) -> bool:
@@ -142,7 +144,15 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
     folder.finish(FinishedBuild(parts.state(), {**published.written, **others}))
     progress("assembling", 1, 1)
     not_done = stats["outcomes"]["not_done"]
-    return BuildResult(folder.root, stats, tuple(kept), tuple(refused), not_done, False, tuple(parts.entries))
+    return BuildResult(
+        folder.root,
+        stats,
+        tuple(kept),
+        tuple(refused),
+        not_done,
+        entries=tuple(parts.entries),
+        duplicates=tuple(dropped),
+    )
 
 
 def _is_unchanged(folder: DataSetFolder, finished: FinishedBuild) -> bool:
@@ -156,7 +166,17 @@ def _as_it_was(parts: AssemblyParts, finished: FinishedBuild) -> BuildResult:
     _, refused = _settle_ids(parts.entries)
     ids = sorted(Path(name).stem for name in finished.files if name.startswith("json/"))
     not_done = stats["outcomes"]["not_done"]
-    return BuildResult(parts.folder.root, stats, tuple(ids), tuple(refused), not_done, True, tuple(parts.entries))
+    lines = (parts.folder.root / "duplicates.jsonl").read_bytes().splitlines()
+    return BuildResult(
+        parts.folder.root,
+        stats,
+        tuple(ids),
+        tuple(refused),
+        not_done,
+        unchanged=True,
+        entries=tuple(parts.entries),
+        duplicates=tuple(Duplicate(**msgspec.json.decode(line)) for line in lines),
+    )
 
 
 def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> list[Duplicate]:

@@ -418,6 +418,8 @@ def barred_shares(mesh: Mesh, height: float, strips: Sequence[Polygon], alongs: 
     lines = shapely.linestrings(_crossings(mesh, faces, height))
     of_strip, line = shapely.STRtree(lines).query(np.array(strips, np.object_), predicate="intersects")
     inside = shapely.intersection(lines[line], np.array(strips, np.object_)[of_strip])
+    meets = ~shapely.is_empty(inside)  # a face without area crosses a height in a point
+    of_strip, inside = of_strip[meets], inside[meets]
     found = np.zeros(len(strips))
     for k, (strip, along) in enumerate(zip(strips, alongs, strict=True)):
         spans = [np.sort(shapely.get_coordinates(each) @ along)[[0, -1]] for each in inside[of_strip == k]]

@@ -42,7 +42,7 @@ from pipeline.sources.drawn_storeys import (
     wall_mesh,
 )
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
-from pipeline.sources.reader_choice import LONGEST_JSON, begins_with_list, open_unpacked
+from pipeline.sources.reader_choice import LONGEST_JSON, begins_with_list, objects_in_list, open_unpacked
 from pipeline.sources.tolerances import SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -222,24 +222,15 @@ def _part(path: str, start: int, length: int) -> bytes:
 
 def _parts(file: Path) -> Iterable[tuple[int, int]] | None:
     """Return start and length of each house of a file of many, or None of a file of one."""
-    with contextlib.suppress(msgspec.DecodeError, OSError, EOFError, zlib.error):
+    with contextlib.suppress(OSError, EOFError, zlib.error):
         if begins_with_list(file):
             with open_unpacked(file) as stream:
-                return list(_elements(bytes(stream.read(LONGEST_JSON)))) or None
+                return list(objects_in_list(bytes(stream.read(LONGEST_JSON)))) or None
     lines = _lines(file)
     first, second = next(lines, None), next(lines, None)
     if first is None or second is None or not any(_is_house(file, line) for line in (first, second)):
         return None
     return itertools.chain((first, second), lines)
-
-
-def _elements(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield start and length of each element of a JSON list; raise msgspec.DecodeError if it is none."""
-    end = 0
-    for element in msgspec.json.decode(data, type=list[msgspec.Raw]):
-        start = data.index(bytes(element), end)
-        end = start + len(bytes(element))
-        yield start, end - start
 
 
 def _lines(file: Path) -> Iterator[tuple[int, int]]:

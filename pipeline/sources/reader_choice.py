@@ -13,6 +13,7 @@ R4  Of an indoor map (IMDF) in a folder, the file of its units is the plan; the 
 from __future__ import annotations
 
 import gzip
+import json
 import re
 import zipfile
 import zlib
@@ -39,6 +40,8 @@ _MESHES = frozenset({".dae", ".glb", ".gltf", ".obj", ".off", ".stl"})
 
 _GZIP, _ZIP = b"\x1f\x8b", b"PK\x03\x04"
 _BLANK = b"\xef\xbb\xbf \t\r\n"
+_BETWEEN = re.compile(r"[\s,]*")
+_JSON = json.JSONDecoder()
 _SKIPPED = frozenset({".mtl", ".png", ".jpg", ".jpeg", ".pgm", ".yaml", ".txt", ".md", ".toml", ".bin", ".ifc"})
 _PCD = re.compile(rb"^FIELDS .*^DATA ", re.MULTILINE | re.DOTALL)
 _BY_SUFFIX = {
@@ -118,10 +121,11 @@ def _by_content(path: Path, head: bytes) -> str | None:
 
 def reader_for_json(data: bytes) -> str | None:
     """Tell ProcTHOR, 3D-FRONT and RoomPlan apart by the keys that only they have; a list holds ProcTHOR's houses."""
+    if is_list(data):
+        first = next(objects_in_list(data), None)
+        found = None if first is None else reader_for_json(data[first[0] : sum(first)])
+        return found if found == "procthor" else None
     try:
-        if is_list(data):
-            houses = msgspec.json.decode(data, type=list[msgspec.Raw])
-            return "procthor" if houses and reader_for_json(bytes(houses[0])) == "procthor" else None
         document = _DOCUMENT.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return _by_words(data[:HEAD_BYTES])
@@ -165,6 +169,23 @@ def begins_with_list(path: Path) -> bool:
 def is_list(data: bytes) -> bool:
     """Whether JSON, of which this is the beginning, is a list."""
     return data.lstrip(_BLANK)[:1] == b"["
+
+
+def objects_in_list(data: bytes) -> Iterator[tuple[int, int]]:
+    """Yield start and length of each object of a JSON list, up to what is none; the last may break off."""
+    text = data.decode("latin-1")  # a character a byte
+    end = text.index("[") + 1
+    while True:
+        between = _BETWEEN.match(text, end)
+        start = between.end() if between else end
+        if not text.startswith("{", start):
+            return
+        try:
+            end = _JSON.raw_decode(text, start)[1]
+        except (ValueError, RecursionError):
+            yield start, len(text) - start
+            return
+        yield start, end - start
 
 
 def open_unpacked(path: Path) -> Any:

@@ -151,7 +151,7 @@ def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
 
 def test_the_terminal_says_what_speaks_against_doubtful_plans(street: Path, tmp_path: Path) -> None:
     built = run_build([street], tmp_path / "out", plan=doubting)
-    lines = [line.plain for line in doubt_lines(built, read_index_rows(built.root))]
+    lines = [line.plain for line in doubt_lines(read_index_rows(built.root))]
     assert [line.partition(":")[0] for line in lines] == ["doubtful b_sure_70", "doubtful c_sure_20"]
     assert all(line.partition(": ")[2] for line in lines)
 

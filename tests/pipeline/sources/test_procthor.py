@@ -87,8 +87,18 @@ def test_a_json_list_of_houses_is_many(tmp_path, name, indent):
     assert [level.rooms[0].polygon.bounds[0] for level in levels(path)] == [0.0, 1.0, 2.0]
 
 
+def test_a_list_that_breaks_off_costs_its_last_house(tmp_path):
+    path = tmp_path / "many.json"
+    path.write_text(json.dumps([tiny.house(), tiny.house(5.0)])[:-200])
+    good, bad = find(str(path))
+    assert next(procthor.read(good)).rooms
+    with pytest.raises(Rejection) as caught:
+        next(procthor.read(bad))
+    assert caught.value.reason is Reason.UNREADABLE
+
+
 def test_a_list_of_other_things_is_no_house(tmp_path):
-    for value in ([], [1], [{"name": "chair"}]):
+    for value in ([], [1], [{"name": "chair"}], [[[{"floorPolygon": 1}]]]):
         path = tmp_path / "list.json"
         path.write_text(json.dumps(value))
         assert reader_for_file(path) is None

@@ -102,6 +102,8 @@ def test_what_stands_in_an_entrance_a_hand_above_the_floor_bars_it() -> None:
         assert features(entrance(), level=level).get("barred", 0.0) == barred
     half = replace(LEVEL, walls=wall_across(0.0, 1.0, (0.5, 1.45)))
     assert features(entrance(), level=half)["barred"] == 0.5
+    point = replace(half, walls=Mesh(half.walls.vertices, np.vstack([half.walls.faces, [1, 3, 3]])))
+    assert features(entrance(), level=point)["barred"] == 0.5  # a face without area bars nothing
     scan = Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING, scanned=True)
     assert "barred" not in features(entrance(), level=half, evidence=scan)
 
