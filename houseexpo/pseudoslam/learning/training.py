@@ -36,6 +36,7 @@ from houseexpo.pseudoslam.learning.evaluation import Score, evaluate
 from houseexpo.pseudoslam.learning.model import Learner, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.policy_file import write_policy
 from houseexpo.pseudoslam.learning.records import CurveFile, find_commit
+from houseexpo.words import count_noun
 
 POLICY: Final = "policy.pt"
 CHECKPOINTS: Final = "checkpoints"
@@ -109,6 +110,11 @@ class _Training:
         total = config.updates(config.steps)
         test_every, keep_every = config.updates(config.evaluation.every), config.updates(config.checkpoint_every)
         score: Score = {}
+        self._say(
+            f"learns in {count_noun(total - done, 'update')} of {config.steps_per_update:,} steps; evaluates "
+            f"{count_noun(config.evaluation.plans, 'episode')} after every {test_every * config.steps_per_update:,} "
+            f"steps and at the end"
+        )
         restart_episodes(learner, config.seed)
         for update in show_progress(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
             self._learning.add(*self._update(update))
