@@ -13,6 +13,7 @@ R4  An outline that would change by more than that keeps its own edges.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ from pipeline.geometry.areas import dot_product, polygons_of
 from pipeline.tolerances import AROUND_M, RUN_M
 
 Floats = npt.NDArray[np.float64]
+SAME_ANGLE = 1e-6
+"""Edges are parallel if the sine of half the angle between them is less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,35 +110,67 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
     own: Floats = (((edges.start + edges.end) / 2) * normal).sum(axis=1)
     low = (edges.start * along).sum(axis=1)
     high = (edges.end * along).sum(axis=1)
-    length, result = edges.length, own.copy()
-    free = np.ones(len(own), bool)
-    order = np.argsort(own, kind="stable")
-    sorted_own = own[order]
-    for leader in np.argsort(-length, kind="stable"):
-        if not free[leader]:
-            continue
-        first, last = np.searchsorted(sorted_own, [own[leader] - 2 * offset_m, own[leader] + 2 * offset_m])
-        near = np.sort(order[first:last])  # a wide window: the tests below decide
-        near = near[free[near]]
-        same = (np.abs(own[near] - own[leader]) <= offset_m) & (
-            np.abs(np.sin((angle[near] - angle[leader]) / 2)) < 1e-6
-        )
-        group = _within_reach(low, high, near[same], int(leader))
-        result[group] = (own[group] * length[group]).sum() / length[group].sum()
-        free[group] = False
+    length = edges.length
+    result = np.asarray(own * length / length)  # that of an edge which has its line to itself
+    offsets, angles, spans = own.tolist(), angle.tolist(), list(zip(low.tolist(), high.tolist(), strict=True))
+    for together in _may_share_lines(angle, own, low, high, offset_m):
+        free = dict.fromkeys(together.tolist())
+        for leader in together[np.argsort(-length[together], kind="stable")].tolist():
+            if leader not in free:
+                continue
+            near = [k for k in free if abs(offsets[k] - offsets[leader]) <= offset_m]
+            same = [k for k in near if abs(math.sin((angles[k] - angles[leader]) / 2)) < SAME_ANGLE]
+            group = _within_reach(spans, same, leader) if len(same) > 1 else same
+            for k in group:
+                del free[k]
+            if len(group) > 1:
+                result[group] = (own[group] * length[group]).sum() / length[group].sum()
     return result
 
 
-def _within_reach(low: Floats, high: Floats, index: npt.NDArray[np.int64], leader: int) -> npt.NDArray[np.int64]:
+def _may_share_lines(
+    angle: Floats, own: Floats, low: Floats, high: Floats, offset_m: float
+) -> list[npt.NDArray[np.int64]]:
+    """Return the sets of two edges or more, their indices ascending, of which none shares a line with another set's.
+
+    Edges (n,) are sorted by their direction, then by their offset, then by where they begin, and parted where the step
+    from all edges before is too wide.
+    """
+    part = np.zeros(len(own), np.int64)
+    around = np.sort(angle)
+    widest = int(np.diff(around, append=around[0] + 2 * np.pi).argmax())
+    turned = (angle - around[(widest + 1) % len(around)]) % (2 * np.pi)  # from the widest step on
+    for first, last, step in (
+        (turned, turned, 4 * SAME_ANGLE),
+        (own, own, 2 * offset_m),
+        (np.minimum(low, high), np.maximum(low, high), 2 * AROUND_M),
+    ):
+        order = np.lexsort((first, part))
+        ends = _running_maximum(last[order], part[order])
+        parted = np.ones(len(order), bool)
+        parted[1:] = (part[order][1:] != part[order][:-1]) | (first[order][1:] > ends[:-1] + step)
+        part[order] = np.cumsum(parted)
+    order = np.argsort(part, kind="stable")
+    sets = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+    return [each for each in sets if len(each) > 1]
+
+
+def _running_maximum(values: Floats, part: npt.NDArray[np.int64]) -> Floats:
+    """Return the greatest of the values (n,) so far, in each of the parts (n,), which ascend."""
+    span = float(np.ptp(values)) + 1.0
+    return np.asarray(np.maximum.accumulate(values + part * span) - part * span)
+
+
+def _within_reach(spans: list[tuple[float, float]], index: list[int], leader: int) -> list[int]:
     """Candidates (n,) on the leader's line, each within reach of the stretch that the others cover already."""
-    start, end = low[leader], high[leader]
-    inside = np.zeros(len(index), bool)
+    start, end = spans[leader]
+    inside: list[int] = []
     while True:
-        grown = (low[index] <= end + AROUND_M) & (high[index] >= start - AROUND_M)
-        if (grown == inside).all():
-            return index[inside]
+        grown = [k for k in index if spans[k][0] <= end + AROUND_M and spans[k][1] >= start - AROUND_M]
+        if grown == inside:
+            return inside
         inside = grown
-        start, end = low[index[inside]].min(), high[index[inside]].max()
+        start, end = min(spans[k][0] for k in inside), max(spans[k][1] for k in inside)
 
 
 def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m: float) -> list[Floats]:
@@ -164,28 +199,27 @@ def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m:
 
 def _without_steps(index: list[int], line: Floats, normal: Floats, length: Floats, offset_m: float) -> list[int]:
     """R3: drop short edges whose neighbours meet without them, and join neighbours on one line."""
-    of = index  # the ring's edges: tuples of numbers are quicker than rows of arrays
-    ways = dict(zip(of, zip(normal[of, 0].tolist(), normal[of, 1].tolist(), strict=True), strict=True))
-    offsets = dict(zip(of, line[of].tolist(), strict=True))
-    lengths = dict(zip(of, length[of].tolist(), strict=True))
+    ways, offsets = normal[index].tolist(), line[index].tolist()  # lists of numbers are quicker than arrays
+    short = (length[index] <= offset_m).tolist()
 
     def parallel(a: int, b: int) -> bool:
         (ax, ay), (bx, by) = ways[a], ways[b]
         return bool(ax * bx + ay * by > 1 - 1e-9)
 
-    kept, k = list(index), 0
-    while len(kept) > 3 and k < len(kept):
-        here, before, after = kept[k], kept[k - 1], kept[(k + 1) % len(kept)]
-        same = parallel(before, here) and abs(offsets[before] - offsets[here]) < 1e-9
-        step = lengths[here] <= offset_m and (
-            not parallel(before, after) or abs(offsets[before] - offsets[after]) < 1e-9
-        )
-        if not (same or step):
+    kept, k, left = list(range(len(index))), 0, len(index)
+    while left > 3 and k < left:
+        here, before = kept[k], kept[k - 1]
+        goes = abs(offsets[before] - offsets[here]) < 1e-9 and parallel(before, here)
+        if not goes and short[here]:
+            after = kept[k + 1 - left]
+            goes = abs(offsets[before] - offsets[after]) < 1e-9 or not parallel(before, after)
+        if not goes:
             k += 1
             continue
         del kept[k]  # the first edge that can go now is the one before, or the first where the last is gone
-        k = 0 if k == len(kept) else max(k - 1, 0)
-    return kept
+        left -= 1
+        k = 0 if k == left else max(k - 1, 0)
+    return [index[k] for k in kept]
 
 
 def _parallel(normal: Floats, a: int, b: int) -> bool:

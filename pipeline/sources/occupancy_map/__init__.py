@@ -27,7 +27,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import LineString, Polygon
+from shapely import Polygon
 from shapely.affinity import affine_transform
 from shapely.geometry.base import BaseGeometry
 
@@ -250,8 +250,9 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
     found: dict[int, Polygon] = {}
     by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
     for number, outline in by_size:
-        near = [buffer_mitred(other, WALL_M) for other in found.values() if shapely.dwithin(other, outline, WALL_M)]
-        left: BaseGeometry = shapely.difference(outline, shapely.union_all(near)) if near else outline
+        near = _near(list(found.values()), outline, WALL_M)
+        around = buffer_mitred(near, WALL_M)
+        left: BaseGeometry = shapely.difference(outline, shapely.union_all(around)) if len(near) else outline
         piece = _largest(left, edges)
         if piece.area >= edges.room_m2:
             found[number] = piece
@@ -324,26 +325,32 @@ def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
     kept = list(rooms)
     order = sorted(range(len(kept)), key=lambda k: -kept[k].area)
     for at, k in enumerate(order):
-        near = [kept[other] for other in order[:at] if shapely.dwithin(kept[k], kept[other], WALL_M / 2)]
-        if near:
-            around = [buffer_mitred(other, WALL_M) for other in near]
+        near = _near([kept[other] for other in order[:at]], kept[k], WALL_M / 2)
+        if len(near):
+            around = buffer_mitred(near, WALL_M)
             left = shapely.difference(kept[k], shapely.union_all(around), grid_size=GRID_M)
             kept[k] = max(polygons_of(left), key=lambda piece: piece.area, default=kept[k])
     return kept
 
 
+def _near(others: list[Polygon], room: Polygon, distance_m: float) -> npt.NDArray[np.object_]:
+    """Return those of other rooms that are nearer to a room than ``distance_m``, or as near."""
+    rooms = np.array(others, np.object_)
+    return rooms[shapely.dwithin(rooms, room, distance_m)] if others else rooms
+
+
 def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
     """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
-    ends = []
-    for share in (-0.9, 0.0, 0.9):
-        start = slot.middle + share * slot.half
-        lane = LineString([start - REACH_M * slot.across, start + REACH_M * slot.across])
-        met = [
-            dot_product(shapely.get_coordinates(part) - start, slot.across) for part in shapely.get_parts(room_ & lane)
-        ]
-        nearest = min(((float(t.min()), float(t.max())) for t in met if len(t)), key=_from_zero, default=None)
-        if nearest is not None:
-            ends.append(nearest)
+    starts = slot.middle + np.array([[-0.9], [0.0], [0.9]]) * slot.half
+    lanes = shapely.linestrings(np.stack([starts - REACH_M * slot.across, starts + REACH_M * slot.across], axis=1))
+    parts, lane = shapely.get_parts(shapely.intersection(room_, lanes), return_index=True)
+    points, part = shapely.get_coordinates(parts, return_index=True)
+    away = dot_product(points - starts[lane[part]], slot.across)
+    met: dict[int, list[tuple[float, float]]] = {}
+    for k in np.unique(part).tolist():
+        of_part = away[part == k]
+        met.setdefault(int(lane[k]), []).append((float(of_part.min()), float(of_part.max())))
+    ends = [min(spans, key=_from_zero) for spans in met.values()]
     if not ends:
         return None
     below = sum(low + high for low, high in ends) < 0

@@ -63,11 +63,11 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
     """
     cells, back = [free, seen, bare], None
     if abs(angle) > STRAIGHT_RAD:
-        back = _turn_cells(free, angle)[1]
-        cells = [_turn_cells(each, angle)[0] for each in cells]
+        turned = [_turn_cells(each, angle) for each in cells]
+        cells, back = [each for each, _ in turned], turned[0][1]
     gaps, walls = [np.zeros((0, 2, 2))], [np.zeros((0, 2, 2))]
     for across in (False, True):
-        grids = [np.ascontiguousarray(each.T) if across else each for each in cells]
+        grids = [cv2.transpose(each.view(np.uint8)).view(bool) if across else each for each in cells]
         last = len(grids[0]) - 1
         below = _gaps_below_faces([each[::-1] for each in grids], cell_m)
         found = _gaps_below_faces(grids, cell_m) + [gap._replace(row=last - gap.row) for gap in below]
@@ -93,27 +93,27 @@ def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
     """Return the gaps in lines along the rows, of faces with the free cells below; ``grids``: free, seen and bare."""
     free, seen, bare = grids
     face = np.zeros_like(free)
-    face[:-1] = ~bare[:-1] & bare[1:]
+    face[:-1] = bare[1:] > bare[:-1]
     lines = _face_lines(face, cell_m)
     reach = max(round(REACH_M / cell_m), 1)
+    rows = np.flatnonzero(np.count_nonzero(lines, axis=1) >= 2 * SUPPORT * reach)
+    of_rows = lines[rows]
+    total = np.zeros((len(rows), lines.shape[1] + 1), np.int32)
+    np.cumsum(of_rows, axis=1, dtype=np.int32, out=total[:, 1:])
     found: list[_Gap] = []
-    for row in np.flatnonzero(lines.sum(axis=1) >= 2 * SUPPORT * reach).tolist():
-        total = np.concatenate([[0], np.cumsum(lines[row])])
-        for open_ in (free, seen):
-            runs = _runs(open_[row] & ~lines[row])
-            width_m = (runs[:, 1] - runs[:, 0]) * cell_m
-            runs = runs[(width_m >= NARROWEST_M) & (width_m <= WIDEST_M)]  # R2
-            before = (total[runs[:, 0]] - total[np.maximum(runs[:, 0] - reach, 0)]) / reach
-            after = (total[np.minimum(runs[:, 1] + reach, len(total) - 1)] - total[runs[:, 1]]) / reach
-            enough = (np.minimum(before, after) >= EACH_SIDE) & (before + after >= 2 * SUPPORT)  # R3
-            for k in np.flatnonzero(enough).tolist():
-                first, last = runs[k].tolist()
-                if _widens(open_, row, first, last, cell_m):
-                    exact = face[
-                        row, max(first - reach, 0) : last + reach
-                    ].mean()  # of rows in a band, that of the face
-                    support = float(before[k] + after[k] + EXACT * exact)
-                    found.append(_Gap(support, row, (first, last), _with_pieces(lines[row] & free[row], first, last)))
+    for open_ in (free, seen):
+        at, first, end = _runs(open_[rows] > of_rows)
+        wide = ((end - first) * cell_m >= NARROWEST_M) & ((end - first) * cell_m <= WIDEST_M)  # R2
+        at, first, end = at[wide], first[wide], end[wide]
+        before = (total[at, first] - total[at, np.maximum(first - reach, 0)]) / reach
+        after = (total[at, np.minimum(end + reach, lines.shape[1])] - total[at, end]) / reach
+        enough = (np.minimum(before, after) >= EACH_SIDE) & (before + after >= 2 * SUPPORT)  # R3
+        for k in np.flatnonzero(enough).tolist():
+            row, start, stop = int(rows[at[k]]), int(first[k]), int(end[k])
+            if _widens(open_, row, start, stop, cell_m):
+                exact = face[row, max(start - reach, 0) : stop + reach].mean()  # of rows in a band, that of the face
+                support = float(before[k] + after[k] + EXACT * exact)
+                found.append(_Gap(support, row, (start, stop), _with_pieces(lines[row] & free[row], start, stop)))
     return found
 
 
@@ -135,9 +135,17 @@ def _face_lines(face: Bools, cell_m: float) -> Bools:
     return np.asarray(cv2.dilate(long, np.ones((band, 1), np.uint8)).view(bool))
 
 
-def _runs(flags: Bools) -> Ints:
-    """Return the first and the last plus one (n, 2) of runs of true."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], flags.view(np.int8), [0]]))).reshape(-1, 2)
+def _runs(flags: Bools) -> tuple[Ints, Ints, Ints]:
+    """Return the row (n,) of each run of true in rows of cells, its first cell, and its last plus one."""
+    rows, cols = flags.shape
+    apart = np.zeros((rows, cols + 1), bool)  # no run goes on into the next row
+    apart[:, :-1] = flags
+    line = apart.ravel()
+    ends = np.flatnonzero(line[1:] != line[:-1]) + 1
+    if len(line) and line[0]:
+        ends = np.concatenate([[0], ends])
+    row, first = np.divmod(ends[::2], cols + 1)
+    return row, first, ends[1::2] - row * (cols + 1)
 
 
 def _widens(free: Bools, row: int, first: int, last: int, cell_m: float) -> bool:
@@ -154,18 +162,20 @@ def _beyond(free: Bools, row: int, first: int, last: int) -> tuple[int, int]:
     middle = (first + last) // 2
     if not 0 <= row < len(free) or not free[row, middle]:
         return first - middle, middle - last
-    taken = ~free[row]
-    ahead, back = taken[middle:], taken[middle::-1]
-    right = int(ahead.argmax()) if ahead.any() else len(ahead)
-    left = int(back.argmax()) if back.any() else len(back)
-    return first - (middle - left + 1), middle + right - last
+    cells = free[row].tobytes()  # the search of bytes is quicker than that of arrays
+    left, right = cells.rfind(0, 0, middle), cells.find(0, middle)
+    return first - (left + 1), (right if right >= 0 else len(cells)) - last
 
 
 def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
     """R5: return the gaps that stay."""
     kept: list[_Gap] = []
+    near: dict[int, list[_Gap]] = {}  # by bands of rows as wide as gaps are apart
     for gap in sorted(found, key=lambda gap: (-gap.support, gap.row, gap.gap)):
         first, last = gap.gap
-        if all(abs(gap.row - other.row) > apart or last <= other.gap[0] or first >= other.gap[1] for other in kept):
+        band = int(gap.row // apart)
+        others = [other for each in (band - 1, band, band + 1) for other in near.get(each, ())]
+        if all(abs(gap.row - other.row) > apart or last <= other.gap[0] or first >= other.gap[1] for other in others):
             kept.append(gap)
+            near.setdefault(band, []).append(gap)
     return kept

@@ -92,19 +92,20 @@ def find_basins(free: Bools, cell_m: float) -> Basins:
     clear = clearance_m(free, cell_m)
     label = _climb(clear, free, cell_m)
     count = int(label.max(initial=0)) + 1
-    area = np.bincount(label.ravel(), minlength=count).astype(np.float64) * cell_m**2
+    cells = np.flatnonzero(label)
+    of_cells = label.ravel()[cells].astype(np.intp)
+    area = np.bincount(of_cells, minlength=count).astype(np.float64) * cell_m**2
     highest = np.zeros(count, clear.dtype)  # one type for all, or NumPy takes a hundred times as long
-    np.maximum.at(highest, label.ravel().astype(np.intp), clear.ravel())
+    np.maximum.at(highest, of_cells, clear.ravel()[cells])
     peak = highest.astype(np.float64)
     sides, half, cell = _meetings(clear, label)
     root, peak = _merge_basins(sides, half, peak)
-    area[0] = 0.0
     area = np.asarray(np.bincount(root, weights=area, minlength=count), np.float64)
     sides = root[sides]
     apart = sides[:, 0] != sides[:, 1]
     sides, half, cell = sides[apart], half[apart], cell[apart]
     jambs = _jambs(free, cell, half / cell_m)
-    return Basins(root[label].astype(np.int32), peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
+    return Basins(root.astype(np.int32)[label], peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
 
 
 def clearance_m(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:

@@ -33,9 +33,10 @@ def rooms_of_rays(label: Labels, free: Bools, occupied: Bools, cell_m: float) ->
     count = int(label.max(initial=0)) + 1
     reach = 2 * max(round(WALL_M / cell_m), 1) + 1
     near = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
-    beside = np.where(label == 0, _dilate(label, _SQUARE), 0)
-    edge, walled = (np.bincount(cells, minlength=count) for cells in (beside.ravel(), beside[near]))
-    area, seen = (np.bincount(cells, minlength=count) for cells in (label.ravel(), label[free]))
+    rim = cv2.dilate(label.astype(np.float32), _SQUARE)
+    rim[label > 0] = 0
+    edge, walled = (np.bincount(rim[rim > 0].astype(np.int64), minlength=count) for rim in (rim, rim[near]))
+    area, seen = (np.bincount(cells[cells > 0], minlength=count) for cells in (label, label[free]))
     few = (walled < WALLED * edge) & (seen < FREE * area)
     few[0] = False
     return np.flatnonzero(few)
@@ -60,11 +61,10 @@ def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: fl
     if not scattered.any():
         return label
     cross = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
-    grown = label
+    grown, taken = label.astype(np.float32), occupied | (label > 0)
     for step in range(round(SCATTERED_M / cell_m)):
-        grown = np.where((grown == 0) & ~occupied, _dilate(grown, _SQUARE if step % 2 else cross), grown)
-    return np.where(scattered[pieces], grown, label)
-
-
-def _dilate(label: Labels, kernel: npt.NDArray[np.uint8]) -> Labels:
-    return np.asarray(cv2.dilate(label.astype(np.float32), kernel).astype(np.int32))
+        wider = cv2.dilate(grown, _SQUARE if step % 2 else cross)
+        wider[taken] = 0  # what has a label keeps it
+        np.maximum(grown, wider, out=grown)
+        taken |= grown > 0
+    return np.where(scattered[pieces], grown.astype(np.int32), label)

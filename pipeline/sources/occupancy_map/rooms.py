@@ -66,6 +66,9 @@ MOST_CELLS = 5_000_000
 MARGIN = 0.5
 """R7: such a share of the border is free."""
 _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
+BEYOND = 2
+"""R5: by so many cells, at most, furniture lies beyond the box around its room, and what decides on it: OpenCV closes
+with kernels of even length askew."""
 EDGE_SHARE = 0.1
 """Where a room's side is: this share of its rows or columns reach at least as far."""
 
@@ -132,7 +135,7 @@ def segment_rooms(
     seen = clear if occupied is None else fill_between_rays(free | clear, occupied, cell_m)
     bare = free_beside_dashes(free, clear, cell_m)
     gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=bare, seen=seen)
-    parting = _parts_a_room(gaps, walls, np.where(np.isin(label, list(outside)), 0, label), cell_m)
+    parting = _parts_a_room(gaps, walls, _without(label, outside), cell_m)
     gaps, walls = gaps[parting], walls[parting]
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, walls, cell_m)
@@ -140,7 +143,7 @@ def segment_rooms(
     label = _fill_furniture(label, cell_m, outside)
     if occupied is not None:
         dropped = rooms_of_rays(label, free, occupied, cell_m)
-        label = np.where(np.isin(label, dropped), 0, label)
+        label = _without(label, frozenset(dropped.tolist()))
         ways = tuple(way for way in ways if not np.isin(way.rooms, dropped).any())
         outside = outside - set(dropped.tolist())
         label = with_scattered_cells(label, free, occupied, cell_m)
@@ -192,11 +195,11 @@ def _divide_cells(
     closed = _cells_of_gaps(walls, clear.shape) & clear
     basins = find_basins(clear & ~closed, cell_m)
     numbers = _number_rooms(_merge_basins(basins), basins)
-    label = numbers[basins.label].astype(np.int32)
+    label = numbers.astype(np.int32)[basins.label]
     narrows, rooms = basins.narrows, numbers[basins.narrows.sides]
     if len(gaps):
-        beside = cv2.dilate(label.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.int32)
-        label = np.where(closed & (label == 0), beside, label)
+        bare = np.nonzero(closed & (label == 0))
+        label[bare] = cv2.dilate(label.astype(np.float32), np.ones((3, 3), np.uint8))[bare].astype(np.int32)
         through = _beside(gaps, label, cell_m)
         narrows = narrows.and_those_of(measure_gaps(clear, through, gaps[:, :, ::-1], cell_m))
         rooms = np.concatenate([rooms, through])
@@ -257,6 +260,15 @@ def free_share_of_border(free: Bools, occupied: Bools | None, cell_m: float) -> 
         if float(np.concatenate(seen).mean()) < MARGIN:
             return 0.0
     return share
+
+
+def _without(label: Labels, numbers: frozenset[int]) -> Labels:
+    """Return labels (rows, cols) that are 0 where they are one of some numbers."""
+    if not numbers:
+        return label
+    kept = np.arange(int(label.max(initial=0)) + 1, dtype=np.int32)
+    kept[list(numbers)] = 0
+    return np.asarray(kept[label])
 
 
 def _outside(label: Labels, free: Bools, occupied: Bools | None, cell_m: float) -> frozenset[int]:
@@ -367,11 +379,12 @@ def main_edge_direction(mask: Bools) -> float:
     smooth = cv2.GaussianBlur(np.pad(mask, 3).astype(np.float32), (0, 0), 1.5)
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     right = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
+    edges = np.nonzero((down != 0) | (right != 0))
+    down, right = down[edges], right[edges]
     weights = np.hypot(down, right) ** 2
-    edges = weights > 0
-    turned = np.zeros(weights.shape, np.complex64)
-    turned[edges] = weights[edges] * np.exp(4j * np.arctan2(down[edges], right[edges]))
-    return float(np.angle(turned.sum()) / 4) if edges.any() else 0.0
+    turned = np.zeros(smooth.shape, np.complex64)
+    turned[edges] = weights * np.exp(4j * np.arctan2(down, right))
+    return float(np.angle(turned.sum()) / 4) if weights.any() else 0.0
 
 
 def _mend_room(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
@@ -385,32 +398,51 @@ def _mend_room(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
         turn[:, 2] += (side - cols) / 2, (side - rows) / 2
         turned, taken = (_warp(mask, turn, (side, side)) for mask in (room, other))
         back = np.asarray(cv2.invertAffineTransform(turn), np.float64)
+    part = _box_of(turned)
+    added = np.zeros(turned.shape, bool)
+    added[part] = _furniture_of_room(turned[part], taken[part], cell_m)
+    if back is None or not added.any():
+        return room | added[: room.shape[0], : room.shape[1]]
+    return room | _warp(added, back, room.shape)
+
+
+def _box_of(mask: Bools) -> tuple[slice, slice]:
+    """Return the rows and columns of a mask's true cells, and BEYOND more on each side."""
+    left, top, wide, high = cv2.boundingRect(mask.view(np.uint8))
+    return np.s_[max(top - BEYOND, 0) : top + high + BEYOND, max(left - BEYOND, 0) : left + wide + BEYOND]
+
+
+def _furniture_of_room(room: Bools, taken: Bools, cell_m: float) -> Bools:
+    """Return what R5 adds to a room (rows, cols) whose walls run along the rows and columns."""
     wide = np.ones((1, round(LONGEST_M / cell_m)), np.uint8)
-    pixels = np.pad(turned, wide.size).view(np.uint8)
-    niches = (cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, way) > 0 for way in (wide, wide.T))
-    filled = turned
-    for niche in niches:
-        filled = filled | _furniture(niche[wide.size : -wide.size, wide.size : -wide.size] & ~turned, taken, cell_m)
-    top, bottom, left, right = _sides(turned)
-    inside = np.zeros(turned.shape, bool)
+    pixels = np.zeros((room.shape[0] + 2 * wide.size, room.shape[1] + 2 * wide.size), np.uint8)
+    middle = np.s_[wide.size : -wide.size, wide.size : -wide.size]
+    pixels[middle] = room
+    open_, near = ~taken, cv2.dilate(taken.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+    filled = room
+    for way in (wide, wide.T):
+        niche = cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, way)[middle].view(bool)
+        filled = filled | _furniture((niche > room) & open_, near, cell_m)
+    top, bottom, left, right = _sides(room)
+    inside = np.zeros(room.shape, bool)
     inside[top : bottom + 1, left : right + 1] = True
-    added = (filled | _furniture(inside & ~filled, taken, cell_m)) & ~turned
-    return room | (added if back is None else _warp(added, back, room.shape))
+    return (filled | _furniture((inside > filled) & open_, near, cell_m)) > room
 
 
-def _furniture(missing: Bools, taken: Bools, cell_m: float) -> Bools:
-    """Return those pieces of what a room misses that are furniture by R5; ``taken`` is in other rooms."""
-    missing = missing & ~taken
+def _furniture(missing: Bools, near_others: Bools, cell_m: float) -> Bools:
+    """Return those pieces of what a room misses that are furniture by R5; ``near_others`` is in or at other rooms."""
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
+    fill = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2
+    fill[0] = False
+    fill[pieces[near_others]] = False
+    if not fill.any():
+        return np.zeros(missing.shape, bool)
     depth = cv2.distanceTransform(np.pad(missing.view(np.uint8), 1, constant_values=1), cv2.DIST_L2, 5)[1:-1, 1:-1]
     deepest = np.zeros(count, depth.dtype)  # one type for all, or NumPy takes a hundred times as long
     cells = np.flatnonzero(missing)
     np.maximum.at(deepest, pieces.ravel()[cells].astype(np.intp), depth.ravel()[cells])
     deepest = deepest.astype(np.float64)
-    fill = (stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2) & (2 * deepest * cell_m < DEEPEST_M)
-    fill &= 2 * deepest * cell_m > THIN_M
-    fill[pieces[cv2.dilate(taken.view(np.uint8), np.ones((3, 3), np.uint8)) > 0]] = False
-    fill[0] = False
+    fill &= (2 * deepest * cell_m < DEEPEST_M) & (2 * deepest * cell_m > THIN_M)
     return np.asarray(fill[pieces])
 
 
@@ -422,9 +454,18 @@ def _warp(mask: Bools, turn: npt.NDArray[np.float64], shape: tuple[int, ...]) ->
 def _sides(mask: Bools) -> tuple[int, int, int, int]:
     """Return the first and last row and the first and last column of a mask, without what sticks out."""
     found = []
-    for every in (mask.T, mask):  # columns say where the upper and lower sides are
+    for every in (np.ascontiguousarray(mask.T), mask):  # columns say where the upper and lower sides are
         lines = every[every.any(axis=1)]
         first = lines.argmax(axis=1)
         last = lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
-        found += [int(np.quantile(first, EDGE_SHARE)), int(np.quantile(last, 1 - EDGE_SHARE))]
+        found += [int(_quantile(first, EDGE_SHARE)), int(_quantile(last, 1 - EDGE_SHARE))]
     return found[0], found[1], found[2], found[3]
+
+
+def _quantile(values: npt.NDArray[np.int64], share: float) -> float:
+    """Return what ``np.quantile`` does of values (n,), in a tenth of its time."""
+    at = (len(values) - 1) * share
+    below = int(at)
+    low, high = (float(each) for each in np.sort(values)[[below, min(below + 1, len(values) - 1)]])
+    beyond = at - below
+    return low + (high - low) * beyond if beyond < 0.5 else high - (high - low) * (1 - beyond)
