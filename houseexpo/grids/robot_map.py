@@ -146,7 +146,7 @@ class RobotMap:
     @property
     def free(self) -> Bools:
         """(rows, cols): whether a cell is free."""
-        return (self.occupancy >= 0) & (self.occupancy <= FREE_TO)
+        return np.asarray(self.occupancy.view(np.uint8) <= FREE_TO)  # what is below 0 has high bytes
 
     @property
     def occupied(self) -> Bools:

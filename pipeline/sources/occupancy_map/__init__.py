@@ -12,6 +12,7 @@ R6  Where a room ends at unseen space or at the picture's border, its edge is a 
     edges is, and how many rooms end there for the most part.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
     steps of the cells are straightened.
+R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
 R8  Where half of the border or more is free, and all rooms touch it (``rooms``, R7), they are open ground: nothing but
     the picture ends them. So it is where thresholds make unseen space free, and no wall is closed.
 """
@@ -51,6 +52,7 @@ from pipeline.sources.occupancy_map.rooms import (
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
+from pipeline.tolerances import CRACK_M
 from pipeline.values import EDGE, Input, Level
 
 Bools = npt.NDArray[np.bool_]
@@ -132,10 +134,11 @@ def _no_room(name: str, found: str) -> Rejection:
 
 
 def _storey(found: RobotMap, name: str) -> DrawnStorey:
-    free_m2 = float(found.free.sum()) * found.resolution_m**2
+    free, occupied = found.free, found.occupied
+    free_m2 = float(np.count_nonzero(free)) * found.resolution_m**2
     if free_m2 < ROOM_M2:  # cells of a tenth of a millimetre would take minutes to segment
         raise _no_room(name, f"{free_m2:.2g} m2 in all")
-    parts = segment_rooms(found.free, found.resolution_m, occupied=found.occupied, walls_only=found.walls_only)
+    parts = segment_rooms(free, found.resolution_m, occupied=occupied, walls_only=found.walls_only)
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
@@ -143,13 +146,13 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     if not rooms.keys() - parts.outside:
         raise _no_room(name, "none")
     outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
-    unseen, rooms_in_part = _unseen_shares(parts, found)
+    unseen, rooms_in_part = _unseen_shares(parts, free, occupied, found.resolution_m)
     about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)}
     if rooms_in_part:
         about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
-    open_share = free_share_of_border(found.free, found.occupied, found.resolution_m)
+    open_share = free_share_of_border(free, occupied, found.resolution_m)
     if not parts.outside and open_share >= MARGIN:  # R8
         about["open_border"] = round(open_share, 3)
     return DrawnStorey(
@@ -294,7 +297,7 @@ def _flatten_doorways(
     slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]
 ) -> tuple[list[Polygon], list[Hole]]:
     """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5)."""
-    rooms, holes = dict(rooms), []
+    rooms, holes = dict(rooms), list[tuple[_Slot, float, float]]()
     for slot in slots:
         if outside.issuperset(slot.rooms):
             continue
@@ -316,8 +319,37 @@ def _flatten_doorways(
             low = high - OUTER_WALL_M - STEP_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
             high = low + OUTER_WALL_M + STEP_M
-        holes.append(slot.hole(low, high))
-    return _keep_apart([outline for number, outline in rooms.items() if number not in outside]), holes
+        holes.append((replace(slot, rooms=(first, second)), low, high))
+    inside = [number for number in rooms if number not in outside]
+    kept = dict(zip(inside, _keep_apart([rooms[number] for number in inside]), strict=True))
+    cut = [_as_wide_as_both(slot, low, high, [kept.get(number) for number in slot.rooms]) for slot, low, high in holes]
+    return list(kept.values()), cut
+
+
+def _as_wide_as_both(slot: _Slot, low: float, high: float, sides: list[Polygon | None]) -> Hole:
+    """R9: return the doorway from ``low`` to ``high`` between the first and the second side, None for outside."""
+    full = float(np.hypot(*slot.half))
+    along = slot.half / full
+    start, end = -full, full
+    for side, face in zip(sides, (low - CRACK_M, high + CRACK_M), strict=True):
+        if side is None:
+            continue
+        middle = slot.middle + face * slot.across
+        parts = shapely.get_parts(
+            shapely.intersection(side, shapely.linestrings([middle - slot.half, middle + slot.half]))
+        )
+        spans = [dot_product(shapely.get_coordinates(part) - middle, along) for part in parts]
+        first, last = max(
+            ((float(t.min()), float(t.max())) for t in spans if len(t)), key=_length, default=(start, end)
+        )
+        start, end = max(start, first), min(end, last)
+    if end - start < NARROWEST_M or end - start > 2 * full - CRACK_M:
+        return slot.hole(low, high)
+    return replace(slot, middle=slot.middle + along * (start + end) / 2, half=along * (end - start) / 2).hole(low, high)
+
+
+def _length(span: tuple[float, float]) -> float:
+    return span[1] - span[0]
 
 
 def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
@@ -382,24 +414,25 @@ def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: f
     return affine_transform(area_of_cells(mask), [cell_m, 0.0, 0.0, cell_m, x * cell_m, height_m - y * cell_m])
 
 
-def _unseen_shares(parts: Segmentation, found: RobotMap) -> tuple[float, int]:
+def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: float) -> tuple[float, int]:
     """R6: return which share of the rooms' edges lies beside unseen cells, and of how many rooms most does.
 
-    An occupied cell near an edge says that it was seen. Beyond the picture's border, nothing was.
+    The map's own cells (rows, cols) are ``cell_m`` wide. An occupied cell near an edge says that it was seen. Beyond
+    the picture's border, nothing was.
     """
     count = int(parts.label.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)
     is_room[[0, *parts.outside]] = 0
-    rooms = np.pad(parts.to_cells(is_room[parts.label], found.occupancy.shape).view(bool), 1)
-    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) & ~rooms & ~np.pad(found.free, 1)
-    reach = 2 * round(UNSEEN_M / found.resolution_m) + 1
-    near = cv2.dilate(np.pad(found.occupied, 1).view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
-    unseen, edge = ring & ~near, int(ring.sum())
+    rooms = np.pad(parts.to_cells(is_room[parts.label], free.shape).view(bool), 1)
+    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) > (rooms | np.pad(free, 1))
+    reach = 2 * round(UNSEEN_M / cell_m) + 1
+    near = cv2.dilate(np.pad(occupied, 1).view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
+    unseen, edge = ring > near, int(np.count_nonzero(ring))
     of_room = np.zeros((2, count), np.int64)
     for k, cells in enumerate((unseen, ring)):
         of_room[k] = _cells_beside_rooms(parts, cells)
     most = (of_room[0] > MOSTLY * of_room[1]) & (is_room > 0)
-    return float(unseen.sum() / max(edge, 1)), int(most.sum())
+    return float(np.count_nonzero(unseen) / max(edge, 1)), int(most.sum())
 
 
 def _cells_beside_rooms(parts: Segmentation, cells: Bools) -> npt.NDArray[np.int64]:

@@ -121,23 +121,24 @@ def _climb(clear: npt.NDArray[np.float32], free: Bools, cell_m: float) -> Labels
     height[~free] = -1.0
     rows, cols = free.shape
     padded = np.pad(height, 1, constant_values=-1.0)
-    best, step = height.copy(), np.zeros(free.shape, np.int32)
-    for down, right in _NEIGHBOURS:
+    best, way = height.copy(), np.zeros(free.shape, np.uint8)
+    for k, (down, right) in enumerate(_NEIGHBOURS, 1):
         there = padded[1 + down : 1 + down + rows, 1 + right : 1 + right + cols]
         higher = there > best + 1e-6
         np.copyto(best, there, where=higher)
-        step[higher] = down * cols + right
+        np.copyto(way, np.uint8(k), where=higher)
     cells = np.flatnonzero(free)
     number = np.zeros(free.size, np.int32)
     number[cells] = np.arange(len(cells), dtype=np.int32)
-    up = number[cells + step.ravel()[cells]]
+    steps = np.array([0, *(down * cols + right for down, right in _NEIGHBOURS)])
+    up = number[cells + steps[way.ravel()[cells]]]
     while True:
         further = up[up]
         if np.array_equal(further, up):
             break
         up = further
     tops = np.zeros(free.shape, np.uint8)
-    tops.flat[cells[np.unique(up)]] = 1
+    tops.ravel()[cells[up == np.arange(len(up))]] = 1
     _, plateau = cv2.connectedComponents(tops, connectivity=8)
     label = np.zeros(free.size, np.int32)
     label[cells] = plateau.ravel()[cells[up]]

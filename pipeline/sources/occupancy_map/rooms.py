@@ -284,10 +284,10 @@ def _blocks(free: Bools, scale: int) -> Bools:
     return count_in_blocks(free, scale) > scale * (scale - 1)
 
 
-def count_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.int64]:
+def count_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.integer[Any]]:
     """Return how many cells (rows, cols) of each block of ``scale`` x ``scale`` cells are true; scraps are left out."""
     rows, cols = (length // scale * scale for length in cells.shape)
-    found = np.zeros((rows // scale, cols // scale), np.int64)
+    found = np.zeros((rows // scale, cols // scale), np.uint8 if scale < 16 else np.int64)  # of a byte, it is quick
     for down, right in np.ndindex(scale, scale):
         found += cells[down:rows:scale, right:cols:scale]
     return found

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from PIL import Image
 
 from houseexpo.errors import ConfigError
@@ -171,6 +172,22 @@ def test_a_face_at_a_doorway_that_leaves_a_line_is_drawn_all_the_same() -> None:
     (item,) = find(str(DATA / "maps" / "bormann" / "freiburg_building101.png"), resolution="0.05")
     (level,) = reader(item.reader).read(item)
     assert len(level.rooms) == 9
+
+
+@needs_shared
+def test_a_doorway_is_as_wide_as_both_of_its_rooms_reach() -> None:
+    """Right before a doorway, from jamb to jamb, no wall stands."""
+    (item,) = find(str(DATA / "maps" / "bormann" / "lab_ipa.png"), resolution="0.05")
+    (level,) = reader(item.reader).read(item)
+    rooms = shapely.union_all([room.polygon for room in level.rooms])
+    assert level.openings
+    for opening in level.openings:
+        one, other, across, beside = shapely.get_coordinates(opening.polygon)[:4]
+        faces = shapely.linestrings([[one, other], [beside, across]])
+        step = 0.02 * (beside - one) / np.hypot(*(beside - one))
+        for face, away in zip(faces, (-step, step), strict=True):
+            line = shapely.transform(face, lambda points, away=away: points + away)
+            assert shapely.intersection(line, rooms).length > line.length - 0.03
 
 
 def in_a_white_margin(shades: np.ndarray) -> np.ndarray:
