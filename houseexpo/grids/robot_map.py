@@ -16,7 +16,8 @@ R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scal
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
 R4  Without a ``map.yaml``, free is what is lighter than ``FREE_SHARE`` of the way from unknown space to white. Unknown
     space has, in all kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and
-    white have. Other shades are those of cells that few rays passed, or of a picture that was scaled.
+    white have. Other shades are those of cells that few rays passed, or of a picture that was scaled. What is lighter
+    than unknown space, but not free, is likely free: its occupancy is between ``FREE_TO`` and ``EVEN``.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
 R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
@@ -52,6 +53,8 @@ LARGEST_CELL_M: Final = 10.0
 SMALLEST_CELL_M: Final = 1e-4
 OCCUPIED_FROM, FREE_TO = 65, 25
 """Occupancy, in percent, from which a cell counts as occupied and up to which as free (Nav2's defaults)."""
+EVEN: Final = 50
+"""Below this occupancy, a cell is more likely free than occupied."""
 OCCUPIED_THRESH: Final = 0.65
 FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
@@ -147,6 +150,11 @@ class RobotMap:
     def free(self) -> Bools:
         """(rows, cols): whether a cell is free."""
         return np.asarray(self.occupancy.view(np.uint8) <= FREE_TO)  # what is below 0 has high bytes
+
+    @property
+    def likely_free(self) -> Bools:
+        """(rows, cols): whether a cell is more likely free than occupied, but does not count as free."""
+        return (self.occupancy > FREE_TO) & (self.occupancy < EVEN)
 
     @property
     def occupied(self) -> Bools:
@@ -287,7 +295,8 @@ class _Shading:
     def occupancy(self, picture: _Picture, name: str) -> tuple[Occupancy, int | None]:
         """Return the occupancy of a picture, and the shade that is unknown although the thresholds make it free."""
         grey = picture.grey
-        free = min(_free_thresh(grey, negate=self.negate), self.occupied) if self.free is None else self.free
+        unknown = _unknown_darkness(grey, negate=self.negate) if self.free is None else None
+        free = min(_free_thresh(unknown), self.occupied) if self.free is None else self.free
         if not (0.0 <= free <= self.occupied <= 1.0):
             found = f"free_thresh {free:g} and occupied_thresh {self.occupied:g}"
             raise MapError(
@@ -303,6 +312,10 @@ class _Shading:
             span = max(self.occupied - free, 1e-9)
             between = np.rint(np.clip((dark - free) / span, 0, 1) * 98 + 1)
             value[:] = between if self.mode == "scale" else UNKNOWN
+            if unknown is not None:  # R4
+                likely = (dark >= free) & (dark < unknown)
+                share = (dark[likely] - free) / (unknown - free)
+                value[likely] = FREE_TO + 1 + np.floor(share * (EVEN - FREE_TO - 1))
             value[dark < free] = 0
             value[dark > self.occupied] = 100
         unknown_shade = None
@@ -314,13 +327,18 @@ class _Shading:
         return cells, unknown_shade
 
 
-def _free_thresh(grey: npt.NDArray[np.uint8], *, negate: bool) -> float:
-    """Return the ``free_thresh`` of a picture alone; R4."""
+def _unknown_darkness(grey: npt.NDArray[np.uint8], *, negate: bool) -> float | None:
+    """Return the darkness of unknown space in a picture alone, or None if it has none; R4."""
     counts = np.bincount(grey.ravel(), minlength=256)[:: -1 if negate else 1]
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
     common = np.flatnonzero((between >= SHADE_SHARE * between.sum()) & (between > 0))
-    return max((255 - margin - 1 - int(common[-1])) * (1 - FREE_SHARE) / 255, WHITE) if len(common) else WHITE
+    return (255 - margin - 1 - int(common[-1])) / 255 if len(common) else None
+
+
+def _free_thresh(unknown: float | None) -> float:
+    """Return the ``free_thresh`` of a picture alone, of whose unknown space the darkness is given; R4."""
+    return WHITE if unknown is None else max(unknown * (1 - FREE_SHARE), WHITE)
 
 
 def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:

@@ -48,6 +48,7 @@ class TrueMap:
     rooms: Labels
     coloured: Bools | None = None
     occupied: Bools | None = None
+    likely: Bools | None = None
 
 
 def grey(path: Path) -> npt.NDArray[np.uint8]:
@@ -155,7 +156,8 @@ def rose_maps(folder: Path) -> Iterator[TrueMap]:
         shades = grey(file)
         unknown = np.bincount(shades[shades < WHITE], minlength=COLOURED)[COLOURED // 2 :].argmax() + COLOURED // 2
         numbers = (number.reshape(colours.shape) + int(values[0] != 0)).astype(np.int32)
-        yield TrueMap(name, free, _on_map(numbers, name, free.shape), shades > max(COLOURED, unknown), read.occupied)
+        coloured = shades > max(COLOURED, unknown)
+        yield TrueMap(name, free, _on_map(numbers, name, free.shape), coloured, read.occupied, read.likely_free)
 
 
 def _on_map(numbers: Labels, name: str, shape: tuple[int, ...]) -> Labels:

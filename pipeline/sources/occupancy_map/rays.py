@@ -6,6 +6,9 @@ R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away
     are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
 R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied. A ray is
     narrower than that: between two wide spaces, what is unseen is the inside of a wall.
+R4  A cell that few rays passed is likely free, not surely. It belongs to the room whose cells it touches, itself or by
+    other such cells, ``SCATTERED_M`` away at most. So it never joins rooms. Beside an occupied cell, its shade is that
+    of both, in a picture that was scaled: it is left out.
 """
 
 from __future__ import annotations
@@ -60,11 +63,23 @@ def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: fl
     scattered[0] = False
     if not scattered.any():
         return label
+    return np.where(scattered[pieces], _grow(label, ~occupied, cell_m), label)
+
+
+def with_likely_cells(label: Labels, likely: Bools, occupied: Bools, cell_m: float) -> Labels:
+    """Return the labels (rows, cols) with the cells of R4; ``likely`` (rows, cols) are those that are likely free."""
+    if not likely.any():
+        return label
+    return _grow(label, likely & ~cv2.dilate(occupied.view(np.uint8), _SQUARE).view(bool), cell_m)
+
+
+def _grow(label: Labels, through: Bools, cell_m: float) -> Labels:
+    """Return the labels (rows, cols), grown by ``SCATTERED_M`` over cells ``through`` which they reach."""
     cross = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
-    grown, taken = label.astype(np.float32), occupied | (label > 0)
+    grown, taken = label.astype(np.float32), ~through | (label > 0)
     for step in range(round(SCATTERED_M / cell_m)):
         wider = cv2.dilate(grown, _SQUARE if step % 2 else cross)
         wider[taken] = 0  # what has a label keeps it
         np.maximum(grown, wider, out=grown)
         taken |= grown > 0
-    return np.where(scattered[pieces], grown.astype(np.int32), label)
+    return grown.astype(np.int32)

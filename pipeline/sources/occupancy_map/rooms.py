@@ -44,7 +44,12 @@ from pipeline.sources.occupancy_map.narrow_places import (
     find_basins,
     measure_gaps,
 )
-from pipeline.sources.occupancy_map.rays import fill_between_rays, rooms_of_rays, with_scattered_cells
+from pipeline.sources.occupancy_map.rays import (
+    fill_between_rays,
+    rooms_of_rays,
+    with_likely_cells,
+    with_scattered_cells,
+)
 from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 WIDE_M = 1.2
@@ -112,18 +117,26 @@ class Segmentation:
 
 
 def segment_rooms(
-    free: Bools, cell_m: float, *, occupied: Bools | None = None, walls_only: bool = False
+    free: Bools,
+    cell_m: float,
+    *,
+    occupied: Bools | None = None,
+    likely: Bools | None = None,
+    walls_only: bool = False,
 ) -> Segmentation:
     """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
 
     Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
     ``occupied`` (rows, cols) are the cells at which a ray ended (R9); None if that is not known.
+    ``likely`` (rows, cols) are cells that are likely free, for ``rays`` (R9); None if that is not known.
     ``walls_only``: what is not free is wall, neither furniture nor noise (R8).
     """
     scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
     if scale > 1:
         if occupied is not None:
             occupied = count_in_blocks(occupied, scale) > 0
+        if likely is not None:
+            likely = _blocks(free | likely, scale)
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
@@ -147,6 +160,8 @@ def segment_rooms(
         ways = tuple(way for way in ways if not np.isin(way.rooms, dropped).any())
         outside = outside - set(dropped.tolist())
         label = with_scattered_cells(label, free, occupied, cell_m)
+        if likely is not None:
+            label = with_likely_cells(label, likely & ~free, occupied, cell_m)
     return Segmentation(label, ways, cell_m, scale, outside)
 
 

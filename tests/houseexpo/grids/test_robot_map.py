@@ -13,7 +13,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from houseexpo.grids import MapError, RobotMap, read_map
-from houseexpo.grids.robot_map import MAX_MAP_CELLS, is_map_yaml, map_picture_path
+from houseexpo.grids.robot_map import EVEN, FREE_TO, MAX_MAP_CELLS, is_map_yaml, map_picture_path
 
 SHADES = np.array([[254, 205, 0], [255, 100, 37]], np.uint8)
 """White is free, black is occupied; darkness 0.004, 0.196, 1 and 0, 0.608, 0.855."""
@@ -201,9 +201,25 @@ def test_in_a_picture_alone_what_is_lighter_than_three_tenths_of_the_way_to_whit
     shades[4, :3] = lighter, lighter - 1, 60
     for negate in (False, True):
         saved(tmp_path, shades=255 - shades if negate else shades)
-        found = read_map(tmp_path / "map.pgm", 0.05, negate=negate).occupancy
-        assert found[4, :4].tolist() == [0, -1, 100, -1]
+        read = read_map(tmp_path / "map.pgm", 0.05, negate=negate)
+        found = read.occupancy
+        assert found[4, [0, 2, 3]].tolist() == [0, 100, -1]
+        assert FREE_TO < found[4, 1] < EVEN
+        assert np.argwhere(read.likely_free).tolist() == [[4, 1]]
         assert (found[:, 10:] == 0).all()
+
+
+def test_thresholds_leave_nothing_likely_free_but_occupancies_do(tmp_path: Path) -> None:
+    """What a map.yaml calls neither free nor occupied is unknown, unless its mode keeps what is in between."""
+    shades = np.full((20, 20), 205, np.uint8)
+    shades[:, 10:] = 254
+    shades[4, :4] = 210, 175, 30, 0
+    for mode in ("trinary", "scale", "raw"):
+        likely = read_map(saved(tmp_path, shades=shades, mode=mode, free_thresh=0.1)).likely_free
+        assert np.argwhere(likely).tolist() == {"trinary": [], "scale": [[4, 1]], "raw": [[4, 2]]}[mode]
+    assert not read_map(tmp_path / "map.pgm", 0.05, free_thresh=0.1).likely_free.any()
+    np.save(tmp_path / "map.npy", np.array([[0, 25, 26, 49, 50, 65, -1]]))
+    assert read_map(tmp_path / "map.npy", 0.05).likely_free.tolist() == [[False, False, True, True, *[False] * 3]]
 
 
 def test_the_lightest_of_the_common_shades_is_not_free(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import shapely
 from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
-from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_scattered_cells
+from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_likely_cells, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import count_in_blocks, segment_rooms
 
 CELL_M = 0.05
@@ -87,6 +87,38 @@ def test_scattered_free_cells_belong_to_the_nearest_room_but_not_through_a_wall(
     assert (found[34, 10], found[34, 50], found[56, 10]) == (1, 0, 0)  # the last is 1.35 m away
     assert (found[:30] == 1).all()
     assert not found[31:34].any()
+
+
+def test_cells_that_are_likely_free_belong_to_the_room_that_they_touch() -> None:
+    label = np.zeros((80, 60), np.int32)
+    label[:30], label[60:] = 1, 2
+    likely = np.zeros(label.shape, bool)
+    likely[30:60, 4:6] = True  # from room to room
+    likely[31, 20] = True  # touches none
+    likely[30:60, 40] = True
+    occupied = np.zeros_like(likely)
+    occupied[33, 36:50] = True
+    found = with_likely_cells(label, likely, occupied, CELL_M)
+    assert (found[:30] == 1).all()
+    assert (found[60:] == 2).all()
+    assert found[[30, 44, 45, 59], 4].tolist() == [1, 1, 2, 2]
+    assert found[31, 20] == 0
+    assert found[[31, 32, 33, 34, 35, 39, 40], 40].tolist() == [1, 0, 0, 0, 0, 0, 2]  # at most 1 m; none beside a wall
+    assert (segment_rooms(label > 0, CELL_M, occupied=occupied, likely=likely).label == found).all()
+
+
+def test_cells_that_are_likely_free_open_no_doorway_and_make_no_room() -> None:
+    free = np.zeros((100, 60), bool)
+    free[2:30, 2:58] = free[34:60, 2:58] = True
+    likely = np.zeros_like(free)
+    likely[30:34, 20:40] = likely[65:98, 2:58] = True
+    plain = segment_rooms(free, CELL_M, occupied=np.zeros_like(free))
+    found = segment_rooms(free, CELL_M, occupied=np.zeros_like(free), likely=likely)
+    assert np.unique(found.label).tolist() == [0, 1, 2]
+    assert not found.ways
+    assert (found.label[likely[:34].nonzero()] > 0).all()
+    assert (found.label == plain.label)[~likely].all()
+    assert not found.label[62:].any()
 
 
 def test_a_large_piece_of_rays_beside_a_room_is_not_scattered() -> None:
