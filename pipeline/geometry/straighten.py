@@ -112,11 +112,12 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
     high = (edges.end * along).sum(axis=1)
     length = edges.length
     result = np.asarray(own * length / length)  # that of an edge which has its line to itself
-    offsets, angles, spans = own.tolist(), angle.tolist(), list(zip(low.tolist(), high.tolist(), strict=True))
+    offsets, angles, lengths = own.tolist(), angle.tolist(), length.tolist()
+    spans = list(zip(low.tolist(), high.tolist(), strict=True))
     for together in _may_share_lines(angle, own, low, high, offset_m):
-        free = dict.fromkeys(together.tolist())
-        for leader in together[np.argsort(-length[together], kind="stable")].tolist():
-            if leader not in free:
+        free = dict.fromkeys(together)
+        for leader in sorted(together, key=lengths.__getitem__, reverse=True):
+            if leader not in free or len(free) == 1:
                 continue
             near = [k for k in free if abs(offsets[k] - offsets[leader]) <= offset_m]
             same = [k for k in near if abs(math.sin((angles[k] - angles[leader]) / 2)) < SAME_ANGLE]
@@ -128,9 +129,7 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
     return result
 
 
-def _may_share_lines(
-    angle: Floats, own: Floats, low: Floats, high: Floats, offset_m: float
-) -> list[npt.NDArray[np.int64]]:
+def _may_share_lines(angle: Floats, own: Floats, low: Floats, high: Floats, offset_m: float) -> list[list[int]]:
     """Return the sets of two edges or more, their indices ascending, of which none shares a line with another set's.
 
     Edges (n,) are sorted by their direction, then by their offset, then by where they begin, and parted where the step
@@ -151,8 +150,10 @@ def _may_share_lines(
         parted[1:] = (part[order][1:] != part[order][:-1]) | (first[order][1:] > ends[:-1] + step)
         part[order] = np.cumsum(parted)
     order = np.argsort(part, kind="stable")
-    sets = np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
-    return [each for each in sets if len(each) > 1]
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    ends = np.append(starts[1:], len(order))
+    edges, several = order.tolist(), ends - starts > 1
+    return [edges[start:end] for start, end in zip(starts[several].tolist(), ends[several].tolist(), strict=True)]
 
 
 def _running_maximum(values: Floats, part: npt.NDArray[np.int64]) -> Floats:

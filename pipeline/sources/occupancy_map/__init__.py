@@ -212,7 +212,8 @@ class _Slot:
         """Return the rectangle from ``low`` to ``high`` across it, and ``beside_m`` wider than it on both sides."""
         half = self.half * (1.0 + beside_m / float(np.hypot(*self.half)))
         near, far = self.middle + low * self.across, self.middle + high * self.across
-        return Polygon([near - half, near + half, far + half, far - half])
+        found: Polygon = shapely.polygons(np.array([near - half, near + half, far + half, far - half]))
+        return found
 
     def hole(self, low: float, high: float) -> Hole:
         """Return it as a hole through a wall from ``low`` to ``high``."""
