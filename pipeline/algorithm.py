@@ -22,6 +22,7 @@ from pipeline.stages.confidence import FinalBuilding, add_confidences
 from pipeline.stages.connectivity import connect_rooms
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
+from pipeline.stages.drawn_layout import read_drawn_layout
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture
 from pipeline.stages.isolated import erase_isolated
@@ -54,11 +55,12 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
 
     From ``isolated`` on, each building is processed separately.
     """
-    evidence = gather_evidence(level, config.evidence)
+    drawn = read_drawn_layout(level, config.layout)
+    evidence = drawn.evidence if drawn else gather_evidence(level, config.evidence)
     yield StageResult("evidence", evidence, level.id)
-    planes = find_planes(level, evidence, config.planes)
+    planes = drawn.planes if drawn else find_planes(level, evidence, config.planes)
     yield StageResult("planes", planes, level.id)
-    layout = close_openings(level, evidence, planes, config.layout)
+    layout = drawn.layout if drawn else close_openings(level, evidence, planes, config.layout)
     yield StageResult("layout", layout, level.id)
     spaces = find_doors(level, planes, layout, config.doors)
     yield StageResult("doors", spaces, level.id)

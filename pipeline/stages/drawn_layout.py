@@ -1,0 +1,189 @@
+"""Take the layout of a drawing as it is drawn, where its walls and openings close each of its rooms by itself.
+
+Such a storey leaves nothing to weigh: what stands and what hangs is said, the rooms have outlines, and the openings are
+holes in the walls. Then the stages ``evidence``, ``planes`` and ``layout`` would find what is drawn, after a search for
+everything else. Any other storey goes through them.
+
+R1  Each body of the walls stands from the floor to the ceiling, or lies in an opening, under or over its hole; no wall
+    stands in an opening. So it is in a storey of ``sources.drawn_storeys``, but not where a person has added a door.
+R2  Each space that the walls and openings together enclose has one room: each is the larger part of the other. What of
+    the rooms is left lies in walls and openings (the floor of a doorway). Where a room lies open, or a space has two
+    rooms, something has to be searched for. Cracks between walls are closed where that is so without.
+R3  A space without a drawn room is a room if an opening leads into it, it has a floor, and no wall stands or juts into
+    it, behind which another room may begin. One without an opening in which nobody can stand is a shaft. Where there
+    are such spaces, all of the floor must lie in spaces and walls: elsewhere it may be a room that lies open.
+R4  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
+    that meet are not drawn apart.
+R5  A person's word that a place is no room needs a search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.config import LayoutConfig
+from pipeline.geometry.areas import (
+    EMPTY,
+    OUTSIDE,
+    WALL,
+    Shapes,
+    are_too_narrow,
+    areas_inside,
+    enclosed_pieces,
+    intersect_pairs,
+    locate_points,
+    shares_inside,
+    subtract,
+    unite,
+)
+from pipeline.geometry.closing_candidates import assign_sides
+from pipeline.geometry.doorways import boxes_around_polygons
+from pipeline.geometry.meshes import Box, footprint
+from pipeline.geometry.portals import Portal, portal_strips
+from pipeline.geometry.prisms import Prisms
+from pipeline.geometry.wall_sections import close_cracks
+from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2
+from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
+
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnLayout:
+    """What the stages ``evidence``, ``planes`` and ``layout`` would find in a storey that is drawn whole."""
+
+    evidence: Evidence
+    planes: Planes
+    layout: Layout
+
+
+def read_drawn_layout(level: Level, config: LayoutConfig) -> DrawnLayout | None:
+    """Return the layout of a storey that is drawn whole, or None if something in it has to be searched for."""
+    if not (isinstance(level.walls, Prisms) and level.openings) or level.floor is None:
+        return None
+    if level.leaves or level.no_rooms:  # R5
+        return None
+    openings = np.array([each.polygon for each in level.openings], np.object_)
+    grown = shapely.buffer(openings, LAP_M, join_style="mitre")
+    standing = _standing_bodies(level.walls, level.ceiling_m, grown)
+    walls = unite(standing)
+    if not standing or _are_shut_or_meet(openings, walls):
+        return None
+    found = _close(level, walls, openings, grown) or _close(level, close_cracks(walls), openings, grown)
+    if found is None or shapely.area(found.rooms).sum() < config.area_m2:
+        return None
+    furniture = unite([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
+    doorways, door = level.named_doorways, found.door
+    return DrawnLayout(
+        Evidence(door, door, EMPTY, EMPTY, furniture, doorways, floor=level.floor),
+        Planes(door, EMPTY, EMPTY, EMPTY, door, {}, doorways),
+        found,
+    )
+
+
+def _close(level: Level, walls: BaseGeometry, openings: Shapes, grown: Shapes) -> Layout | None:
+    """Return the layout of walls and openings, or None if they are not all that closes the rooms."""
+    ground, spaces = enclosed_pieces(unite([walls, *grown]))
+    portals = _portals(openings, spaces, ground) if spaces else None
+    if portals is None:
+        return None
+    entered = np.bincount([k for each in portals for k in each.sides if k != OUTSIDE], minlength=len(spaces)) > 0
+    is_room = _are_rooms(level, spaces, entered, ground)
+    if is_room is None:
+        return None
+    laps = portal_strips(portals, deeper_m=LAP_M, wider_m=LAP_M)
+    ways = tuple(
+        ClosingCandidate(lap, "door" if each.has_door else "opening", portal)
+        for each, lap, portal in zip(level.openings, laps, portals, strict=True)
+    )
+    if is_room.all():
+        return Layout(walls, ground, ways, tuple(spaces), tuple(spaces), ways)
+    rooms = [space for space, kept in zip(spaces, is_room, strict=True) if kept]
+    return Layout(walls, ground, tuple(assign_sides(list(ways), rooms, ground)), tuple(rooms), tuple(spaces), ways)
+
+
+def _standing_bodies(walls: Prisms, ceiling_m: float, openings: Shapes) -> list[BaseGeometry]:
+    """Return the bodies that stand from floor to ceiling, or none if others lie outside the openings (R1)."""
+    whole = [body.bottom_m < FOOT_M and body.top_m > ceiling_m - CRACK_M for body in walls.bodies]
+    standing = [body.area for body, is_whole in zip(walls.bodies, whole, strict=True) if is_whole]
+    rest = [body.area for body, is_whole in zip(walls.bodies, whole, strict=True) if not is_whole]
+    pieces = shapely.get_parts(rest)
+    covered = shapely.STRtree(openings).query(pieces, predicate="covered_by")[0]
+    return standing if len(np.unique(covered)) == len(pieces) else []
+
+
+def _are_shut_or_meet(openings: Shapes, walls: BaseGeometry) -> bool:
+    """Return whether a wall stands in one of the openings (R1), or two of them meet (R4)."""
+    one, other = shapely.STRtree(openings).query(openings, predicate="intersects")
+    shapely.prepare(walls)
+    return bool((one != other).any() or shapely.intersects(walls, openings).any())
+
+
+def _are_rooms(level: Level, spaces: Sequence[Polygon], entered: Bools, ground: BaseGeometry) -> Bools | None:
+    """Return which of the spaces (n,) are rooms, or None if that is not as it is drawn (R2, R3).
+
+    ``entered`` (n,) says into which of them an opening leads.
+    """
+    places = np.array(spaces, np.object_)
+    rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
+    space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
+    shared = shapely.area(intersect_pairs(places[space], rooms[room]))
+    most = (shared > MOST * shapely.area(places)[space]) & (shared > MOST * shapely.area(rooms)[room])
+    is_drawn = np.bincount(space[most], minlength=len(spaces))
+    if (is_drawn > 1).any() or len(np.unique(room[most])) < most.sum():
+        return None
+    rest = np.delete(rooms, room[most])
+    if len(rest) and not (areas_inside(rest, ground) > MOST * shapely.area(rest)).all():
+        return None
+    found = is_drawn > 0
+    if found.all():
+        return found
+    bare = places[~found]
+    edges, hulls = shapely.boundary(bare), shapely.boundary(shapely.convex_hull(bare))  # a wall inside is an edge, too
+    is_plain = shapely.hausdorff_distance(edges, hulls) < HAND_M
+    is_room = entered[~found] & is_plain & (shares_inside(bare, level.floor) > MOST)
+    is_shaft = ~entered[~found] & are_too_narrow(bare, SHOULDERS_M)
+    if not (is_room | is_shaft).all() or subtract(level.floor, unite([ground, *spaces])).area > SPECK_M2:
+        return None
+    found[~found] = is_room
+    return found
+
+
+def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Portal] | None:
+    """Return the strip of each opening (R4), or None if one of them is none.
+
+    One walks through an opening across its longer side, or along it through a wall that is deeper than the way is wide.
+    """
+    boxes = boxes_around_polygons(list(openings))
+    looks = np.array([[_before_faces(box, turned=turned) for turned in (False, True)] for box in boxes])
+    seen = locate_points(looks.reshape(-1, 2), spaces, ground).reshape(len(boxes), 2, 2, -1)
+    clear = ((seen == seen[..., :1]) & (seen != WALL)).all(axis=(2, 3))
+    if not clear.any(axis=1).all():
+        return None
+    found = []
+    for k, box in enumerate(boxes):
+        turned = not clear[k, 0]
+        one, other = seen[k, int(turned), :, 0].tolist()
+        along, width, depth = _sides(box, turned=turned)
+        found.append(Portal(box.centre, along, width, depth, (one, other)))
+    return found
+
+
+def _before_faces(box: Box, *, turned: bool) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of a box: the middle, and a crack from its ends."""
+    along, width, depth = _sides(box, turned=turned)
+    places = box.centre + along * np.array([[CRACK_M - width / 2], [0.0], [width / 2 - CRACK_M]])
+    off = np.array([-along[1], along[0]]) * (depth / 2 + CRACK_M)
+    return np.array([places - off, places + off])
+
+
+def _sides(box: Box, *, turned: bool) -> tuple[npt.NDArray[np.float64], float, float]:
+    """Return the direction along the wall, the width and the depth of an opening."""
+    return (box.across, box.thickness, box.width) if turned else (box.along, box.width, box.thickness)

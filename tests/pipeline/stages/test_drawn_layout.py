@@ -1,0 +1,105 @@
+"""Storeys that are drawn whole: their layout is read, not searched for; anything else goes through all stages."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+import pipeline.algorithm
+from houseexpo.plan import Frame
+from pipeline.algorithm import plan_largest_building
+from pipeline.config import LayoutConfig, PipelineConfig
+from pipeline.sources.drawn_storeys import Hole, Wall, passage_openings, wall_prisms
+from pipeline.stages.drawn_layout import read_drawn_layout
+from pipeline.values import Level, SourceOpening, SourceRoom
+
+LEFT, RIGHT = shapely.box(0.1, 0.1, 4.1, 3.1), shapely.box(4.3, 0.1, 7.3, 3.1)
+OUTER = shapely.box(0.0, 0.0, 7.4, 3.2)
+DOOR = Hole(shapely.box(4.1, 1.0, 4.3, 1.9), 0.0, 2.1, has_door=True)
+ENTRANCE = Hole(shapely.box(0.0, 1.0, 0.1, 1.9), 0.0, 2.1, has_door=True)
+ALCOVE = shapely.box(2.0, 1.2, 2.1, 3.1)
+"""A wall that juts into the left room."""
+
+
+def storey(*, rooms=(LEFT, RIGHT), named=(LEFT, RIGHT), holes=(DOOR, ENTRANCE), more=(), **changes) -> Level:
+    walls = [Wall(part, 0.0, 2.5) for part in shapely.get_parts(OUTER.difference(shapely.union_all(rooms)))]
+    walls += more
+    return replace(
+        Level(
+            id="drawn",
+            walls=wall_prisms(walls, holes),
+            ceiling_m=2.5,
+            frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0),
+            floor=OUTER,
+            named_openings=True,
+            only_walls=True,
+            rooms=tuple(SourceRoom((), (), room) for room in named),
+            room_count=len(named) or None,
+            openings=passage_openings(holes),
+        ),
+        **changes,
+    )
+
+
+def found(level: Level):
+    return read_drawn_layout(level, LayoutConfig())
+
+
+def test_rooms_and_ways_are_those_that_are_drawn() -> None:
+    layout = found(storey()).layout
+    assert all(a.symmetric_difference(b).area < 0.01 for a, b in zip(layout.rooms, (LEFT, RIGHT), strict=True))
+    door, entrance = (each.portal for each in layout.candidates)
+    assert (door.width, door.depth, sorted(door.sides)) == (pytest.approx(0.9), pytest.approx(0.2), [0, 1])
+    assert sorted(entrance.sides) == [-1, 0]
+
+
+@pytest.mark.parametrize(
+    "level",
+    [
+        pytest.param(storey(), id="each room drawn"),
+        pytest.param(storey(named=()), id="no room drawn"),
+        pytest.param(storey(named=(LEFT,)), id="one room drawn"),
+        pytest.param(storey(named=(LEFT, RIGHT, DOOR.shape)), id="the floor of a doorway drawn"),
+    ],
+)
+def test_the_plan_is_that_of_all_stages(level, monkeypatch) -> None:
+    assert found(level) is not None
+    short = plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
+    monkeypatch.setattr(pipeline.algorithm, "read_drawn_layout", lambda *_: None)
+    whole = plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
+    assert short.quality == whole.quality
+    assert short.rooms == whole.rooms
+    assert short.doors == whole.doors
+    assert short.outline.equals(whole.outline)
+
+
+def test_a_shaft_is_no_room() -> None:
+    shaft = shapely.box(6.9, 2.7, 7.3, 3.1)
+    rooms = (LEFT, RIGHT.difference(shapely.box(6.8, 2.6, 7.3, 3.1)), shaft)
+    layout = found(storey(rooms=rooms, named=rooms[:2])).layout
+    assert len(layout.rooms) == 2
+    assert len(layout.spaces) == 3
+
+
+def test_where_something_is_not_drawn_it_is_searched_for() -> None:
+    one = LEFT.union(shapely.box(4.0, 0.1, 4.4, 3.1)).union(RIGHT)
+    low = Wall(shapely.box(1.0, 2.0, 2.0, 2.1), 0.0, 1.0)
+    over = Wall(shapely.box(4.1, 0.1, 4.3, 3.1), 2.1, 2.5)
+    in_wall = SourceOpening(shapely.box(4.0, 2.2, 4.4, 3.0), has_door=True)
+    blind = Hole(shapely.box(0.0, 2.0, 0.05, 2.9), 0.0, 2.1, has_door=True)
+    beside = replace(DOOR, shape=shapely.box(4.1, 1.9, 4.3, 2.8))
+    assert found(storey(rooms=(one,), more=(over,))) is None, "two rooms in one space"
+    assert found(storey(rooms=(LEFT, RIGHT, shapely.box(7.2, 1.0, 7.4, 2.9)))) is None, "a room that lies open"
+    assert found(storey(more=(low,))) is None, "a low wall"
+    assert found(storey(openings=(*storey().openings, in_wall))) is None, "a door that a person has added"
+    assert found(storey(holes=(DOOR, blind))) is None, "a door that leads nowhere"
+    assert found(storey(holes=(DOOR, beside))) is None, "two doors that meet"
+    assert found(storey(holes=())) is None, "no openings"
+    assert found(storey(no_rooms=((1.0, 1.0),))) is None, "no room, as a person says"
+    assert found(storey(floor=None)) is None, "no floor"
+    assert found(storey(named=(RIGHT,), more=(Wall(ALCOVE, 0.0, 2.5),))) is None, "a wall that juts into a bare space"
+    assert found(storey(named=(LEFT,), holes=(ENTRANCE,))) is None, "a bare space without a way in"
+    porch = OUTER.union(shapely.box(7.4, 0.0, 9.0, 3.2))
+    assert found(storey(named=(LEFT,), floor=porch)) is None, "a floor that lies open"
+    assert found(storey(floor=porch)) is not None, "a floor that lies open beside drawn rooms"
