@@ -2,7 +2,8 @@
 
 A ground is 0 where nothing speaks against the plan and 1 where everything does, so no weight is above 0::
 
-    score = 1 / (1 + exp(-(BIAS + sum of weight * min(ground / WHOLE, 1))))
+    log odds = BIAS + sum of weight * min(ground / WHOLE, 1)
+    score = 1 / (1 + exp(-(sure + (log odds - sure) / SPREAD))), where sure is the log odds of 0.8
 
 A ground of ``WHOLE`` or more counts in full: a plan is right only if all of it is, and one door of ten that is a cut
 makes it as wrong as five do.
@@ -10,7 +11,8 @@ makes it as wrong as five do.
 BIAS and weights were fitted on the kit of kinds, its houses sound and damaged, and, three times as strongly, on those
 files of other people that a person has judged (the first half of the corpus, ``docs/contributing/corpus.md``).
 The fit sets the bias such that at least 98% of the real files with 0.8 or more are right, where each is scored by a
-model that saw nothing of its repository. It was lowered by 0.3 then, since other files are right less often than these.
+model that saw nothing of its repository; and lower by 0.3, since other files are right less often than these. So a plan
+with log odds of 0 is right far more often than not. SPREAD undoes this: one that is as likely right as not has 0.5.
 ``python -m research.quality_fit --corpus FOLDER`` fits them again and prints this table.
 ``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
 """
@@ -24,12 +26,13 @@ from typing import Final
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import explanations
-from houseexpo.plan.parts import Quality
+from houseexpo.plan.parts import SURE, Quality
 from pipeline.rejection import Reason, Rejection
 
 _DIGITS: Final = 4
 _TELLING: Final = 0.1  # what moves the exponent by less is not worth a person's time
 _PICTURE_PX: Final = 240
+_SURE: Final = math.log(SURE / (1 - SURE))
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,10 @@ GROUNDS: Final = (
     QualityGround("tall", -1.08),
     QualityGround("rail_share", 0.00),
     QualityGround("small", -1.14),
-    QualityGround("open_border", -2.50, most=-2.50),
+    QualityGround("open_border", -4.50, most=-4.50),
 )
+SPREAD: Final = 1.95
+"""How many times nearer to 0.8 a score lies, in log odds. 0.8 itself and the order of plans stay as they are."""
 WHOLE: Final = 0.1
 """From so much on a ground counts in full: of 0.01 to 0.3 the best for files that were left out of the fit."""
 
@@ -103,6 +108,16 @@ def score_quality(grounds: Mapping[str, float], *, marked: bool = False) -> Qual
     return Quality(_MODELS[marked].score(grounds), kept)
 
 
+def doubt_plan(grounds: Mapping[str, float], *, marked: bool = False) -> float:
+    """Return how doubtful grounds make a plan, 0 (none of them) to 1, for those who rate its parts.
+
+    It is how far the cautious probability lies below that of no grounds, as a share of it.
+    """
+    model = _MODELS[marked]
+    cautious, best = (1 / (1 + math.exp(-model.log_odds(each))) for each in (grounds, {}))
+    return 1.0 - cautious / best
+
+
 def counted(ground: float) -> float:
     """Return how much of a ground counts, 0 to 1, for houses whose source does not mark each door."""
     return min(ground / WHOLE, 1.0)
@@ -113,18 +128,22 @@ class _Model:
     bias: float
     weights: Mapping[str, float]
     count: Callable[[float], float]
+    spread: float = 1.0
 
     def against(self, grounds: Mapping[str, float]) -> dict[str, float]:
         """Return what each ground takes from the exponent (0 or less)."""
         return {name: weight * self.count(grounds.get(name, 0.0)) for name, weight in self.weights.items()}
 
+    def log_odds(self, grounds: Mapping[str, float]) -> float:
+        return self.bias + sum(self.against(grounds).values())
+
     def score(self, grounds: Mapping[str, float]) -> float:
-        exponent = self.bias + sum(self.against(grounds).values())
+        exponent = _SURE + (self.log_odds(grounds) - _SURE) / self.spread
         return round(1 / (1 + math.exp(-exponent)), _DIGITS)
 
 
 _MODELS: Final = (
-    _Model(BIAS, {ground.name: ground.weight for ground in GROUNDS}, counted),
+    _Model(BIAS, {ground.name: ground.weight for ground in GROUNDS}, counted, SPREAD),
     _Model(MARKED_BIAS, MARKED, float),
 )
 

@@ -47,19 +47,22 @@ from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import as_json
 from tests.corpus import manifest, runs
 
+UNSURE = 0.5
 AREA = 0.9
 """The area under the curve that is asked of houses on which the model was not fitted."""
 
 
 def quality_table(rows: dict[str, tuple[Floats, Bools]]) -> Table:
-    """Show how good scores are: a row for each name with its scores and which plans are right."""
+    """Show how good scores are, a row for each name: how many right plans are unsure, how many sure ones are right."""
     table = Table(title=f"Quality of plans (asked: precision {PRECISION:g} at 0.8, area {AREA:g})")
-    for k, heading in enumerate(("plans", "n", "right", "at 0.8 or more", "precision", "area under curve")):
+    for k, heading in enumerate(
+        ("plans", "n", "right", "below 0.5", "at 0.8 or more", "precision", "area under curve")
+    ):
         table.add_column(heading, justify="right" if k else "left")
     for name, (scores, met) in rows.items():
         sure, precision = f"{(scores >= 0.8).sum()}", precision_at(scores, met)
         figures = (f"{value:.3f}" for value in (precision, area_under_curve(scores, met)))
-        table.add_row(name, str(len(met)), str(met.sum()), sure, *figures)
+        table.add_row(name, str(len(met)), str(met.sum()), str((scores[met] < UNSURE).sum()), sure, *figures)
     return table
 
 
@@ -73,7 +76,9 @@ def source_of(model: Model) -> str:
     """Write the model as it stands in ``pipeline/quality.py``."""
     most = {g.name: f", most={g.most:.2f}" if g.most else "" for g in GROUNDS}
     lines = [f'    QualityGround("{g.name}", {model.weights[g.name]:.2f}{most[g.name]}),' for g in GROUNDS]
-    return "\n".join([f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")"])
+    return "\n".join(
+        [f"BIAS: Final = {model.bias:.2f}", "GROUNDS: Final = (", *lines, ")", f"SPREAD: Final = {model.spread:.2f}"]
+    )
 
 
 def judge_made(kinds: list[str], members: int, seed: int, built: Path | None) -> list[Judged]:

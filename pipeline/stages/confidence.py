@@ -41,7 +41,7 @@ from pipeline.geometry.mesh_slicing import barred_shares
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
-from pipeline.quality import score_quality
+from pipeline.quality import doubt_plan
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
 from pipeline.stages.room_doubt import of_rooms
@@ -223,10 +223,9 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
 
 def _of_plan(planned: FinalBuilding) -> Features:
     """Return the grounds of the plan, and how doubtful they make it by the model of its kind, as features (F5)."""
-    marked = planned.level.sills
-    score, best = (score_quality(grounds, marked=marked).score for grounds in (planned.grounds, {}))
+    doubt = doubt_plan(planned.grounds, marked=planned.level.sills)
     each = {f"plan_{name}": float(value) for name, value in planned.grounds.items()}
-    return {**each, "doubtful_plan": 1.0 - score / best}
+    return {**each, "doubtful_plan": doubt}
 
 
 def _front(portal: Portal, side: int) -> Polygon:

@@ -102,6 +102,8 @@ PRECISION = 0.98
 """Of the plans with a score of at least ``SURE``, so many are to be right; of files that no fit has used 90% are."""
 RIDGE = 0.3
 """How strongly weights are kept small, in plans."""
+CAUTION = 0.3
+"""By so much the log odds are lowered further: other files are right less often than those at hand."""
 REAL = 3.0
 """All files of the corpus together count so many times as much as all made houses: they are what users have."""
 FOLDS = 8
@@ -124,26 +126,33 @@ class Judged:
 
 @dataclass(frozen=True)
 class Model:
-    """What ``pipeline.quality`` holds: a bias, and a weight of at most 0 for each ground."""
+    """What ``pipeline.quality`` holds: a bias, a weight of at most 0 for each ground, and how scores are spread."""
 
     bias: float
     weights: Mapping[str, float]
+    spread: float = 1.0
 
     def scores(self, plans: Sequence[Judged]) -> Floats:
         """Score plans anew, (n,) from 0 to 1."""
-        found: Floats = 1 / (1 + np.exp(-(self.bias + _table(plans) @ [self.weights[name] for name in NAMES])))
+        log_odds = self.bias + _table(plans) @ [self.weights[name] for name in NAMES]
+        found: Floats = 1 / (1 + np.exp(-(logit(SURE) + (log_odds - logit(SURE)) / self.spread)))
         return found
 
     def lowered(self, by: float) -> Model:
-        """Return a model whose log odds are lower by so much; no weight is more than its ground may have at most."""
-        return Model(self.bias - by, {name: min(weight, MOST[name]) for name, weight in self.weights.items()})
+        """Return a model whose log odds are lower by so much, spread such that what scored 0.5 still does.
+
+        No weight is more than its ground may have at most.
+        """
+        weights = {name: min(weight, MOST[name]) for name, weight in self.weights.items()}
+        return Model(self.bias - by, weights, 1 + by / logit(SURE))
 
 
 def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
     """Fit by greatest likelihood, weights kept from growing by a ridge and from being more than 0.
 
     The bias is lowered at the end until enough of what scores ``SURE`` or more is right: of the corpus's files, each
-    scored by a model that saw nothing of its repository; of the plans themselves where there are no such files.
+    scored by a model that saw nothing of its repository; of the plans themselves where there are no such files. Then it
+    is lowered by ``CAUTION`` more.
     """
     model = likeliest_model(plans).lowered(0.0)
     real = [plan for plan in plans if plan.file]
@@ -151,7 +160,7 @@ def fit(plans: Sequence[Judged], precision: float = PRECISION) -> Model:
         scores, met = per_file(real, left_out_scores(plans))
     else:
         scores, met = model.scores(plans), _met(plans)
-    return model.lowered(max(0.0, logit(threshold(scores, met, precision)) - logit(SURE)))
+    return model.lowered(max(0.0, logit(threshold(scores, met, precision)) - logit(SURE)) + CAUTION)
 
 
 def left_out_scores(plans: Sequence[Judged], lowered: float = 0.0) -> Floats:

@@ -14,7 +14,17 @@ from PIL import Image
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality, explanations
 from pipeline.overrides import Override
-from pipeline.quality import GROUNDS, WHOLE, check_quality, counted, main_grounds_in_words, score_quality
+from pipeline.quality import (
+    BIAS,
+    GROUNDS,
+    SPREAD,
+    WHOLE,
+    check_quality,
+    counted,
+    doubt_plan,
+    main_grounds_in_words,
+    score_quality,
+)
 from pipeline.rejection import Reason, Rejection
 from tests.builders.batch import doubting, lines, one_room, run_build
 from tests.builders.judged import (
@@ -56,6 +66,22 @@ def test_one_fault_among_many_parts_counts_as_much_as_many() -> None:
     assert score_quality({"roomless_wall_share": 0.1}).score == score_quality({"roomless_wall_share": 1.0}).score < 0.8
     few, many = (score_quality({"loose_end_share": value}, marked=True).score for value in (0.1, 1.0))
     assert many < few
+
+
+def test_a_score_is_spread_about_that_of_a_sure_plan() -> None:
+    weights = {ground.name: ground.weight for ground in GROUNDS}
+    log_odds = BIAS + weights["tall"] + weights["sealed"]
+    score = score_quality({"tall": 1.0, "sealed": 1.0}).score
+    assert logit(score) - logit(0.8) == pytest.approx((log_odds - logit(0.8)) / SPREAD, abs=1e-3)
+    assert SPREAD > 1
+
+
+def test_what_the_parts_of_a_plan_are_doubted_by_is_not_spread() -> None:
+    assert doubt_plan({}) == 0.0
+    weight = next(ground.weight for ground in GROUNDS if ground.name == "tall")
+    share = (1 + math.exp(-BIAS)) / (1 + math.exp(-BIAS - weight))
+    assert doubt_plan({"tall": 1.0}) == pytest.approx(1 - share)
+    assert doubt_plan({"tall": 1.0}, marked=True) == 0.0
 
 
 def test_a_plan_against_which_everything_speaks_is_doubtful() -> None:
@@ -192,9 +218,10 @@ def of_one_file(n: int) -> list[Judged]:
 
 def test_a_lowered_model_keeps_the_order_and_the_weights_that_a_fit_may_not_weaken() -> None:
     model = likeliest_model(real(100, 4))
-    lower, plans = model.lowered(0.5), real(50, 5)
+    lower, plans = model.lowered(logit(0.8)), real(50, 5)
     assert list(np.argsort(lower.scores(plans))) == list(np.argsort(model.scores(plans)))
-    assert logit(lower.scores(plans)[0]) == pytest.approx(logit(model.scores(plans)[0]) - 0.5)
+    assert lower.spread == pytest.approx(2.0)
+    assert logit(lower.scores(plans)[0]) == pytest.approx(logit(model.scores(plans)[0]) / 2)
     assert all(lower.weights[ground.name] == min(model.weights[ground.name], ground.most) for ground in GROUNDS)
 
 

@@ -27,7 +27,7 @@ FINE_M = 0.02
 """The side of a cell; a cell of the export's usual 0.05 m is 1% of a room by itself."""
 AMBIGUOUS = ("fb5fa400",)
 """Plans in a room of which a wall leaves 1.5 m to the next: in a map, this is a wide door beside a corner."""
-SOUND = 0.5
+SOUND = 0.67
 UNREAD = {"coco", "graphml", "irsim", "json", "npz", "pol", "stage"}
 """Formats that no reader of the pipeline opens; ``json`` is a data set's."""
 QUICK, MANY = 3, 30

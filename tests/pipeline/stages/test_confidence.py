@@ -16,7 +16,7 @@ from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.portals import Portal
-from pipeline.quality import score_quality
+from pipeline.quality import doubt_plan
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import (
     FinalBuilding,
@@ -210,8 +210,7 @@ def test_a_marked_house_is_as_doubtful_as_its_own_model_of_quality_says() -> Non
         passage_features(replace(planned(passage(), level=replace(LEVEL, sills=sills)), grounds=grounds))[0]
         for sills in (True, False)
     )
-    scores = [score_quality(each, marked=True).score for each in (grounds, {})]
-    assert marked["doubtful_plan"] == pytest.approx(1 - scores[0] / scores[1])
+    assert marked["doubtful_plan"] == doubt_plan(grounds, marked=True)
     assert marked["doubtful_plan"] != pytest.approx(other["doubtful_plan"], abs=0.05)
 
 
