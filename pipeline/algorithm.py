@@ -30,7 +30,7 @@ from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
-from pipeline.stages.room_doubt import doubt_spaces
+from pipeline.stages.room_doubt import doubt_spaces, unlikely_rooms
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
@@ -101,7 +101,8 @@ class _Whole:
 def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
 ) -> Iterator[StageResult]:
-    spaces = connect_rooms(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence)
+    unlikely = unlikely_rooms(level, whole.evidence, whole.layout, whole.doubts)
+    spaces = connect_rooms(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence, unlikely=unlikely)
     yield StageResult("connectivity", spaces, level.id)
     spaces = straighten_rooms(spaces, config.refine)
     yield StageResult("refine", spaces, level.id)

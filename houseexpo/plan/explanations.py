@@ -41,6 +41,7 @@ NOTES: Final[Mapping[str, str]] = {
     "erased_parts": "erased a part standing apart",
     "filled_cells": "filled a closed cell",
     "filled_pockets": "filled a corner out of reach",
+    "closed_spaces": "left out a closed space that is likely no room",
     "left_out": "left out a part that no cut leads into",
 }
 """The meaning of each note in a plan's provenance, by its name; by ``name:text`` if the note is a text."""

@@ -64,7 +64,8 @@ class Spaces:
 
     ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
     beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are
-    the pairs of points that cuts were made for. ``notes`` counts what the rules did, by rule.
+    the pairs of points that cuts were made for. ``closed`` are spaces that nothing leads into, and which were left out
+    as no rooms. ``notes`` counts what the rules did, by rule.
     """
 
     walls: BaseGeometry
@@ -73,6 +74,7 @@ class Spaces:
     joins: tuple[tuple[int, int], ...] = ()
     outlines: tuple[Polygon, ...] = ()
     joined: tuple[JoinedPoints, ...] = ()
+    closed: tuple[Polygon, ...] = ()
     notes: Mapping[str, int | str] = field(default_factory=dict)
 
     def keeping(self, keep: Sequence[int], **notes: int | str) -> Spaces:

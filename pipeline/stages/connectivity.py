@@ -15,6 +15,9 @@ R7  A part that no cut joins is left out, the smallest first, and a note says so
     to reject a house.
 R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unknown where its passages are. They are
     cut, and each cut and a note say that it stands for an unknown one.
+R9  Elsewhere a part into which neither a passage nor evidence of a door leads, from inside or outside, is left out
+    before any bare wall is cut, if all of it lies in spaces that are likely no rooms (``room_doubt.unlikely_rooms``): a
+    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms.
 """
 
 from __future__ import annotations
@@ -29,12 +32,12 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import clip_to_box, intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import EMPTY, clip_to_box, intersect, polygons_of, shares_inside, subtract, unite
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines, find_door_hints
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.rejection import Reason, Rejection
-from pipeline.tolerances import AROUND_M, BLOCK_M, PLACE_M, STONE_WALL_M, TINY_M2
+from pipeline.tolerances import AROUND_M, BLOCK_M, MOST, PLACE_M, STONE_WALL_M, TINY_M2
 from pipeline.values import Evidence, JoinedPoints, Passage, Spaces
 
 MAX_PAIRS = 300
@@ -51,11 +54,13 @@ def connect_rooms(
     least_m2: float,
     rng: np.random.Generator,
     evidence: Evidence | None = None,
+    *,
+    unlikely: BaseGeometry = EMPTY,
 ) -> Spaces:
     """Join all pieces of the space in which the disc can stand; raise Rejection if it can stand nowhere.
 
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
-    may be.
+    may be, and ``unlikely`` is the area of the spaces that are likely no rooms (R9).
     """
     pieces = _standing(walkable_floor(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
@@ -72,6 +77,11 @@ def connect_rooms(
         if points is None:
             points = sample_points(pieces, config.samples, rng)  # R1
         found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
+        if found is None and not unknown:  # R9
+            left = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, unlikely)
+            if left is not None:
+                spaces, points = left, None
+                continue
         found = found or _next_cut(points, pieces, floor, spaces.walls, config)
         if found is None:  # R7
             spaces = _without_part(spaces, pieces, config.robot_radius_m)
@@ -106,6 +116,26 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
             "give a smaller robot_radius_m, or check the units",
         )
     return pieces
+
+
+def _leave_closed_space_out(
+    spaces: Spaces, pieces: list[Polygon], radius_m: float, unlikely: BaseGeometry
+) -> Spaces | None:
+    """Leave out the smallest piece whose rooms are all likely none; None if there is no such piece (R9)."""
+    if unlikely.is_empty:
+        return None
+    doubted = set(np.flatnonzero(shares_inside(list(spaces.rooms), unlikely) > MOST).tolist())
+    entered = {side for passage in spaces.passages if passage.leads_outside for side in passage.portal.sides}
+    reached = [set(shapely.STRtree(spaces.rooms).query(piece, predicate="intersects").tolist()) for piece in pieces]
+    for number, piece in reversed(list(enumerate(pieces))[1:]):
+        rooms = reached[number]
+        elsewhere = set().union(*reached[:number], *reached[number + 1 :])
+        if rooms <= doubted - entered - elsewhere:
+            left = _without_part(spaces, [*(p for p in pieces if p is not piece), piece], radius_m)
+            gone = [room for k, room in enumerate(spaces.rooms) if k in rooms]
+            notes = {**left.notes, "closed_spaces": int(left.notes.get("closed_spaces", 0)) + len(gone)}
+            return replace(left, closed=(*left.closed, *gone), notes=notes)
+    return None
 
 
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:

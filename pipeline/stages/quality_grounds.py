@@ -49,7 +49,7 @@ from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
 Floats = npt.NDArray[np.float64]
 MAX_GUESSES: Final = 2
-LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out")
+LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out", "closed_spaces")
 USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 STOREY_M: Final = (4.0, 6.0)

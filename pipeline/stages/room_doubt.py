@@ -41,12 +41,14 @@ from pipeline.stages.logistic import load_models
 from pipeline.tolerances import (
     CRACK_M,
     DOORWAY_M,
+    HARDLY,
     HEAD_M,
     MM_M,
     MOST,
     PATCH_M2,
     SHOULDERS_M,
     SINGLE_DOOR_M,
+    SPECK,
     STUB_M,
     TINY_M2,
     TWICE,
@@ -67,6 +69,21 @@ def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
     if not is_doubted(level, layout):
         return np.zeros(len(layout.spaces))
     return load_models()["space"].doubt(space_features(level, evidence, layout))
+
+
+def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Floats) -> BaseGeometry:
+    """Return the area of the spaces that are likely no rooms if nothing shows a way into them either.
+
+    These are the spaces with more than a little doubt, but for those for which the source has a room, or furniture on a
+    floor of their own.
+    """
+    if not (doubts > HARDLY).any():
+        return EMPTY
+    spaces = list(layout.spaces)
+    named = shares_inside(spaces, unite(room.polygon for room in level.rooms if room.polygon is not None)) > MOST
+    lived_in = (shares_inside(spaces, evidence.floor) > MOST) & (shares_inside(spaces, evidence.furniture) > SPECK)
+    chosen = (doubts > HARDLY) & ~named & ~lived_in
+    return unite(space for space, is_unlikely in zip(spaces, chosen, strict=True) if is_unlikely)
 
 
 def is_doubted(level: Level, layout: Layout) -> bool:

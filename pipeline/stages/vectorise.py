@@ -57,7 +57,7 @@ def vectorise(
         doors=tuple(doors),
         objects=tuple(_objects(obstacles, tiles.rooms, shift)),
         frame=_frame(level.frame, shift),
-        provenance={**provenance, **_cuts(tiles.passages)},
+        provenance={**provenance, **_cuts(tiles.passages), **_closed(spaces.closed, shift)},
     )
 
 
@@ -65,6 +65,13 @@ def _cuts(passages: list[Passage]) -> dict[str, list[dict[str, int | str]]]:
     """Return for each cut, by the id of its door, the evidence for its place."""
     cuts: list[dict[str, int | str]] = [{"door": k, "why": p.why} for k, p in enumerate(passages) if p.kind == "cut"]
     return {"cuts": cuts} if cuts else {}
+
+
+def _closed(spaces: tuple[Polygon, ...], shift: Points) -> dict[str, list[dict[str, Any]]]:
+    """Return a place in each closed space that was left out, in the plan's axes, and its area."""
+    places = [np.round(np.array(space.representative_point().coords[0]) + shift, 2).tolist() for space in spaces]
+    told = [{"place": place, "area": round(space.area, 2)} for place, space in zip(places, spaces, strict=True)]
+    return {"closed_spaces": told} if told else {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import shapely
 
 from houseexpo.analysis.shortest_paths import shortest_path
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import unite
+from pipeline.geometry.areas import EMPTY, unite
 from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
@@ -21,9 +21,13 @@ CONFIG = ConnectivityConfig()
 
 
 def connected(
-    spaces: Spaces, config: ConnectivityConfig = CONFIG, seed: int = 0, evidence: Evidence | None = None
+    spaces: Spaces,
+    config: ConnectivityConfig = CONFIG,
+    seed: int = 0,
+    evidence: Evidence | None = None,
+    unlikely: shapely.Geometry = EMPTY,
 ) -> Spaces:
-    return connect_rooms(spaces, config, 2.0, np.random.default_rng(seed), evidence)
+    return connect_rooms(spaces, config, 2.0, np.random.default_rng(seed), evidence, unlikely=unlikely)
 
 
 def seen(**places) -> Evidence:
@@ -62,6 +66,40 @@ def test_where_a_storey_shows_a_door_a_cut_stands_for_none() -> None:
     found = connected(before(three_rooms([Hole(1.0, 1.9)])), evidence=seen())
     assert [passage.why for passage in found.passages if passage.kind == "cut"] == [NO_EVIDENCE]
     assert "doors_unknown" not in found.notes
+
+
+LAST_ROOM = shapely.box(6.3, 0, 9.3, 3)
+
+
+def test_a_closed_space_that_is_likely_no_room_is_left_out_and_told() -> None:
+    found = connected(before(three_rooms([Hole(1.0, 1.9)])), evidence=seen(), unlikely=LAST_ROOM)
+    assert kinds(found) == ["door"]
+    assert len(found.rooms) == 2
+    (closed,) = found.closed
+    assert closed.bounds == pytest.approx(LAST_ROOM.bounds, abs=1e-3)
+    assert found.notes == {"closed_spaces": 1}
+
+
+@pytest.mark.parametrize(
+    ("parts", "evidence"),
+    [
+        (three_rooms(), seen()),  # no door is shown at all
+        (three_rooms([Hole(1.0, 1.9)]), seen(leaves=(shapely.box(6.3, 1.0, 7.1, 1.04),))),  # a leaf beside the wall
+        (three_rooms([Hole(1.0, 1.9)]), None),
+    ],
+    ids=["doors unknown", "leaf", "no evidence"],
+)
+def test_a_space_with_evidence_of_a_door_is_no_closed_one(parts: list, evidence: Evidence | None) -> None:
+    unlikely = LAST_ROOM if evidence else shapely.box(6.3, 0, 7.3, 3)  # a third of the room
+    found = connected(before(parts), evidence=evidence or seen(), unlikely=unlikely)
+    assert len(found.rooms) == 3
+    assert found.closed == ()
+
+
+def test_a_closed_space_with_an_entrance_of_its_own_is_joined_by_a_cut() -> None:
+    front = [*shell((0.0, 0.0, 9.3, 3.0), front=[Hole(7.0, 7.9)]), *three_rooms([Hole(1.0, 1.9)])[4:]]
+    found = connected(before(front), evidence=seen(), unlikely=LAST_ROOM)
+    assert kinds(found) == ["cut", "door", "entrance"]
 
 
 @pytest.mark.parametrize("seed", range(4))

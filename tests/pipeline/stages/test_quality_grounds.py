@@ -98,6 +98,7 @@ def test_doors_beside_another_and_doors_of_odd_width() -> None:
 def test_parts_that_were_left_out_or_filled() -> None:
     assert grounds(spaces=replace(SPACES, notes={"filled_cells": 1, "cuts": 2})) == {"left_out": round(1 / 3, 3)}
     assert grounds(spaces=replace(SPACES, notes={"left_out": 5})) == {"left_out": 1.0}
+    assert grounds(spaces=replace(SPACES, notes={"closed_spaces": 1})) == {"left_out": round(1 / 3, 3)}
 
 
 def test_what_the_reader_guessed() -> None:

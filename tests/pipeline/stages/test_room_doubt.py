@@ -11,14 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon
 
+from houseexpo.grids.frame import source_points_from_plan
 from pipeline.config import EvidenceConfig, LayoutConfig, PlanesConfig
 from pipeline.geometry.meshes import Mesh
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
-from pipeline.stages.room_doubt import _under_cover, doubt_spaces, of_rooms, space_features
-from pipeline.values import Evidence, Layout, Level
-from tests.builders.houses import Hole, Parts, gap, level, shell, two_rooms, wall
+from pipeline.stages.room_doubt import _under_cover, doubt_spaces, of_rooms, space_features, unlikely_rooms
+from pipeline.values import Evidence, Layout, Level, SourceRoom
+from tests.builders.houses import Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall
 from tests.builders.meshes import box
 
 
@@ -65,6 +66,37 @@ def test_features_are_shares(parts: Parts) -> None:
 def test_drawings_and_sources_that_mark_their_doors_are_not_doubted() -> None:
     house, evidence, layout = found(two_rooms(Hole(1.0, 1.9)), sills=True)
     assert doubt_spaces(house, evidence, layout).tolist() == [0.0] * len(layout.spaces)
+
+
+SHAFT = (6.2, 0.0, 7.2, 2.2)
+WITH_SHAFT = [*two_rooms(Hole(1.0, 1.9)), *wall((6.1, 2.2, 7.2, 2.3)), *wall((6.1, 0.0, 6.2, 2.2))]
+
+
+def test_a_shaft_is_likely_no_room() -> None:
+    house, evidence, layout = found(WITH_SHAFT)
+    doubts = doubt_spaces(house, evidence, layout)
+    assert unlikely_rooms(house, evidence, layout, doubts).bounds == pytest.approx(SHAFT, abs=1e-3)
+    assert unlikely_rooms(house, evidence, layout, 0.0 * doubts).is_empty
+
+
+def test_a_space_that_the_source_names_or_furnishes_is_a_room_however_doubtful() -> None:
+    house, evidence, layout = found(WITH_SHAFT)
+    doubts, place = doubt_spaces(house, evidence, layout), shapely.box(*SHAFT)
+    named = replace(house, rooms=(SourceRoom((), ("Closet",), place),))
+    assert unlikely_rooms(named, evidence, layout, doubts).is_empty
+    floored = replace(evidence, floor=shapely.box(-0.2, -0.2, 7.4, 3.2))
+    assert not unlikely_rooms(house, floored, layout, doubts).is_empty
+    lived_in = replace(floored, furniture=shapely.box(6.3, 0.1, 6.6, 0.4))
+    assert unlikely_rooms(house, lived_in, layout, doubts).is_empty
+
+
+def test_a_house_leaves_out_its_shaft_and_says_so() -> None:
+    plan = plan_of(WITH_SHAFT)
+    assert [round(room.area, 2) for room in plan.rooms] == [12.0, 6.47]
+    assert kinds(plan) == ["door"]
+    (told,) = plan.provenance["closed_spaces"]
+    assert told["area"] == pytest.approx(2.2, abs=0.01)
+    assert shapely.box(*SHAFT).contains(shapely.points(source_points_from_plan(plan.frame, [told["place"]]))).all()
 
 
 @settings(max_examples=30, deadline=None)
