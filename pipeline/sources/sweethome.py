@@ -17,6 +17,8 @@ H4  A piece without a sash is a mere opening where the catalogue calls it a fram
 H5  A piece or a room that cannot be read is left out; a wall that cannot be read ends the reading.
 H7  A window by its kind or its name, other than a French or a sliding one, is no way out if it is fixed or starts above
     the floor, however low.
+H8  Nor is any window of an upper storey a way out if it leads into the air: where neither a room nor a piece of its
+    level lies before it (a balcony), nor what the walls of a lower level enclose (a roof).
 H6  A piece of furniture that is called a door, and is as large as one, is a door if it stands in a wall.
 
 **Shapes** of walls and doors in plan, metres, axes as in the file.
@@ -46,12 +48,13 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import shapely
 from shapely import LineString, Polygon
-from shapely.affinity import scale
+from shapely.affinity import scale, translate
+from shapely.geometry.base import BaseGeometry
 from shapely.ops import substring
 
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import fill_enclosed, polygons_of, shares_inside, unite
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
@@ -94,7 +97,7 @@ from pipeline.sources.tolerances import (
     WALL_HEIGHT_M,
     WIDEST_DOOR_M,
 )
-from pipeline.tolerances import HAND_M
+from pipeline.tolerances import HAND_M, HEAD_M, MOST, SHOULDERS_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 CM = 0.01
@@ -148,7 +151,8 @@ class FurniturePiece:
 class DoorOrWindow(FurniturePiece):
     """The part that stands in the wall, as shares of width and depth; ``has_leaf`` tells it from a mere frame.
 
-    ``is_window`` is True where the program says that it is a window and no door.
+    ``is_window`` is True where the program says that it is a window and no door, ``called_window`` where its kind or
+    its name has a word for windows, French ones included.
     """
 
     wall_left: float
@@ -158,6 +162,7 @@ class DoorOrWindow(FurniturePiece):
     mirrored: bool
     has_leaf: bool
     is_window: bool = False
+    called_window: bool = False
 
 
 @dataclass(frozen=True)
@@ -273,16 +278,25 @@ def _door(element: Element, values: dict[str, Any]) -> DoorOrWindow:
         mirrored=_flag(element, "modelMirrored", False),
         has_leaf=element.find("sash") is not None or not _is_frame(element),
         is_window=_is_window(element, values["elevation_m"]),
+        called_window=Role.WALL in _roles(element),
     )
 
 
 def _is_window(element: Element, sill_m: float) -> bool:
     """H7."""
-    kind = f"{element.get('catalogId') or ''} {element.get('name') or ''}"
-    roles = {word_role(word) for word in split_words(kind)}
+    kind, roles = _kind(element), _roles(element)
     if Role.WALL not in roles or Role.DOOR in roles or WALKED_THROUGH.search(kind):
         return False
     return sill_m > HAND_M or "fixed" in kind.lower()
+
+
+def _kind(element: Element) -> str:
+    return f"{element.get('catalogId') or ''} {element.get('name') or ''}"
+
+
+def _roles(element: Element) -> set[Role | None]:
+    """Return what the words of a piece's kind and name stand for."""
+    return {word_role(word) for word in split_words(_kind(element))}
 
 
 def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWindow | None:
@@ -622,8 +636,7 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
     found = wall_strips([wall for wall in home.walls if wall.level == storey.key])
     holes = [
         replace(hole, shape=_flip_y(hole.shape), across=(hole.across[0], -hole.across[1]))
-        for door in home.doors
-        if door.level == storey.key and (hole := door_hole(door, found)) is not None
+        for hole in _holes(home, storey, found)
     ]
     walls = [Wall(_flip_y(wall.shape), wall.bottom_m, wall.top_m) for wall in wall_bodies(found)]
     rooms = drop_outdoor_rooms([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
@@ -645,6 +658,37 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         n_objects=len(pieces),
         provenance={**provenance, "storey": storey.name, **({} if storey.shown else {"hidden": "yes"})},
     )
+
+
+def _holes(home: Home, storey: Storey, found: Sequence[WallStrip]) -> Iterator[Hole]:
+    """Yield the holes in the walls of a level; a window that leads into the air is no way (H8)."""
+    doors = [door for door in home.doors if door.level == storey.key]
+    upper = storey.elevation_m >= HEAD_M and any(door.called_window for door in doors)
+    footing = _footing(home, storey, found) if upper else None
+    for door in doors:
+        hole = door_hole(door, found)
+        if hole is not None and footing is not None and door.called_window and _leads_into_the_air(hole, footing):
+            yield replace(hole, is_window=True)
+        elif hole is not None:
+            yield hole
+
+
+def _leads_into_the_air(hole: Hole, footing: BaseGeometry) -> bool:
+    """Return whether there is nothing to stand on at one of both sides of a hole (H8)."""
+    away = np.ptp(shapely.get_coordinates(hole.shape) @ hole.across) + SHOULDERS_M / 2
+    x, y = away * np.array(hole.across)
+    sides = [translate(hole.shape, sign * x, sign * y) for sign in (-1, 1)]
+    return bool(shares_inside(sides, footing).min() < MOST)
+
+
+def _footing(home: Home, storey: Storey, found: Sequence[WallStrip]) -> BaseGeometry:
+    """Return where one can stand in a storey: in rooms, within walls, on pieces, and on lower storeys (H8)."""
+    lower = {each.key for each in home.levels if each.elevation_m < storey.elevation_m}
+    below = wall_strips([wall for wall in home.walls if wall.level in lower])
+    rooms = [polygon_from_ring(room.ring) for room in home.rooms if room.level == storey.key]
+    pieces = [piece_footprint(piece) for piece in home.furniture if piece.level == storey.key]
+    walls = [fill_enclosed(unite(strip.shape for strip in strips)) for strips in (found, below)]
+    return unite([*walls, *(room for room in rooms if room is not None), *pieces])
 
 
 def _home(path: Path) -> Element:

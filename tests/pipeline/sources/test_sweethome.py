@@ -1,4 +1,5 @@
 import math
+import re
 import struct
 import zipfile
 
@@ -80,6 +81,31 @@ GLASS = "<doorOrWindow {} x='200' y='-10' elevation='{}' width='100' depth='20' 
 )
 def test_a_window_above_the_floor_is_no_way_however_low(tmp_path, kind, elevation, passages):
     level = one(tmp_path, home(GLASS.format(kind, elevation)))
+    assert len(level.openings) == passages
+
+
+BELOW = [(-10, -10, 310, -10), (310, -10, 310, -310), (310, -310, -10, -310), (-10, -310, -10, -10)]
+"""Walls of a lower level beyond the wall of the upper one in which its glass stands."""
+
+
+@pytest.mark.parametrize(
+    ("elevation", "before", "passages"),
+    [
+        (270, "", 2),
+        (0, "", 3),
+        (270, room("Balcony", 100, -170, 300, -20), 3),
+        (270, BED.replace("y='100'", "y='-120'").replace("x='100'", "x='200'"), 3),  # boards of a balcony
+        (270, "".join(wall(f"b{k}", *ends, extra="level='below'") for k, ends in enumerate(BELOW)), 3),
+    ],
+    ids=["air", "at the ground", "balcony", "boards", "roof of a lower level"],
+)
+def test_a_french_window_of_an_upper_level_is_a_way_where_one_can_step_out(tmp_path, elevation, before, passages):
+    glass = GLASS.format("catalogId='eTeks#frenchWindow85x200' name='French window'", 0)
+    tiers = f"<level id='here' elevation='{elevation}'/><level id='below' elevation='-270'/>"
+    text = home(glass, before)
+    for tag in ("wall", "room", "doorOrWindow", "pieceOfFurniture"):
+        text = re.sub(f"<{tag} (?![^>]*level=)", f"<{tag} level='here' ", text)
+    level = levels(write(tmp_path / "h.sh3d", text.replace("</home>", f"{tiers}</home>")))[-1]
     assert len(level.openings) == passages
 
 
