@@ -48,6 +48,7 @@ from pipeline.tolerances import (
     PATCH_M2,
     SHOULDERS_M,
     SINGLE_DOOR_M,
+    SOME,
     SPECK,
     STUB_M,
     TINY_M2,
@@ -74,15 +75,16 @@ def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
 def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Floats) -> BaseGeometry:
     """Return the area of the spaces that are likely no rooms if nothing shows a way into them either.
 
-    These are the spaces with more than a little doubt, but for those for which the source has a room, or furniture on a
-    floor of their own.
+    These are the spaces with some doubt, of tiny ones those with more than hardly any, but for those for which the
+    source has a room, or furniture on a floor of their own.
     """
     if not (doubts > HARDLY).any():
         return EMPTY
     spaces = list(layout.spaces)
     named = shares_inside(spaces, unite(room.polygon for room in level.rooms if room.polygon is not None)) > MOST
     lived_in = (shares_inside(spaces, evidence.floor) > MOST) & (shares_inside(spaces, evidence.furniture) > SPECK)
-    chosen = (doubts > HARDLY) & ~named & ~lived_in
+    enough = np.where(_tininess(shapely.area(spaces)) > 0, HARDLY, SOME)
+    chosen = (doubts > enough) & ~named & ~lived_in
     return unite(space for space, is_unlikely in zip(spaces, chosen, strict=True) if is_unlikely)
 
 

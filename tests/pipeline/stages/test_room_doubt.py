@@ -90,6 +90,12 @@ def test_a_space_that_the_source_names_or_furnishes_is_a_room_however_doubtful()
     assert unlikely_rooms(house, lived_in, layout, doubts).is_empty
 
 
+def test_little_doubt_is_enough_for_a_tiny_space_only() -> None:
+    house, evidence, layout = found(WITH_SHAFT)
+    area = [unlikely_rooms(house, evidence, layout, np.full(3, doubt)).area for doubt in (0.1, 0.2, 0.4)]
+    assert area == pytest.approx([0.0, 2.2, 12.0 + 6.47 + 2.2], abs=0.01)
+
+
 def test_a_house_leaves_out_its_shaft_and_says_so() -> None:
     plan = plan_of(WITH_SHAFT)
     assert [round(room.area, 2) for room in plan.rooms] == [12.0, 6.47]
