@@ -18,7 +18,7 @@ from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate_buildings
 from pipeline.stages.cells import drop_small_cells
-from pipeline.stages.confidence import FinalBuilding, add_confidences
+from pipeline.stages.confidence import FinalBuilding, add_confidences, without_unlikely_entrances
 from pipeline.stages.connectivity import connect_rooms
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.doors import find_doors
@@ -114,8 +114,9 @@ def _of_building(
         level, whole.evidence, whole.layout, spaces, far_walls=whole.far_walls, doubts=whole.doubts
     )
     named = name_rooms(level, spaces)
-    planned = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
-    provenance = _provenance(level, whole.planes, spaces)
+    rated = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
+    planned = without_unlikely_entrances(rated)
+    provenance = _provenance(level, whole.planes, planned.spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
     quality = score_quality(grounds, marked=level.sills)
     yield StageResult("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)

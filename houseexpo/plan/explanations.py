@@ -43,6 +43,7 @@ NOTES: Final[Mapping[str, str]] = {
     "filled_pockets": "filled a corner out of reach",
     "closed_spaces": "left out a closed space that is likely no room",
     "left_out": "left out a part that no cut leads into",
+    "unlikely_entrances": "left out an entrance that is likely a window or a niche",
 }
 """The meaning of each note in a plan's provenance, by its name; by ``name:text`` if the note is a text."""
 

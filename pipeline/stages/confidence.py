@@ -19,6 +19,9 @@ F6  Of an entrance also whether something stands in it at a hand's breadth above
     leads into its room, and, in an upper storey (``upper``), whether there is neither a floor nor the ground before it
     (``air_before``).
 
+F7  An entrance that is more likely none (a window that reaches the floor, a niche) is left out where another one of
+    the building is sure, and the source does not name it.
+
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
 """
@@ -35,6 +38,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.plan.parts import SURE
 from pipeline.geometry.areas import EMPTY, OUTSIDE, clip_to_box, intersect, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.mesh_slicing import barred_shares
@@ -45,7 +49,7 @@ from pipeline.quality import doubt_plan
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
 from pipeline.stages.room_doubt import of_rooms
-from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, SHEET_M, SHOULDERS_M
+from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -59,6 +63,7 @@ SMALL_ROOM_M2: Final = (4.0, 3.0)
 LARGE_ROOM_M2: Final = (40.0, 120.0)
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
+KNOWN: Final = frozenset({"door", "opening"})
 GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
 
 
@@ -91,6 +96,21 @@ def add_confidences(planned: FinalBuilding) -> FinalBuilding:
     return replace(planned, spaces=replace(planned.spaces, passages=passages), named=named)
 
 
+def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
+    """Return a rated building without the entrances that are likely none, which a note counts (F7)."""
+    spaces = planned.spaces
+    outer = {k: p.confidence for k, p in enumerate(spaces.passages) if p.leads_outside and p.confidence is not None}
+    if max(outer.values(), default=0.0) < SURE:
+        return planned
+    named = planned.level.named_openings
+    gone = {k for k, sure in outer.items() if sure < MOST and not (named and spaces.passages[k].closed_by in KNOWN)}
+    if not gone:
+        return planned
+    passages = tuple(p for k, p in enumerate(spaces.passages) if k not in gone)
+    notes = {**spaces.notes, "unlikely_entrances": len(gone)}
+    return replace(planned, spaces=replace(spaces, passages=passages, notes=notes))
+
+
 def model_for_passage(passage: Passage) -> Part:
     """Return which model rates a passage."""
     return "entrance" if passage.leads_outside else "door"
@@ -107,7 +127,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     of_plan, of_entrances, found = _of_plan(planned), _of_entrances(planned), []
     for k, passage in enumerate(spaces.passages):
         portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
-        known = passage.closed_by in {"door", "opening"}
+        known = passage.closed_by in KNOWN
         fronts = [_front(portal, side) for side in (-1, 1) if portal.sides[(side + 1) // 2] != OUTSIDE]
         found.append(
             {

@@ -23,11 +23,13 @@ from pipeline.stages.confidence import (
     add_confidences,
     passage_features,
     room_features,
+    without_unlikely_entrances,
 )
 from pipeline.stages.connectivity import NO_EVIDENCE
 from pipeline.stages.logistic import LogisticModel, load_models
 from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
 from research.confidence_fit import Part, fit, measures, weights_of
+from tests.builders import houses
 from tests.builders.kinds.registry import make_member
 
 NOTHING = Polygon()
@@ -73,6 +75,38 @@ def test_of_a_plain_door_is_said_only_what_closes_it() -> None:
     assert features(passage("opening", "gap")) == {"gap": 1.0}
     assert features(passage("opening", "mouth")) == {"mouth": 1.0}
     assert features(passage("cut", "", why=NO_EVIDENCE)) == {"cut": 1.0, "bare_cut": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("confidences", "closed_by", "named", "left"),
+    [
+        ((0.9, 0.4), "lintel", False, [0.9]),
+        ((0.9, 0.6), "lintel", False, [0.9, 0.6]),
+        ((0.7, 0.4), "lintel", False, [0.7, 0.4]),  # none is sure
+        ((0.4,), "lintel", False, [0.4]),
+        ((0.9, 0.4), "door", True, [0.9, 0.4]),
+        ((0.9, 0.4), "door", False, [0.9]),
+        ((0.9, 0.4), "lintel", True, [0.9]),
+    ],
+)
+def test_an_entrance_that_is_likely_none_is_left_out_beside_a_sure_one(confidences, closed_by, named, left) -> None:
+    doubtful = replace(passage(), confidence=0.1)
+    entrances = [replace(passage("entrance", closed_by), confidence=each) for each in confidences]
+    house = planned(doubtful, *entrances, level=replace(LEVEL, named_openings=named))
+    found = without_unlikely_entrances(house).spaces
+    assert [p.confidence for p in found.passages] == [0.1, *left]
+    lost = len(confidences) - len(left)
+    assert found.notes == ({"unlikely_entrances": lost} if lost else {})
+
+
+def test_a_plan_leaves_out_a_likely_window_beside_its_door(monkeypatch) -> None:
+    rated = LogisticModel(3.0, {"wide": -6.0})
+    monkeypatch.setattr("pipeline.stages.confidence.load_models", lambda: {**load_models(), "entrance": rated})
+    holes = [houses.Hole(1, 1.9), houses.Hole(4, 6.4)]
+    plan = houses.plan_of(houses.shell((0, 0, 8, 4), front=holes))
+    assert [door.kind for door in plan.doors] == ["entrance"]
+    assert plan.doors[0].width == pytest.approx(0.9)
+    assert plan.provenance["notes"]["unlikely_entrances"] == 1
 
 
 def test_odd_shapes_of_passages_count() -> None:
