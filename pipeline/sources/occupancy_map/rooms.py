@@ -13,6 +13,10 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
     or as thin as a wall.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
+R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
+    other is a corner, it bends or passes a hall: what R2 parted there is joined. A jamb goes straight on if it stands
+    out by less than THIN_M. The place is wider than WIDE_M, and AS_WIDE of the corridor's width or more. A corridor is
+    LONG times as long as wide, or longer: its width is that of its widest place, its length is its area by that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
@@ -65,6 +69,8 @@ PARTED_M2 = 1.0
 BESIDE_M = 0.3
 """R6: how far from the middle of a gap its rooms are looked for."""
 THIN_M = 0.2
+LONG = 3.0
+AS_WIDE = 0.6
 LONGEST_M = 3.0
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
@@ -209,7 +215,7 @@ def _divide_cells(
     """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` are closed, as ``walls`` says."""
     closed = _cells_of_gaps(walls, clear.shape) & clear
     basins = find_basins(clear & ~closed, cell_m)
-    numbers = _number_rooms(_merge_basins(basins), basins)
+    numbers = _join_at_bends(_number_rooms(_merge_basins(basins), basins), basins)
     label = numbers.astype(np.int32)[basins.label]
     narrows, rooms = basins.narrows, numbers[basins.narrows.sides]
     if len(gaps):
@@ -345,6 +351,24 @@ def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np
     numbers = np.zeros(count, np.int64)
     numbers[room] = np.arange(1, int(room.sum()) + 1)
     return np.asarray(numbers[root])
+
+
+def _join_at_bends(numbers: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
+    """R10: return the number of the room of each basin, 0 for none; ``numbers`` are those before."""
+    count = int(numbers.max(initial=0)) + 1
+    area = np.bincount(numbers, weights=basins.area_m2, minlength=count)
+    wide = np.zeros(count)
+    np.maximum.at(wide, numbers, 2 * basins.peak_m)
+    narrows, sides = basins.narrows, numbers[basins.narrows.sides]
+    corridor = (area >= LONG * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides])
+    bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < THIN_M) & (narrows.step_m > THIN_M)
+    bends &= corridor.any(axis=1) & (sides > 0).all(axis=1)
+    room = np.arange(count)
+    for one, other in np.sort(room[sides[bends]], axis=1).tolist():
+        low, high = sorted((int(room[one]), int(room[other])))
+        room[room == high] = low
+    kept, found = np.unique(room[numbers], return_inverse=True)
+    return np.asarray(found + int(kept[0] > 0) if len(kept) else numbers)
 
 
 def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConnection, ...]:

@@ -139,6 +139,29 @@ def test_a_corridor_is_not_cut_at_a_wide_niche() -> None:
     assert len(np.unique(parts.label)) == 2
 
 
+@pytest.mark.parametrize(
+    ("above", "below", "wide", "long", "joined"),
+    [
+        (0, 14, 40, 240, True),
+        (7, 7, 40, 240, False),  # both jambs stand out
+        (0, 38, 65, 240, False),  # much narrower than the corridor
+        (0, 18, 40, 240, False),  # as wide as a door
+        (0, 14, 40, 60, False),  # a room, which is no corridor
+    ],
+)
+def test_a_corridor_one_of_whose_walls_goes_straight_on_is_not_cut(
+    above: int, below: int, wide: int, long: int, *, joined: bool
+) -> None:
+    """A corridor and a hall of 8 m x 7.5 m behind its end, where walls stand out from above and below (in cells)."""
+    free = np.zeros((166, long + 160), bool)
+    free[3 : 3 + wide, 3 : 3 + long] = True
+    free[3 + above : 3 + wide - below, 3 + long : 6 + long] = True
+    free[3:163, 6 + long : 156 + long] = True
+    parts = segment_rooms(free, CELL_M)
+    assert parts.label.max() == (1 if joined else 2)
+    assert len(parts.ways) == (0 if joined else 1)
+
+
 def test_a_map_without_known_walls_keeps_its_rooms() -> None:
     free = hall_with_pieces()
     free[82:84] = False
