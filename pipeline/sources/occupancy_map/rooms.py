@@ -15,8 +15,8 @@ R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
     other is a corner, it bends or passes a hall: what R2 parted there is joined. A jamb goes straight on if it stands
-    out by less than THIN_M. The place is wider than WIDE_M, and AS_WIDE of the corridor's width or more. A corridor is
-    LONG times as long as wide, or longer: its width is that of its widest place, its length is its area by that.
+    out by less than THIN_M. The place is wider than WIDE_M and AS_WIDE of the corridor's width, and lies across it. A
+    corridor is LONG times as long as wide or longer: as wide as its widest place, and as long as its area by that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
@@ -360,15 +360,26 @@ def _join_at_bends(numbers: npt.NDArray[np.int64], basins: Basins) -> npt.NDArra
     wide = np.zeros(count)
     np.maximum.at(wide, numbers, 2 * basins.peak_m)
     narrows, sides = basins.narrows, numbers[basins.narrows.sides]
-    corridor = (area >= LONG * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides])
     bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < THIN_M) & (narrows.step_m > THIN_M)
-    bends &= corridor.any(axis=1) & (sides > 0).all(axis=1)
-    room = np.arange(count)
-    for one, other in np.sort(room[sides[bends]], axis=1).tolist():
-        low, high = sorted((int(room[one]), int(room[other])))
-        room[room == high] = low
+    bends &= (sides > 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
+    corridor = (area >= LONG * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides]) & bends[:, None]
+    if not corridor.any():
+        return numbers
+    room, label = np.arange(count), numbers.astype(np.int32)[basins.label]
+    for k, side in np.argwhere(corridor).tolist():
+        if _is_across(narrows.jambs[k], np.argwhere(label == sides[k, side])):
+            low, high = np.sort(room[sides[k]]).tolist()
+            room[room == high] = low
     kept, found = np.unique(room[numbers], return_inverse=True)
-    return np.asarray(found + int(kept[0] > 0) if len(kept) else numbers)
+    return np.asarray(found + int(kept[0] > 0))
+
+
+def _is_across(jambs: Floats, cells: npt.NDArray[np.int64]) -> bool:
+    """R10: whether a place with jambs (2, 2) lies across the length of a room of cells (n, 2), both (row, col)."""
+    y, x = (cells - cells.mean(axis=0)).T
+    along = np.arctan2(2 * (x * y).sum(), (x * x - y * y).sum()) / 2
+    down, right = jambs[1] - jambs[0]
+    return bool(abs(right * np.cos(along) + down * np.sin(along)) < np.hypot(down, right) * np.sqrt(0.5))
 
 
 def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConnection, ...]:
