@@ -15,10 +15,12 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
+from pipeline.config import PipelineConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.rays import fill_between_rays
+from pipeline.stages.drawn_layout import read_drawn_layout
 from tests.builders.batch import likeness, plans_of
 from tests.builders.shared import DATA, needs_shared
 
@@ -188,6 +190,16 @@ def test_a_doorway_is_as_wide_as_both_of_its_rooms_reach() -> None:
         for face, away in zip(faces, (-step, step), strict=True):
             line = shapely.transform(face, lambda points, away=away: points + away)
             assert shapely.intersection(line, rooms).length > line.length - 0.03
+
+
+@needs_shared
+def test_the_rooms_and_doorways_of_a_map_are_taken_as_they_are_drawn() -> None:
+    """With a wall before a part of a doorway, they would be searched for, which takes longer than all else."""
+    (item,) = find(str(DATA / "maps" / "bormann" / "lab_ipa.png"), resolution="0.05")
+    (level,) = reader(item.reader).read(item)
+    drawn = read_drawn_layout(level, PipelineConfig().layout)
+    assert drawn is not None
+    assert len(drawn.layout.rooms) == len(level.rooms)
 
 
 def in_a_white_margin(shades: np.ndarray) -> np.ndarray:
