@@ -7,6 +7,10 @@ R1  A wall that is a little skewed to what stands in it is cut through; where it
     in different lines, the doorway is turned to lie along the wall.
 R2  Two walls of their own, one beside the other: the thinner one decides how deep the doorway is.
 R3  A leaf may lie at a face of the wall, before the hole that it shuts, with no wall in its own line.
+R4  Between two walls that cross its line, as at the front of a closet, a door is as deep as a partition: those walls
+    are deeper than any wall between two rooms, and do not go on in line with it.
+R5  A leaf that is named may lie in a wall in which nobody cut a hole, or at a face of it: it is cut out of all that
+    wall. Whether it does not just stand open there, its caller knows.
 """
 
 from __future__ import annotations
@@ -30,13 +34,16 @@ from pipeline.tolerances import (
     CRACK_M,
     HAND_M,
     LAP_M,
+    LOOKS,
     MOSTLY,
+    RUN_M,
     SHEET_M,
     SKEW,
     SLIVER_M,
     STAND_M,
     STONE_WALL_M,
     THIN_WALL_M,
+    WALL_M,
 )
 
 SAME_SLOPE = 0.04
@@ -126,6 +133,8 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
     faces = [face for face in _faces(box, at, near) if face is not None]
     if not faces:
         return None
+    if all(f[1] - f[0] > WALL_M for f in faces) and _are_crossing(box, ends, near):  # R4
+        faces = [(-depth / 2, depth / 2) for depth in [max(box.thickness, HAND_M)]]
     low, high = min(f[0] for f in faces), max(f[1] for f in faces)
     if high - low > SHEET_M + min(f[1] - f[0] for f in faces):
         turned = _doorway_across(box, ends, faces, near)  # R1
@@ -136,6 +145,13 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
         return None
     centre = box.centre + (ends[1] - ends[0]) / 2 * box.along + (low + high) / 2 * box.across
     return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
+
+
+def _are_crossing(box: Box, ends: list[float], walls: BaseGeometry) -> bool:
+    """R4: return whether no wall as deep as its jambs goes on in line with a leaf, on either side."""
+    low, high = ends
+    beyond = np.array([-low - RUN_M, -low - 2 * RUN_M, high + RUN_M, high + 2 * RUN_M])
+    return not any(face is not None and face[1] - face[0] > WALL_M for face in _faces(box, beyond, walls))
 
 
 def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
@@ -158,6 +174,21 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     along = (box.along + slope * box.across) / longer
     depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * LAP_M  # or a hair of the wall would be left
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
+
+
+def doorway_in_uncut_wall(box: Box, walls: BaseGeometry) -> Box | None:
+    """R5: return the doorway, as deep as the wall that runs on behind all of a leaf or through it, or None."""
+    reach = box.width / 2 + AROUND_M
+    x, y = box.centre
+    near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
+    half = box.width / 2 - SLIVER_M
+    faces = [face for face in _faces(box, np.linspace(-half, half, LOOKS), near) if face is not None]
+    if len(faces) < LOOKS or (np.ptp(faces, axis=0) > SHEET_M).any():
+        return None
+    low, high = np.median(faces, axis=0).tolist()
+    if low > box.thickness / 2 + STAND_M or high < -box.thickness / 2 - STAND_M:
+        return None
+    return replace(box, centre=box.centre + (low + high) / 2 * box.across, thickness=high - low)
 
 
 def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:

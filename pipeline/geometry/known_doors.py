@@ -30,12 +30,14 @@ from pipeline.geometry.doorways import (
     box_polygon,
     boxes_around_polygons,
     doorway_around_leaf,
+    doorway_in_uncut_wall,
     fit_into_wall,
     strips_beside,
 )
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
+    BESIDE_M,
     CM_M,
     CRACK_M,
     DOORWAY_M,
@@ -506,6 +508,8 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
 #     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
 #     doorway.
+# R8  A named leaf in a wall without a hole for it, or at the face of one, is a door in that wall all the same, but one
+#     beside a doorway or a lintel as wide: it may be the leaf of that, and stand open.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -598,11 +602,17 @@ def find_known_doorways(
     """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
+    wayless: list[Box] = []
     for box in (box for mesh in doors for box in _boxes(mesh)):
         leaves.append(box_polygon(box, depth=max(box.thickness, SHEET_M)))
-        way = None if _stands_ajar(box, lintels) else doorway_around_leaf(box, walls)  # R7
+        if _stands_ajar(box, lintels):  # R7
+            continue
+        way = doorway_around_leaf(box, walls)
         if way is not None:
             found.append(Doorway(box_polygon(way), "named"))
+        else:
+            wayless.append(box)
+    found += [Doorway(box_polygon(way), "named") for way in _in_uncut_walls(wayless, walls, lintels, found)]
     found += judged.doorways
     found = [
         replace(each, polygon=_through_wall(each.polygon, walls)) if is_shut else each
@@ -610,6 +620,18 @@ def find_known_doorways(
     ]
     found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
+
+
+def _in_uncut_walls(
+    boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Doorway]
+) -> Iterator[Box]:
+    """R8: yield the doorways of named leaves in walls without a hole for them."""
+    others = unite([each.polygon for each in known])
+    for box in boxes:
+        as_large = DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.low <= FOOT_M and box.high >= HEAD_M
+        beside = shapely.dwithin(box_polygon(box), others, BESIDE_M) or _ends_beside_lintel(box, lintels)
+        if as_large and not beside and (way := doorway_in_uncut_wall(box, walls)) is not None:
+            yield way
 
 
 def _may_be_shut(doorways: Sequence[Doorway], walls: BaseGeometry) -> npt.NDArray[np.bool_]:

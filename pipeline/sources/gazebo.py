@@ -7,7 +7,8 @@ R1  A body that can move is furniture, and so is a fixed one that stands inside 
     The building is the fixed body that covers most of what the fixed ones cover together; where none does, all of them
     are. Where nothing is fixed, as in a model's own file, everything is.
 R2  What is called a door is a leaf: it may stand open or shut. A model called door whose links are called walls, as the
-    building editor calls them, is a wall. What is called furniture is that, except the building.
+    building editor calls them, is a wall. What is called furniture is that, except the building. A link that is called
+    a door, in a model that is called neither a door nor furniture, and that is shaped as one, is a leaf of its own.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 R4  Worlds for small robots have low walls. Where nothing stands head high, and the highest fixed body reaches
     ``LOWEST_WALL_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
@@ -31,8 +32,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import add_losses, check_file, input_from_file, level_id
 from pipeline.sources.gazebo_scene import ModelBody, ModelFinder, SceneReader, join_search_path
 from pipeline.sources.meshes.scene import PartNames
-from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_levels, is_floor
-from pipeline.sources.roles import Role, part_room_words, role_from_name, split_words
+from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_levels, is_floor, may_be_door
+from pipeline.sources.roles import Role, names_furniture_with_doors, part_room_words, role_from_name, split_words
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces
 from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, INSIDE_M, LOWEST_WALL_M, WALL_HEIGHT_M
@@ -120,6 +121,7 @@ class _Parts:
 
 def _sort_bodies(bodies: list[ModelBody]) -> _Parts:
     """R1, R2."""
+    bodies = [part for body in bodies for part in _without_leaves(body)]
     roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
     flat = [body for body in bodies if body.fixed and roles.get(id(body)) in _GROUND and _says_where(body)]  # R5
@@ -172,6 +174,26 @@ def _role(body: ModelBody) -> Role | None:
         if any(link and link.role is Role.WALL for link in links):
             return Role.WALL
     return named.role if named else None
+
+
+def _without_leaves(body: ModelBody) -> Iterator[ModelBody]:
+    """R2: yield the links of a model that are leaves, each as a body, then the rest of it."""
+    is_thing = _role(body) in {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT} or names_furniture_with_doors(body.name)
+    links = [] if is_thing else list(zip(body.links, body.parts, strict=True))
+    leaves = [link for link in links if _is_leaf(*link)]
+    rest = [link for link in links if not any(link is leaf for leaf in leaves)]
+    if leaves and sum(len(mesh.faces) for _, mesh in rest):
+        yield from (ModelBody(name, body.fixed, mesh) for name, mesh in leaves)
+        names, parts = zip(*rest, strict=True)
+        yield replace(body, mesh=merge_meshes(list(parts)), links=names, parts=parts)
+    else:
+        yield body
+
+
+def _is_leaf(name: str, mesh: Mesh) -> bool:
+    named = role_from_name(name)
+    is_door = named is not None and named.role is Role.DOOR and named.sure
+    return is_door and len(mesh.faces) > 0 and may_be_door(mesh, np.arange(len(mesh.faces)), sure=True)
 
 
 def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:

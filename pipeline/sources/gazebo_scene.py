@@ -282,12 +282,13 @@ _ADVICE = "correct it, or leave the model out"
 
 @dataclass(frozen=True, eq=False)
 class ModelBody:
-    """A model's own links in world axes, metres; ``name`` is the model's, ``links`` are the links' names."""
+    """A model's own links in world axes, metres; ``name`` is the model's, ``links`` and ``parts`` are those of each."""
 
     name: str
     fixed: bool
     mesh: Mesh
     links: tuple[str, ...] = ()
+    parts: tuple[Mesh, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -354,17 +355,18 @@ class SceneReader:
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
         here = _Place(place.folder, place.files, model_pose(model, pose, name), fixed)
         frames = ModelFrames(model, name)
-        parts = []
-        for link in model.findall("link"):
+        links = {}
+        for k, link in enumerate(model.findall("link")):
             with self.left_out.part():
-                parts.append(self._link(link, here, frames, name))
-        mesh = merge_meshes(parts)
+                links[k] = self._link(link, here, frames, name)
+        mesh = merge_meshes(list(links.values()))
         self._faces += len(mesh.faces)
         if self._faces > MAX_FACES:
             detail = f"{self._path.name} has more than {MAX_FACES:,} faces"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if len(mesh.faces):
-            yield ModelBody(name, fixed, mesh, tuple(link.get("name", "") for link in model.findall("link")))
+            names = tuple(link.get("name", "") for link in model.findall("link"))
+            yield ModelBody(name, fixed, mesh, names, tuple(links.get(k, NO_MESH) for k in range(len(names))))
         yield from self._inner(model, here, frames, {})
 
     def _include(

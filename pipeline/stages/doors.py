@@ -34,6 +34,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     """Return the rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
+    named = unite([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
@@ -44,7 +45,8 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         outside = OUTSIDE in portal.sides
         kind = _kind(candidate, portal, level, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        wide = span > config.widest_m and not (candidate.kind == "door" and level.names_doors)
+        is_named = candidate.kind == "door" and bool(portal.strip().intersects(named))
+        wide = span > config.widest_m and not is_named
         if not outside and (wide or kind is None or bare):  # R3
             rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
             joins.add((min(portal.sides), max(portal.sides)))

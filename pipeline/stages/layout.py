@@ -30,6 +30,8 @@ R13 Where a room is narrow between two broad parts of it, these are rooms of the
     they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
     parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names.
+R23 A door that the source names parts two rooms. Where both of its faces look into one, because its wall goes on under
+    a beam or ends before another wall, what closes that line closes: lintels and gaps up to ``entrance_m``.
 R16 Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
 R12 Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
@@ -166,6 +168,8 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             ways = split_at_portals(ground, mouths + needed, closed, parts)[0]
             if any(way.kind == "mouth" for way in ways):
                 strips, ground, rooms = strips + ways, closed, parts
+        ways, ground, rooms = _in_line_with_idle_doors(planes.doorways, pieces, strips, ground, rooms, config)  # R23
+        strips = strips + ways
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
@@ -249,6 +253,65 @@ def _without_effect(
         return []
     closed, parts = enclosed_pieces(close_plane(ground, found))
     return [piece for piece in found if not _parts_spaces(piece, ground, closed, parts)]
+
+
+def _in_line_with_idle_doors(
+    doorways: Sequence[Doorway],
+    pieces: Sequence[ClosingCandidate],
+    strips: Sequence[ClosingCandidate],
+    ground: BaseGeometry,
+    rooms: list[Polygon],
+    config: LayoutConfig,
+) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
+    """Return the strips of named doors that parted nothing, with those in line, and the closed plane (R23)."""
+    named = unite([each.polygon for each in doorways if each.source == "named" and each.has_door])
+    if named.is_empty:
+        return [], ground, rooms
+    taken = unite([strip.polygon for strip in strips])
+    idle = [
+        each
+        for each in pieces
+        if each.kind in {"door", "lintel", "gate"} and intersect(each.polygon, taken).area < MOST * each.polygon.area
+    ]
+    found: list[ClosingCandidate] = []
+    for door in [each for each in idle if each.kind == "door" and each.polygon.intersects(named)]:
+        in_line = [
+            replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
+            for each in idle
+            if each.kind != "door" and (width := _width_in_line(door.polygon, each.polygon))
+        ]
+        if not in_line or _parting(door, in_line, ground, config) is None:
+            continue
+        for each in list(in_line):
+            fewer = [other for other in in_line if other is not each]
+            in_line = fewer if _parting(door, fewer, ground, config) is not None else in_line
+        closed, parts = _parting(door, in_line, ground, config) or (ground, rooms)
+        ways = split_at_portals(ground, [door, *in_line], closed, parts)[0]
+        found, ground, rooms = found + ways, closed, parts
+    return found, ground, rooms
+
+
+def _parting(
+    door: ClosingCandidate, beside: Sequence[ClosingCandidate], ground: BaseGeometry, config: LayoutConfig
+) -> tuple[BaseGeometry, list[Polygon]] | None:
+    """Return the plane and its spaces where a door, closed with others, parts two that are rooms, else None (R23)."""
+    closed, parts = enclosed_pieces(close_plane(ground, [door, *beside]))
+    ways = split_at_portals(ground, [door], closed, parts)[0]
+    sides = [way.portal.sides for way in ways if way.portal is not None]
+    are_rooms = (
+        one != other and OUTSIDE not in {one, other} and min(parts[one].area, parts[other].area) >= config.area_m2
+        for one, other in sides
+    )
+    return (closed, parts) if any(are_rooms) else None
+
+
+def _width_in_line(door: Polygon, other: Polygon) -> float:
+    """Return the width of a piece that is as thin as a wall and in line with a door, else 0 (R23)."""
+    box, there = box_around_polygon(door), box_around_polygon(other)
+    aside = abs(float(dot_product(there.centre - box.centre, box.across)))
+    runs = abs(float(dot_product(box.along, there.along))) > PARALLEL
+    in_line = runs and there.thickness <= THICK_WALL_M and aside <= (box.thickness + there.thickness) / 2
+    return there.width if in_line else 0.0
 
 
 def _is_over_doorway(lintel: Polygon) -> bool:

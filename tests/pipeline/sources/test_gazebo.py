@@ -144,6 +144,16 @@ def test_a_door_that_the_building_editor_built_of_walls_is_a_wall(tmp_path):
     assert sorted(room.area for room in plan_of(level).rooms) == pytest.approx([5.85, 5.85, 9.0], rel=0.02)
 
 
+@pytest.mark.parametrize(("name", "link", "leaves"), [("house_2", "door", 1), ("house_2", "d", 0), ("fridge", "door", 0)])
+def test_a_link_called_door_is_a_leaf_unless_its_model_is_furniture(tmp_path, name, link, leaves):
+    """The leaf stands at the face of the outer wall, in which nobody cut a hole."""
+    of_link = f"<link name='{link}'>{box('v', (0.9, 0.06, 2.0), '2 -0.21 1 0 0 0')}</link>"
+    beside = f"<link name='step'>{box('v', (0.9, 0.3, 0.1), '2 -0.4 0.05 0 0 0')}</link>"
+    level = one(tmp_path, house(), f"<model name='{name}'><static>1</static>{of_link}{beside}</model>")
+    assert len(level.leaves) == leaves
+    assert kinds(plan_of(level)) == ["door", "entrance"][: 1 + leaves]
+
+
 def test_low_walls_stand_for_walls_of_full_height_and_that_is_a_guess(tmp_path):
     walls = [(x1, y1, 0.0, x2, y2, 1.0) for x1, y1, bottom, x2, y2, _ in WALLS if bottom == 0.0]
     parts = "".join(part(k, wall) for k, wall in enumerate(walls))

@@ -6,7 +6,7 @@ import shapely
 
 from pipeline.config import DoorsConfig, PipelineConfig
 from pipeline.stages.doors import find_doors
-from pipeline.values import SourceOpening, Spaces
+from pipeline.values import SourceObject, SourceOpening, Spaces
 from tests.builders.houses import (
     Hole,
     Parts,
@@ -44,12 +44,19 @@ def test_a_pane_as_wide_as_a_door_is_none_where_the_source_names_its_doors(named
     assert kinds(found) == ["door"] * (1 if named else 2)
 
 
-@pytest.mark.parametrize("named", [True, False])
-def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(named: bool) -> None:
+@pytest.mark.parametrize("values", [{"named_openings": True}, {}])
+def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(values: dict[str, object]) -> None:
     between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
+    house = [*shell((0.0, 0.0, 8.2, 5.0)), *between]
     door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 4.0), has_door=True)
-    found = doors([*shell((0.0, 0.0, 8.2, 5.0)), *between], openings=(door,), named_openings=named)
-    assert kinds(found) == (["door"] if named else [])
+    assert kinds(doors(house, openings=(door,), **values)) == ["door"]
+    assert kinds(doors(house)) == []
+
+
+def test_a_named_leaf_of_three_metres_is_a_door() -> None:
+    between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
+    leaf = SourceObject(("sliding door",), box((4.07, 1.0, 4.13, 4.0), 0.0, 2.0))
+    assert kinds(doors([*shell((0.0, 0.0, 8.2, 5.0)), *between], leaves=(leaf,))) == ["door"]
 
 
 def test_two_doors_in_one_wall() -> None:

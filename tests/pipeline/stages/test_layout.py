@@ -59,6 +59,16 @@ def test_a_beam_along_a_wall_does_not_close_the_doorway_of_a_leaf_that_is_named(
     assert [set(portal.sides) for portal in doors if portal is not None] == [{0, 1}]
 
 
+@pytest.mark.parametrize("has_door", [True, False])
+@pytest.mark.parametrize("beside", [gap(1.4, 4.2), Hole(1.4, 4.2, 0.0, 2.42)])
+def test_a_named_door_parts_two_rooms_though_a_wide_gap_or_a_header_is_beside_it(beside: Hole, has_door: bool) -> None:
+    """R23: an opening of 2.8 m in the same wall, of full height or under a header of 8 cm, that the source omits."""
+    between = wall((4.0, 0.0, 4.2, 4.4), Hole(0.2, 1.1), beside)
+    opening = SourceOpening(shapely.box(4.0, 0.2, 4.2, 1.1), has_door)
+    found = layout([*shell((0.0, 0.0, 7.2, 4.4)), *between], openings=(opening,), named_openings=True)
+    assert len(found.rooms) == (2 if has_door else 1)
+
+
 @pytest.mark.parametrize(("width", "widest", "rooms"), [(0.9, 1.5, 2), (1.45, 1.5, 2), (2.1, 1.5, 1), (2.1, 2.5, 2)])
 def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
     found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
