@@ -5,7 +5,7 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
     gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
-    the strip. A door that the source names is one, however wide.
+    the strip. A door that the source names is one, however wide, in meshes too.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 """

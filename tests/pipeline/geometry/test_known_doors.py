@@ -186,7 +186,8 @@ def test_a_stretch_of_the_partition_without_a_frame_is_wall() -> None:
 
 
 @pytest.mark.parametrize(
-    ("off_m", "hole", "found"), [(-0.12, False, 0), (-0.03, False, 1), (0.0, False, 1), (0.13, False, 1), (-0.03, True, 0)]
+    ("off_m", "hole", "found"),
+    [(-0.12, False, 0), (-0.03, False, 1), (0.0, False, 1), (0.13, False, 1), (-0.03, True, 0)],
 )
 def test_a_named_leaf_at_the_face_of_an_uncut_wall_is_a_door_in_it(off_m: float, hole: bool, found: int) -> None:  # R8
     """The leaf is 6 cm thick, the wall 10 cm; a leaf beside a doorway as wide may be the open one of that."""

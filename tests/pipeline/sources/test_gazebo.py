@@ -144,7 +144,9 @@ def test_a_door_that_the_building_editor_built_of_walls_is_a_wall(tmp_path):
     assert sorted(room.area for room in plan_of(level).rooms) == pytest.approx([5.85, 5.85, 9.0], rel=0.02)
 
 
-@pytest.mark.parametrize(("name", "link", "leaves"), [("house_2", "door", 1), ("house_2", "d", 0), ("fridge", "door", 0)])
+@pytest.mark.parametrize(
+    ("name", "link", "leaves"), [("house_2", "door", 1), ("house_2", "d", 0), ("fridge", "door", 0)]
+)
 def test_a_link_called_door_is_a_leaf_unless_its_model_is_furniture(tmp_path, name, link, leaves):
     """The leaf stands at the face of the outer wall, in which nobody cut a hole."""
     of_link = f"<link name='{link}'>{box('v', (0.9, 0.06, 2.0), '2 -0.21 1 0 0 0')}</link>"
