@@ -152,8 +152,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
         ):  # R15
             ground, rooms = enclosed_pieces(unite([ground, *slits]))
-        named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
-        ways, ground, rooms = _at_doorless_openings(named, planes.door, ground, rooms)  # R16
+        ways, ground, rooms = _at_doorless_openings(level, planes.door, ground, rooms)  # R16
         strips = strips + ways
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
         beside = [] if gapless else _without_effect(pieces, strips, ground, level)
@@ -168,8 +167,9 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
             ways = split_at_portals(ground, mouths + needed, closed, parts)[0]
             if any(way.kind == "mouth" for way in ways):
                 strips, ground, rooms = strips + ways, closed, parts
-        ways, ground, rooms = _in_line_with_idle_doors(planes.doorways, pieces, strips, ground, rooms, config)  # R23
-        strips = strips + ways
+        strips, ground, rooms = _in_line_with_idle_doors(
+            planes.doorways, pieces, (strips, ground, rooms), config
+        )  # R23
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
@@ -258,22 +258,20 @@ def _without_effect(
 def _in_line_with_idle_doors(
     doorways: Sequence[Doorway],
     pieces: Sequence[ClosingCandidate],
-    strips: Sequence[ClosingCandidate],
-    ground: BaseGeometry,
-    rooms: list[Polygon],
+    found: tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]],
     config: LayoutConfig,
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
-    """Return the strips of named doors that parted nothing, with those in line, and the closed plane (R23)."""
+    """Return the strips, the closed plane and its spaces with those of named doors that parted nothing (R23)."""
+    strips, ground, rooms = found
     named = unite([each.polygon for each in doorways if each.source == "named" and each.has_door])
     if named.is_empty:
-        return [], ground, rooms
+        return found
     taken = unite([strip.polygon for strip in strips])
     idle = [
         each
         for each in pieces
         if each.kind in {"door", "lintel", "gate"} and intersect(each.polygon, taken).area < MOST * each.polygon.area
     ]
-    found: list[ClosingCandidate] = []
     for door in [each for each in idle if each.kind == "door" and each.polygon.intersects(named)]:
         in_line = [
             replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
@@ -287,8 +285,8 @@ def _in_line_with_idle_doors(
             in_line = fewer if _parting(door, fewer, ground, config) is not None else in_line
         closed, parts = _parting(door, in_line, ground, config) or (ground, rooms)
         ways = split_at_portals(ground, [door, *in_line], closed, parts)[0]
-        found, ground, rooms = found + ways, closed, parts
-    return found, ground, rooms
+        strips, ground, rooms = strips + ways, closed, parts
+    return strips, ground, rooms
 
 
 def _parting(
@@ -348,9 +346,10 @@ def _open_share(found: Layout, unseen: Sequence[ClosingCandidate]) -> float:
 
 
 def _at_doorless_openings(
-    named: list[Polygon], walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
+    level: Level, walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
     """Return the openings without a door between named rooms, and the closed plane with its spaces (R16)."""
+    named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
     if len(named) < 2:
         return [], ground, rooms
     met = shapely.STRtree(rooms).query(named, predicate="intersects")[1]
