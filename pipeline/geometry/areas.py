@@ -110,6 +110,29 @@ def areas_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry) -> npt.
     return np.asarray(shapely.area(shared), np.float64)
 
 
+def shares_of_places(places: Shapes, area: BaseGeometry) -> npt.NDArray[np.float64]:
+    """Return the share of each of some places (n,) that lies in an area, of which most is far from each of them."""
+    found = np.zeros(len(places))
+    if area.is_empty or not len(places):
+        return found
+    shapely.prepare(area)
+    found[shapely.covers(area, places)] = 1.0
+    partly = shapely.intersects(area, places) & (found == 0.0) & (shapely.area(places) > 0.0)
+    for k in np.flatnonzero(partly).tolist():
+        found[k] = intersect(places[k], clip_to_box(area, *places[k].bounds)).area / places[k].area
+    return found
+
+
+def best_overlaps(shapes: Sequence[Polygon] | Shapes, others: Sequence[Polygon] | Shapes) -> npt.NDArray[np.float64]:
+    """Return for each of the shapes (n,) the intersection over union with the one of the others that fits it best."""
+    one, other = np.array(shapes, np.object_), np.array(others, np.object_)
+    k, j = shapely.STRtree(other).query(one, predicate="intersects")
+    shared = shapely.area(intersect_pairs(one[k], other[j]))
+    found = np.zeros(len(one))
+    np.maximum.at(found, k, shared / (shapely.area(one)[k] + shapely.area(other)[j] - shared))
+    return found
+
+
 def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:
     """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
     return _overlay_pairs(shapely.difference, a, b)

@@ -93,8 +93,7 @@ class Portal:
 
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
         """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
-        beyond = [end + on * STAND_M for end, on in zip(self.segment, (-self.along, self.along), strict=True)]
-        return bool(shapely.intersects(door_plane, shapely.points(beyond)).all())
+        return bool(end_at_walls([self], door_plane)[0])
 
     def part_between(self, start: float, end: float) -> Portal:
         """Return the part between two distances (metres) along the wall from the centre."""
@@ -105,6 +104,14 @@ def portal_strips(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: 
     """Return the ``strip`` of each portal (n,)."""
     corners = [portal.corners(deeper_m=deeper_m, wider_m=wider_m) for portal in portals]
     return np.atleast_1d(shapely.polygons(np.array(corners).reshape(-1, 4, 2)))
+
+
+def end_at_walls(portals: Sequence[Portal], door_plane: BaseGeometry) -> npt.NDArray[np.bool_]:
+    """Return for each portal (n,) whether a wall stands at both ends, be it in line or crossing."""
+    shapely.prepare(door_plane)
+    beyond = [end + on * STAND_M for p in portals for end, on in zip(p.segment, (-p.along, p.along), strict=True)]
+    x, y = np.array(beyond).reshape(-1, 2).T
+    return np.asarray(shapely.intersects_xy(door_plane, x, y).reshape(-1, 2).all(axis=1), np.bool_)
 
 
 def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:

@@ -35,14 +35,13 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.parts import SURE
-from pipeline.geometry.areas import EMPTY, OUTSIDE, clip_to_box, intersect, unite
+from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, best_overlaps, shares_of_places, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.mesh_slicing import barred_shares
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.portals import Portal, end_at_walls, portal_strips
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import doubt_plan
@@ -54,6 +53,7 @@ from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
 Features: TypeAlias = dict[str, float]
+Floats: TypeAlias = npt.NDArray[np.float64]
 
 NARROW_M: Final = (0.7, 0.35)
 """Narrower than the first is narrow; by the second is wholly so. The same form below."""
@@ -80,7 +80,7 @@ class FinalBuilding:
     spaces: Spaces
     named: tuple[NamedRoom, ...]
     grounds: Mapping[str, float]
-    doubts: npt.NDArray[np.float64]
+    doubts: Floats
 
 
 def add_confidences(planned: FinalBuilding) -> FinalBuilding:
@@ -119,37 +119,49 @@ def model_for_passage(passage: Passage) -> Part:
 def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
-    rooms = spaces.rooms
+    rooms, portals = spaces.rooms, [passage.portal for passage in spaces.passages]
     room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
-    leaves = shapely.STRtree(evidence.leaves)
-    pairs = [frozenset(p.portal.sides) for p in spaces.passages]
+    beside_leaf = shapely.STRtree(evidence.leaves).query(portal_strips(portals), predicate="dwithin", distance=BESIDE_M)
+    pairs = [frozenset(portal.sides) for portal in portals]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
+    inner = [(k, side) for k, portal in enumerate(portals) for side in (0, 1) if portal.sides[side] != OUTSIDE]
+    of_passage = np.array([k for k, _ in inner], np.int64)
+    fronts = _fronts([portals[k] for k, _ in inner], [2 * side - 1 for _, side in inner])
+    blocked, floorless = (
+        _most_of_each(of_passage, shares, len(portals))
+        for shares in (shares_of_places(fronts, evidence.furniture), _shares_without_floor(fronts, level))
+    )
+    at_walls = end_at_walls(portals, layout.door)
     of_plan, of_entrances, found = _of_plan(planned), _of_entrances(planned), []
-    for k, passage in enumerate(spaces.passages):
-        portal, inner = passage.portal, [side for side in passage.portal.sides if side != OUTSIDE]
+    for k, (passage, portal) in enumerate(zip(spaces.passages, portals, strict=True)):
+        within = [side for side in portal.sides if side != OUTSIDE]
         known = passage.closed_by in KNOWN
-        fronts = [_front(portal, side) for side in (-1, 1) if portal.sides[(side + 1) // 2] != OUTSIDE]
         found.append(
             {
                 **_kind(passage, known=known, named=level.named_openings),
-                "leaf": float(len(leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)) > 0),
+                "leaf": float((beside_leaf[0] == k).any()),
                 "narrow": _ramp(NARROW_M[0] - portal.width, NARROW_M[1]),
                 "wide": _ramp(portal.width - WIDE_M[0], WIDE_M[1]),
                 "deep": _ramp(portal.depth - DEEP_PASSAGE_M[0], DEEP_PASSAGE_M[1]),
-                "loose_end": float(not portal.ends_at_walls(layout.door)),
+                "loose_end": float(not at_walls[k]),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
-                "blocked": max((_share(front, evidence.furniture) for front in fronts), default=0.0),
-                "floorless": max(
-                    (_share_without_floor(front, level.floor_with_rooms) for front in fronts), default=0.0
-                ),
-                "odd_room": float(room_is_odd[inner].any()),
-                "jutting_wall": float(jutting[inner].any()),
-                "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in inner),
+                "blocked": float(blocked[k]),
+                "floorless": float(floorless[k]),
+                "odd_room": float(room_is_odd[within].any()),
+                "jutting_wall": float(jutting[within].any()),
+                "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in within),
                 "scanned": float(evidence.scanned),
                 **of_entrances.get(k, {}),
                 **of_plan,
             }
         )
+    return found
+
+
+def _most_of_each(of_passage: npt.NDArray[np.int64], shares: Floats, count: int) -> Floats:
+    """Return for each passage the larger of the shares (m,) of its fronts; 0 where it has none."""
+    found = np.zeros(count)
+    np.maximum.at(found, of_passage, shares)
     return found
 
 
@@ -164,8 +176,8 @@ def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
         portal = passages[k].portal
         room, side = (portal.sides[0], 1) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1)
         others = [p for j, p in enumerate(passages) if room in p.portal.sides and j != k]
-        before = _front(portal, side)
-        ground = max(_share(before, what) for what in (level.floor or EMPTY, level.below or EMPTY))
+        before = _fronts([portal], [side])
+        ground = max(float(shares_of_places(before, what)[0]) for what in (level.floor or EMPTY, level.below or EMPTY))
         found[k] = {
             "barred": bar,
             "other_ways_out": _ramp(sum(p.leads_outside for p in others), GROUP),
@@ -189,33 +201,39 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each named room, in their order (F4, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms = [each.polygon for each in planned.named]
+    if not rooms:
+        return []
     is_odd, jutting = are_rooms_misshapen(tuple(rooms)), have_jutting_walls(tuple(rooms))
-    given = unite(c.polygon for c in layout.candidates if c.kind in GIVEN)
-    patches = unite(c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN)
-    mouths = unite(c.polygon for c in layout.candidates if c.kind == "mouth")
+    places = np.array(rooms, np.object_)
+    edges = shapely.get_exterior_ring(shapely.buffer(places, SHEET_M))
+    given = _shares_along(edges, [c.polygon for c in layout.candidates if c.kind in GIVEN])
+    patches = _shares_along(edges, [c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN])
+    mouths = _shares_along(edges, [c.polygon for c in layout.candidates if c.kind == "mouth"])
+    walled = _shares_along(edges, [layout.ground])
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
-    home = shapely.STRtree(spaces.rooms).nearest([room.representative_point() for room in rooms])
+    home = shapely.STRtree(spaces.rooms).nearest(shapely.point_on_surface(places))
+    floorless, filled = _shares_without_floor(places, level), shares_of_places(places, evidence.furniture)
     doubts = of_rooms(layout, planned.doubts, rooms)
+    unlike = 1.0 - best_overlaps(places, drawn) if drawn else np.zeros(len(rooms))
     of_plan, found = _of_plan(planned), []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.portal.sides]
-        edge = shapely.buffer(room, SHEET_M).exterior
         found.append(
             {
                 "small": _ramp(SMALL_ROOM_M2[0] - room.area, SMALL_ROOM_M2[1]),
                 "large": _ramp(room.area - LARGE_ROOM_M2[0], LARGE_ROOM_M2[1]),
                 "odd": float(is_odd[k]),
                 "jutting_wall": float(jutting[k]),
-                "given_edge": _share_along(edge, given),
-                "patched_edge": _share_along(edge, patches),
-                "mouth": _share_along(edge, mouths),
-                "wallless_edge": 1.0 - _share_along(edge, layout.ground),
-                "floorless": _share_without_floor(room, level.floor_with_rooms),
+                "given_edge": float(given[k]),
+                "patched_edge": float(patches[k]),
+                "mouth": float(mouths[k]),
+                "wallless_edge": 1.0 - float(walled[k]),
+                "floorless": float(floorless[k]),
                 "drawn": float(bool(drawn)),
-                "unlike_drawn": _unlikeness(room, drawn),
+                "unlike_drawn": float(unlike[k]),
                 "closed": float(not ways),
                 "only_cuts": float(bool(ways) and all(p.kind == "cut" for p in ways)),
-                "furnished": float(_share(room, evidence.furniture) > 0.02),
+                "furnished": float(filled[k] > 0.02),
                 "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
                 "doubtful_space": float(doubts[k]),
@@ -248,38 +266,31 @@ def _of_plan(planned: FinalBuilding) -> Features:
     return {**each, "doubtful_plan": doubt}
 
 
-def _front(portal: Portal, side: int) -> Polygon:
-    """Return the floor in front of a passage, on one side."""
-    ahead = replace(
-        portal, centre=portal.centre + side * portal.across * (portal.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M
-    )
-    return ahead.strip()
+def _fronts(portals: Sequence[Portal], sides: Sequence[int]) -> Shapes:
+    """Return the floor in front of passages (n,), each on one side, -1 or 1."""
+    ahead = [
+        replace(each, centre=each.centre + side * each.across * (each.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M)
+        for each, side in zip(portals, sides, strict=True)
+    ]
+    return portal_strips(ahead)
 
 
-def _share_without_floor(place: Polygon, floor: BaseGeometry | None) -> float:
-    """Return the share of a place without floor; 0 if the source has no floor at all."""
-    return 0.0 if floor is None else 1.0 - _share(place, floor)
+def _shares_without_floor(places: Shapes, level: Level) -> Floats:
+    """Return the share of each place (n,) without floor; 0 if the source has no floor at all."""
+    floor = level.floor_with_rooms
+    return np.zeros(len(places)) if floor is None else 1.0 - shares_of_places(places, floor)
 
 
-def _unlikeness(room: Polygon, drawn: Sequence[Polygon]) -> float:
-    """Return 1 minus the best intersection over union with a room that the source draws; 0 if it draws none (F4)."""
-    if not drawn:
-        return 0.0
-    shared = shapely.area(shapely.intersection(room, np.array(drawn, np.object_)))
-    return float(1.0 - (shared / (room.area + shapely.area(drawn) - shared)).max())
-
-
-def _share_along(edge: BaseGeometry, what: BaseGeometry) -> float:
-    """Return the share of an edge that runs along something."""
-    return float(shapely.intersection(edge, what).length / edge.length) if not what.is_empty else 0.0
-
-
-def _share(place: Polygon, what: BaseGeometry) -> float:
-    if what.is_empty or not place.area > 0:
-        return 0.0
-    if shapely.covers(what, place):
-        return 1.0
-    return float(intersect(place, clip_to_box(what, *place.bounds)).area / place.area)
+def _shares_along(edges: Shapes, what: Sequence[BaseGeometry]) -> Floats:
+    """Return the share of each edge (n,) that runs along some areas."""
+    area = unite(what) if len(what) > 1 else what[0] if what else EMPTY
+    if area.is_empty:
+        return np.zeros(len(edges))
+    shapely.prepare(area)
+    found = shapely.covers(area, edges).astype(np.float64)
+    rest = found == 0.0
+    found[rest] = shapely.length(shapely.intersection(edges[rest], area)) / shapely.length(edges[rest])
+    return np.asarray(found)
 
 
 def _ramp(more: float, whole: float) -> float:

@@ -40,7 +40,16 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import OUTSIDE, buffer_mitred, intersect, polygons_of, shares_inside, subtract, unite
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    best_overlaps,
+    buffer_mitred,
+    intersect,
+    polygons_of,
+    shares_inside,
+    subtract,
+    unite,
+)
 from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
@@ -198,13 +207,7 @@ def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
     """R10."""
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     if drawn:
-        return 1.0 - sum(_best(space, rooms) for space in drawn) / len(drawn)
+        return 1.0 - float(best_overlaps(drawn, rooms).sum()) / len(drawn)
     if not level.room_count:
         return 0.0
     return _share(abs(len(rooms) - level.room_count), max(len(rooms), level.room_count))
-
-
-def _best(space: BaseGeometry, rooms: tuple[Polygon, ...]) -> float:
-    """Return the intersection over union with the room that fits best."""
-    found = [rooms[k] for k in shapely.STRtree(rooms).query(space, predicate="intersects")]
-    return max((space.intersection(r).area / space.union(r).area for r in found), default=0.0)
