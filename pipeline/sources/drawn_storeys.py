@@ -94,10 +94,9 @@ def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole]) -> Prisms:
     for (bottom, top), shapes in sorted(courses.items()):
         whole = shapely.union_all(shapes, grid_size=SAME_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
-        open_ = shapely.union_all([shapely.buffer(hole.shape, LAP_M, join_style="mitre") for hole in across])
-        parts.append(Prism(shapely.difference(whole, open_), bottom, top))
-        for hole in across:  # R2
-            shape = shapely.intersection(whole, shapely.buffer(hole.shape, LAP_M, join_style="mitre"))
+        grown = shapely.buffer([hole.shape for hole in across], LAP_M, join_style="mitre")
+        parts.append(Prism(shapely.difference(whole, shapely.union_all(grown)), bottom, top))
+        for hole, shape in zip(across, shapely.intersection(whole, grown), strict=True):  # R2
             parts += [Prism(shape, bottom, hole.bottom_m), Prism(shape, hole.top_m, top)]
     return Prisms(parts)
 
@@ -229,14 +228,15 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
 def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     """R4, or None if the hole is in no wall."""
     step = DEEPEST_WALL_M * np.array(hole.across)
-    lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
+    corners = shapely.get_coordinates(hole.shape)
+    lane = shapely.convex_hull(shapely.multipoints(np.concatenate([corners + step, corners - step])))
     near = [wall.shape for wall in walls if wall.shape.intersects(lane)]
-    within = shapely.intersection(shapely.union_all(near), lane, grid_size=SAME_M)  # not the face that it runs along
-    beside = shapely.buffer(hole.shape, CRACK_M)
-    through: BaseGeometry = shapely.union_all(
-        [_without_crossing_wall(part, hole) for part in polygons_of(within) if part.intersects(beside)]
-    )
-    shape = shapely.convex_hull(through)
+    standing: BaseGeometry = near[0] if len(near) == 1 else shapely.union_all(near)
+    within = shapely.intersection(standing, lane, grid_size=SAME_M)  # not the face that it runs along
+    parts = polygons_of(within)
+    beside = shapely.dwithin(parts, hole.shape, CRACK_M) if parts else []
+    kept = [_without_crossing_wall(part, hole) for part, is_near in zip(parts, beside, strict=True) if is_near]
+    shape = shapely.convex_hull(kept[0] if len(kept) == 1 else shapely.union_all(kept))
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else None
 
 
