@@ -20,6 +20,7 @@ from pipeline.geometry.areas import (
     WALL,
     OutlineCorners,
     Shapes,
+    areas_inside,
     buffer_mitred,
     dot_product,
     drop_lines_and_points,
@@ -664,7 +665,8 @@ def bands_around_rooms(
 ) -> list[Polygon]:
     """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
 
-    ``ground`` is the closed plane so far and ``rooms`` what it encloses.
+    Rooms that lie open and meet count together: around less than ``least_m2`` there is no band. ``ground`` is the
+    closed plane so far and ``rooms`` what it encloses.
     """
     if not named:
         return []
@@ -672,10 +674,10 @@ def bands_around_rooms(
     of_drawn, of_space = shapely.STRtree(spaces).query(drawn, predicate="intersects")
     shared = shapely.area(intersect_pairs(drawn[of_drawn], spaces[of_space]))
     area, covered = shapely.area(drawn), np.bincount(of_drawn, shared, minlength=len(named))
-    lying_open = drawn[(area >= least_m2) & (covered < MOST * area)]
-    if not len(lying_open):
-        return []
-    return polygons_of(subtract(unite(buffer_mitred(room, HAND_M) for room in lying_open), unite([*named, ground])))
+    lying_open = drawn[covered < MOST * area]
+    wider = polygons_of(unite(buffer_mitred(room, HAND_M) for room in lying_open))
+    wide = [group for group in wider if areas_inside(lying_open, group).sum() >= least_m2]
+    return polygons_of(subtract(unite(wide), unite([*named, ground]))) if wide else []
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:

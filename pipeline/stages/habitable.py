@@ -21,8 +21,10 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     it); but not where the source names the walls of a storey and shows no way inside it: nobody drew its slab and
     its doors. Nor is one without a known door that furniture fills (a block under a ceiling), nor one without any
     way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
-    source names is one. What a person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.rooms_and_passages``).
+    source names is one, and one that lies for the most part where the source says that one is outside is none.
+    What a person says is no room (``overrides.toml``) is none.
+R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), unless the stairs that
+     lead up through it take half of it or more (a stairwell).
 """
 
 from __future__ import annotations
@@ -47,6 +49,7 @@ from pipeline.geometry.areas import (
     intersect_pairs,
     polygons_of,
     shares_inside,
+    subtract,
     unite,
 )
 from pipeline.geometry.mesh_slicing import lengths_of_faces
@@ -104,6 +107,7 @@ def keep_habitable_spaces(
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
+    outdoors |= set(np.flatnonzero(shares_inside(rooms, level.outdoors) > MOST).tolist())
     outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, level)
     below = shares_inside(rooms, level.below)
     if entered or not level.only_walls:
@@ -293,7 +297,8 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     if covered < MOST * sum(room.area for room in rooms):
         return rooms
     named = unite([room.polygon for room in level.rooms if room.polygon is not None])
-    return [part for room in rooms for part in subtract_floor_voids(room, level.floor, level.below, named)]
+    below = level.below if level.stairs is None else subtract(level.below, level.stairs)
+    return [part for room in rooms for part in subtract_floor_voids(room, level.floor, below, named)]
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

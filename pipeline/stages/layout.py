@@ -17,7 +17,8 @@ R4  ... else from the ends of its walls. Either is marked in the plan.
 R5  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
     open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
-    nothing but pillars between them are one opening.
+    nothing but pillars between them are one opening. So are ``GROUP`` gaps or more in a row between the same two
+    spaces, with posts between them (a colonnade).
 R6  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -641,6 +642,8 @@ def _parts_nothing(
         return False
     if candidate.kind == "gate":  # R1, R13
         return True
+    if candidate.kind == "gap" and _is_in_colonnade(portal, strips):
+        return True
     is_lintel = candidate.kind == "lintel"
     if is_lintel and portal.width > config.header_m:
         shallow = intersect(candidate.polygon, shallow_headers)
@@ -658,6 +661,15 @@ def _stands_on_pillars(
     rows = [_row_of_bays(portal, [bay for bay in bays if side in bay.sides], config.header_m) for side in portal.sides]
     sides = zip(rows, portal.sides, (-1.0, 1.0), strict=True)
     return all(row.width > config.beam_m and _is_as_broad(row, portal, way, rooms[side]) for row, side, way in sides)
+
+
+def _is_in_colonnade(portal: Portal, strips: Sequence[ClosingCandidate]) -> bool:
+    """Return whether a gap stands in a row of ``GROUP`` gaps or more between the same two spaces (R5)."""
+    gaps = [c.portal for c in strips if c.kind == "gap" and c.portal is not None]
+    gaps = [gap for gap in gaps if set(gap.sides) == set(portal.sides)]
+    row = _row_of_bays(portal, gaps, 0.0) if len(gaps) >= GROUP else portal
+    line = shapely.linestrings(row.segment)
+    return sum(shapely.dwithin(line, shapely.points(gap.centre), portal.depth) for gap in gaps) >= GROUP
 
 
 def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Portal:

@@ -70,7 +70,9 @@ class Level:
     but a wide gap in a wall is a passage too.
     ``no_rooms`` holds points; a person has said that the region around each of them is no room.
     ``cover`` is the area under slabs above head height, or None where the source keeps no slabs apart from its walls.
+    ``outdoors`` is the area that the source says lies outside, or None.
     ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
+    ``stairs`` is the area of the stairs that lead up from there to this level, or None where the source names none.
     ``sills`` is True if doors are closed by a sill at h_g (SUNCG), so that the paper's two planes are enough.
     ``ceiling_m`` is the height above the floor up to which walls are examined.
     ``room_count`` is the number of rooms of this level that the source names, or None if it names none. ``n_objects``
@@ -84,7 +86,9 @@ class Level:
     frame: Frame
     floor: Polygon | MultiPolygon | None = None
     below: Polygon | MultiPolygon | None = None
+    stairs: Polygon | MultiPolygon | None = None
     cover: Polygon | MultiPolygon | None = None
+    outdoors: Polygon | MultiPolygon | None = None
     leaves: tuple[SourceObject, ...] = ()
     furniture: tuple[SourceObject, ...] = ()
     sills: bool = False

@@ -4,6 +4,8 @@
 
 L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
 L2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
+    In a file without a door or a hole in any wall, none is where several hang over the rooms of the level: these are
+    the beams of a floor on posts (a timber frame), and nobody drew the walls and doors between the posts.
 L3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall where it stands like one: upright, from
     the floor to head height, thin. Where the walls of the file make no level (a garden wall, one wall of a house of
     proxies), the loose parts are walls too; where they make none either, so are the beams: a house of logs.
@@ -11,9 +13,12 @@ L4  A door's leaf belongs to the level that its door is entered from; a thing to
     to the one on whose floor it stands.
 L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings``).
 L6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
+    A stair, a landing or a ramp that stands between the two leads up to this one.
 L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
     leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
 L8  What lies under a slab, a roof or a plate above head height lies under cover.
+L10 Where spaces on a level are external, one is outside; but not where one of them covers a room, as a box around the
+    whole building does.
 L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
     of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
@@ -33,7 +38,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred
+from pipeline.geometry.areas import buffer_mitred, shares_inside, unite
 from pipeline.geometry.meshes import box_around, merge_meshes
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
@@ -70,7 +75,7 @@ from pipeline.sources.tolerances import (
     UPRIGHT_M,
     WALL_FOOT_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, SHEET_M
+from pipeline.tolerances import FOOT_M, GROUP, HAND_M, MOST, SHEET_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
 
 
@@ -84,7 +89,9 @@ class IfcLevelParts:
     walls: Mesh
     floor: Polygon | MultiPolygon | None
     below: Polygon | MultiPolygon | None
+    stairs: Polygon | MultiPolygon | None
     cover: Polygon | MultiPolygon | None
+    outdoors: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
     openings: tuple[SourceOpening, ...]
     leaves: tuple[ElementBody, ...]
@@ -150,7 +157,10 @@ def _level(
     here = [part for part in here if all(part is not screen for screen in screens)]
     standing_walls = WallFootprints([part.mesh for part in here])
     panes = window_hole_fillings(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
+    rooms = find_rooms(spaces, standing_walls)
     beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
+    if not (building.named_openings or building.holes) and _carry_floor(beams, rooms):
+        beams = []
     walls = merge_meshes([*(part.mesh for part in here), *beams, *panes])
     surfaces = Surfaces.of(walls)
     top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
@@ -161,8 +171,10 @@ def _level(
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
+        stairs=_stairs(building, floor, floors),
         cover=_cover(building, floor),
-        rooms=find_rooms(spaces, standing_walls),
+        outdoors=_outdoors([each for each in building.outdoors if _is_on(each, standing, floors)], rooms),
+        rooms=rooms,
         openings=find_openings(building.holes, standing_walls, floor, floors),
         leaves=tuple(leaf for leaf in building.leaves if door_level_height(leaf.bottom, floors) == floor),
         furniture=(*(thing for thing in building.furniture if _is_on(thing, standing, floors)), *screens),
@@ -178,6 +190,12 @@ def _runs_through(part: ElementBody, low: float, high: float) -> bool:
 def _is_lintel(beam: ElementBody, floor: float) -> bool:
     """L2."""
     return floor + CLEAR_M <= beam.bottom < floor + HIGHEST_LINTEL_M
+
+
+def _carry_floor(beams: Sequence[Mesh], rooms: Sequence[SourceRoom]) -> bool:
+    """L2."""
+    inner = unite(buffer_mitred(room.polygon, -HAND_M) for room in rooms if room.polygon is not None)
+    return int((shares_inside([largest_footprint(beam) for beam in beams], inner) > MOST).sum()) >= GROUP
 
 
 def _is_wall(part: ElementBody, floor: float) -> bool:
@@ -235,12 +253,26 @@ def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon
     return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
 
 
+def _stairs(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
+    """L6."""
+    below = max((each for each in floors if each < floor - CLEAR_M), default=np.inf)
+    found = [part for part in building.stairs if below - OFF_FLOOR_M <= part.bottom < floor - KNEE_M]
+    return _area(unite(project_to_plan(part.mesh) for part in found))
+
+
 def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
     """L8."""
     plates = (part for part in (*building.walls, *building.loose) if part.kind == "IfcPlate")
     parts = (*building.slabs, *building.roofs, *plates)
     over = [project_to_plan(part.mesh) for part in parts if part.bottom >= floor + CLEAR_M]
     return _area(shapely.union_all(over, grid_size=ROUGH_M))
+
+
+def _outdoors(spaces: Sequence[ElementBody], rooms: Sequence[SourceRoom]) -> Polygon | MultiPolygon | None:
+    """L10."""
+    drawn = [room.polygon for room in rooms if room.polygon is not None]
+    floors = (floor_polygon(space.mesh) for space in spaces)
+    return _area(unite(floor for floor in floors if not (shares_inside(drawn, floor) > MOST).any()))
 
 
 def _area(shape: BaseGeometry) -> Polygon | MultiPolygon | None:
@@ -335,7 +367,9 @@ def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, pr
         frame=Frame(((1.0, 0.0, x), (0.0, 1.0, y)), "z", found.floor_z, number),
         floor=found.floor and translate(found.floor, -x, -y),
         below=found.below and translate(found.below, -x, -y),
+        stairs=found.stairs and translate(found.stairs, -x, -y),
         cover=found.cover and translate(found.cover, -x, -y),
+        outdoors=found.outdoors and translate(found.outdoors, -x, -y),
         leaves=tuple(move(leaf) for leaf in found.leaves),
         furniture=tuple(move(thing) for thing in found.furniture),
         rooms=tuple(

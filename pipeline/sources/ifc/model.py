@@ -27,11 +27,14 @@ E3  What may be a partition by another name (proxies, loose plates, members and 
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
 E7  Some exporters do not say what fills an opening. Then it is the door or the window that stands in it for the most
     part. A window as high as a door that is called a door (a French window) is one.
-E5  Spaces count unless they lie outside, measure a whole storey, or only group spaces that are in the file themselves;
-    the parts of a space that has a body of its own do not.
+E5  Spaces count unless they measure a whole storey, or only group spaces that are in the file themselves; the parts of
+    a space that has a body of its own do not. Those that are external by their class or their property IsExternal are
+    no rooms: they tell where one is outside.
 E8  What is called a door and is as large as one is a door, whatever its class: a proxy, a plate, a piece of furniture.
     In a file without walls, proxies that are called furniture, plants or lamps are not the walls.
 E9  In a file without walls, what is called a wall is one, whatever its class.
+E10 Stairs are furniture. They are also kept apart, with ramps and with the landings among the slabs: they tell where
+    one goes up.
 E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. So are roofs, with all that
     they are made of: they tell what lies under the open sky. Coverings, footings, ramps and pipes are left out: over
     the head, underfoot, passable or within walls.
@@ -167,12 +170,13 @@ FURNITURE = (
     "IfcRailing",
     "IfcTransportElement",
 )
+STAIRS = ("IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight")
 FRENCH_WINDOW = re.compile(
     r"porte.?fen[eê]tre|baie coulissante|porta.?finestra|puerta.?ventana|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
     re.IGNORECASE,
 )
 FRENCH_WINDOW_M: Final = 1.9  # a lower window is no door, whatever its name
-AREAS = frozenset({"GFA", "EXTERNAL"})  # PredefinedType of a space that is no room (IFC4)
+AREA, EXTERNAL = "GFA", "EXTERNAL"  # PredefinedTypes of spaces that are no rooms (IFC4)
 NO_BUILDING = re.compile(
     r"tree|plant|shrub|hedge|\bcar\b|vehicle|person|people|human|\btext\b|entourage|topograph|terrain|parking"
     r"|baum|pflanze|hecke|arbre|[aá]rbol|alber[oi]|[aá]rvore|\bboom\b",
@@ -190,15 +194,17 @@ class ElementsByKind:
     slabs: list[Any]
     roofs: list[Any]
     spaces: list[Any]
+    outdoors: list[Any]
     openings: list[Any]
     doors: list[Any]
     furniture: list[Any]
+    stairs: list[Any]
 
     def all(self) -> Iterator[Any]:
         """Every one of them."""
-        for kind in (self.walls, self.loose, self.beams, self.slabs, self.roofs, self.spaces):
+        for kind in (self.walls, self.loose, self.beams, self.slabs, self.roofs, self.spaces, self.outdoors):
             yield from kind
-        for kind in (self.openings, self.doors, self.furniture):
+        for kind in (self.openings, self.doors, self.furniture, self.stairs):
             yield from kind
 
 
@@ -213,16 +219,20 @@ def sort_elements(model: Any) -> ElementsByKind:
         called = [e for name in MISNAMED for e in _of_type(model, name) if _called(e) is Role.WALL]  # E9
         walls, loose = walls + called + [each for each in loose if each not in things], []
     named = {each.id() for each in walls}
+    spaces = _of_type(model, "IfcSpace")
     return ElementsByKind(
         walls=walls,
         loose=loose,
         beams=[beam for beam in _of_type(model, "IfcBeam") if beam.id() not in named],
         slabs=[slab for slab in _of_type(model, "IfcSlab") if not _is_roof(slab) and slab.id() not in named],
         roofs=_roofs(model),
-        spaces=_rooms(_of_type(model, "IfcSpace")),
+        spaces=_rooms([space for space in spaces if not _is_external(space)]),
+        outdoors=[space for space in spaces if _is_external(space)],
         openings=[each for each in _of_type(model, "IfcOpeningElement") if any(map(_is_host, opening_hosts(each)))],
         doors=_of_type(model, "IfcDoor"),
         furniture=things + [e for name in FURNITURE for e in _of_type(model, name) if e.id() not in named],
+        stairs=[e for name in STAIRS for e in _of_type(model, name)]
+        + [slab for slab in _of_type(model, "IfcSlab") if _is_landing(slab)],
     )
 
 
@@ -359,6 +369,10 @@ def _is_roof(slab: Any) -> bool:
     return slab.PredefinedType == "ROOF" or any(whole.is_a("IfcRoof") for whole in _containers(slab))
 
 
+def _is_landing(slab: Any) -> bool:
+    return slab.PredefinedType == "LANDING" or any(whole.is_a("IfcStair") for whole in _containers(slab))
+
+
 def _roofs(model: Any) -> list[Any]:
     """E6."""
     wholes = [*_of_type(model, "IfcRoof"), *(slab for slab in _of_type(model, "IfcSlab") if _is_roof(slab))]
@@ -373,14 +387,23 @@ def _rooms(spaces: list[Any]) -> list[Any]:
 
 
 def _is_room(space: Any, bodied: set[int]) -> bool:
-    kinds = {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}
-    if kinds & AREAS:
+    if getattr(space, "PredefinedType", None) == AREA:
         return False
     if space.CompositionType == "PARTIAL":
         return not any(whole.id() in bodied for whole in _containers(space))
     if space.CompositionType == "COMPLEX":
         return not any(part.id() in bodied for part in _members(space))
     return True
+
+
+def _is_external(space: Any) -> bool:
+    """E5."""
+    if EXTERNAL in {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}:
+        return True
+    sets = (getattr(each, "RelatingPropertyDefinition", None) for each in space.IsDefinedBy or ())
+    properties = (each for found in sets for each in getattr(found, "HasProperties", None) or ())
+    said = (getattr(each, "NominalValue", None) for each in properties if each.Name == "IsExternal")
+    return any(value is not None and value.wrappedValue is True for value in said)
 
 
 def _leave_out_damaged_openings(model: Any) -> None:
@@ -527,10 +550,12 @@ class Building:
     slabs: tuple[ElementBody, ...]
     roofs: tuple[ElementBody, ...]
     spaces: tuple[ElementBody, ...]
+    outdoors: tuple[ElementBody, ...]
     holes: tuple[WallHole, ...]
     windows: tuple[WallHole, ...]  # in walls, filled by windows; ``holes`` are all others
     leaves: tuple[ElementBody, ...]
     furniture: tuple[ElementBody, ...]
+    stairs: tuple[ElementBody, ...]
     named_openings: bool
 
 
@@ -575,10 +600,12 @@ def _building(model: Any, schema: str) -> Building:
         slabs=_parts(elements.slabs, meshes),
         roofs=_parts(elements.roofs, meshes),
         spaces=_parts(elements.spaces, meshes),
+        outdoors=_parts(elements.outdoors, meshes),
         holes=tuple(_holes(elements, fillings, meshes, metres)),
         windows=tuple(_windows(elements, fillings, meshes, metres)),
         leaves=_parts([*elements.doors, *french.values()], meshes),
         furniture=_parts(elements.furniture, meshes),
+        stairs=_parts(elements.stairs, meshes),
         named_openings=bool(elements.openings),
     )
 

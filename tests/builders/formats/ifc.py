@@ -89,6 +89,13 @@ class TinyBuilding:
             self._aggregate(storey, [space])
         return space
 
+    def property_of(self, element: Any, group: str, **values: bool) -> None:
+        """Give an element properties, in a set of this name."""
+        single = self.model.createIfcPropertySingleValue
+        found = [single(name, None, self.model.createIfcBoolean(value), None) for name, value in values.items()]
+        known = self.model.createIfcPropertySet(ifcopenshell.guid.new(), None, group, None, found)
+        self.model.createIfcRelDefinesByProperties(ifcopenshell.guid.new(), None, None, None, [element], known)
+
     def opening(self, wall: Any, box: Box, filling: str | None) -> Any:
         """Cut a hole into a wall and fill it with an IfcDoor, an IfcWindow or nothing; return what fills it."""
         opening = self._root("IfcOpeningElement", "hole")

@@ -256,6 +256,22 @@ def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
     assert upper.below.equals(shapely.box(5, 0, 8, 4))
 
 
+def test_stairs_landings_and_ramps_lead_up_to_the_next_storey(tmp_path):
+    house = TinyBuilding()
+    for z in (0.0, 2.8, 5.6):
+        storey = house.storey(f"at {z}", z)
+        house.walls_around(storey, (0, 0, z, 8, 6, z + 2.5))
+        house.element("IfcSlab", storey, (0, 0, z - 0.3, 8, 6, z), "floor")
+    house.element("IfcStairFlight", storey, (5, 1, 0.0, 6, 4, 1.4), "lower flight")
+    house.element("IfcSlab", storey, (5, 4, 1.2, 7, 5, 1.4), "landing", PredefinedType="LANDING")
+    house.element("IfcStairFlight", storey, (6, 1, 1.4, 7, 4, 2.8), "upper flight")
+    house.element("IfcRamp", storey, (1, 1, 2.8, 2, 5, 5.6), "ramp")
+    ground, first, second = read(house.write(tmp_path / "house.ifc"))
+    assert ground.stairs is None
+    assert first.stairs.equals(shapely.box(5, 1, 7, 5))
+    assert second.stairs.equals(shapely.box(1, 1, 2, 5))
+
+
 def test_what_lies_under_the_roof_slab_is_under_cover(tmp_path):
     house = TinyBuilding()
     storey = house.storey("EG", 0.0)

@@ -661,3 +661,46 @@ def test_a_beam_over_one_room_of_the_file_parts_nothing_a_lintel_does(tmp_path, 
         house.space(storey, box, str(number), "Flur")
     (level,) = [x for item in ifc.find(str(house.write(tmp_path / "beam.ifc"))) for x in ifc.read(item)]
     assert len(plan_of(level).rooms) == (rooms if nib_m < 1 or len(spaces) != 2 else 3)
+
+
+@pytest.mark.parametrize(("doors", "joists", "entrances"), [(False, True, 0), (False, False, 4), (True, True, 5)])
+def test_the_beams_of_a_floor_on_posts_are_no_lintels(tmp_path, doors, joists, entrances):
+    """Posts stand along the front of a room, with a beam over them; three beams hang over the room."""
+    house = TinyBuilding()
+    storey = house.storey("1F", 0.0)
+    for x1, y1, x2, y2 in ((0, 0, 0.2, 5.8), (7.8, 0, 8, 5.8), (0, 5.8, 8, 6)):
+        wall = house.element("IfcWall", storey, (x1, y1, 0, x2, y2, 2.5), "wall")
+    for x in (2, 4, 6):
+        house.element("IfcColumn", storey, (x - 0.1, 0, 0, x + 0.1, 0.2, 2.5), "post")
+    house.element("IfcBeam", storey, (0.2, 0, 2.2, 7.8, 0.2, 2.5), "beam")
+    for x in (2, 4, 6) if joists else ():
+        house.element("IfcBeam", storey, (x + 0.9, 0.4, 2.2, x + 1, 5.7, 2.5), "joist")
+    if doors:
+        house.opening(wall, (6, 5.7, 0, 7, 6.1, 2.1), "IfcDoor")
+    house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Room")
+    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "frame.ifc"))) for x in ifc.read(item)]
+    found = plan_of(level)
+    assert len(found.rooms) == 1
+    assert [door.kind for door in found.doors] == ["entrance"] * entrances
+
+
+@pytest.mark.parametrize("said", ["class", "property", None])
+def test_an_external_space_is_outside(flat, tmp_path, said):
+    wall = next(each for each in flat.house.model.by_type("IfcWall") if each.Name == "inner")
+    flat.house.opening(wall, (3.9, 2, 0, 4.3, 3, 2.1), "IfcDoor")
+    terrace = flat.house.space(flat.storey, RIGHT, "2", "Terrasse")
+    if said == "class":
+        terrace.PredefinedType = "EXTERNAL"
+    elif said == "property":
+        flat.house.property_of(terrace, "Pset_SpaceCommon", IsExternal=True)
+    (level,) = [x for item in ifc.find(str(flat.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    found = plan_of(level)
+    assert len(level.rooms) == len(found.rooms) == (1 if said else 2)
+    assert [door.kind for door in found.doors] == ["entrance" if said else "door"]
+
+
+def test_an_external_space_around_the_house_says_nothing_of_its_rooms(flat, tmp_path):
+    flat.house.space(flat.storey, (-5, -5, 0, 15, 15, 9), "0", "Site", PredefinedType="EXTERNAL")
+    (level,) = [x for item in ifc.find(str(flat.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    assert level.outdoors is None
+    assert len(plan_of(level).rooms) == 2

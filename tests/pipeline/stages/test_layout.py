@@ -76,6 +76,12 @@ def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, r
     assert [c.kind for c in found.candidates] == ["gap"] * (rooms - 1)
 
 
+@pytest.mark.parametrize(("post_m", "gaps", "rooms"), [(0.1, 3, 1), (0.1, 2, 2), (0.6, 3, 2)])
+def test_gaps_between_a_row_of_posts_part_nothing(post_m: float, gaps: int, rooms: int) -> None:
+    ways = [gap(0.3 + k * (0.5 + post_m), 0.8 + k * (0.5 + post_m)) for k in range(gaps)]
+    assert len(layout(two_rooms(*ways)).rooms) == rooms
+
+
 @pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 2), (3.2, 1)])
 def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms: int) -> None:
     """2.2 m wide, between two ends of a wall."""
@@ -697,8 +703,17 @@ HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
         ({"below": None}, 20.0),
         ({"below": WELL, "rooms": (HALL,)}, 20.0),
         ({"below": WELL, "floor": shapely.box(0, 0, 1, 4)}, 20.0),
+        ({"below": WELL, "stairs": shapely.box(3, 1, 5, 3.5)}, 20.0),
+        ({"below": WELL, "stairs": shapely.box(3, 1, 4, 2)}, 14.0),
     ],
-    ids=["a stair's void", "a storey by itself", "a void in a room of the source", "most of the floor is not there"],
+    ids=[
+        "a stair's void",
+        "a storey by itself",
+        "a void in a room of the source",
+        "most of the floor is not there",
+        "a stair that fills it",
+        "a void beside a stair",
+    ],
 )
 def test_over_a_void_in_the_floor_is_no_free_space(values: dict[str, object], area: float) -> None:
     (room,) = layout(shell((0, 0, 5, 4)), **{"floor": FLOOR} | values).rooms
@@ -720,6 +735,15 @@ def test_a_storey_of_named_walls_without_a_slab_and_without_doors_keeps_its_room
     assert len(found.rooms) == 2
 
 
+@pytest.mark.parametrize(("name", "rooms"), [(None, 1), ("Loggia", 2)])
+def test_what_the_source_says_is_outside_is_no_room_unless_it_is_named(name: str | None, rooms: int) -> None:
+    there = shapely.box(4.2, 0, 7.2, 3)
+    named = (SourceRoom((name,), (), there),) if name else ()
+    found = layout(two_rooms(Hole(1, 1.9)), outdoors=there, rooms=named)
+    assert len(found.rooms) == rooms
+    assert [OUTSIDE in c.portal.sides for c in found.candidates if c.portal is not None] == [rooms == 1]
+
+
 def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
     house = {"floor": shapely.box(0, 0, 4, 3), "below": shapely.box(4.2, 0, 7.2, 3)}
     assert len(layout(two_rooms(Hole(1, 1.9)), **house).rooms) == 1
@@ -734,6 +758,15 @@ def test_a_room_of_the_source_that_lies_open_is_closed_along_its_edge() -> None:
     assert {c.kind for c in found.candidates} == {"room_edge", "lintel"}
     with pytest.raises(Rejection):
         layout(gables[:2])
+
+
+def test_a_small_room_of_the_source_is_closed_along_its_edge_with_those_beside_it() -> None:
+    gables = [*wall((-0.2, 0, 0, 4)), *wall((9.0, 0, 9.2, 4))]
+    rooms = {"A": (0.0, 3.9), "WC": (3.9, 5.1), "B": (5.1, 9.0)}
+    drawn = [SourceRoom((name,), (), shapely.box(x1, 2.0, x2, 3.5)) for name, (x1, x2) in rooms.items()]
+    assert areas(layout(gables, rooms=tuple(drawn))) == [13.5]
+    with pytest.raises(Rejection):
+        layout(gables, rooms=(drawn[1],))
 
 
 def test_a_room_of_the_source_that_walls_enclose_keeps_their_edge() -> None:
