@@ -20,13 +20,14 @@ T5  ifcopenshell reads units from the only context of a file. A library (IfcProj
 **Sorting elements** into walls, doors, holes, rooms and furniture; anything else is left out.
 
 E1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows except those in
-    roofs and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
+    roofs, ceilings and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
 E2  A wall that is an aggregate without a body of its own (an axis is none) is its parts.
 E3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
     by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
 E7  Some exporters do not say what fills an opening. Then it is the door or the window that stands in it for the most
-    part. A window as high as a door that is called a door (a French window) is one.
+    part, else the one as large as it that stands right before it or behind: in another leaf of the wall. A window as
+    high as a door that is called a door (a French window) is one.
 E5  Spaces count unless they measure a whole storey, or only group spaces that are in the file themselves; the parts of
     a space that has a body of its own do not. Those that are external by their class or their property IsExternal are
     no rooms: they tell where one is outside.
@@ -63,6 +64,7 @@ from pipeline.sources.files import check_file
 from pipeline.sources.roles import Role, role_from_name
 from pipeline.sources.tolerances import (
     AXIS_TILT,
+    CAVITY_M,
     IFC_DOOR_M,
     NAMED_DOOR_M,
     NARROWEST_DOOR_M,
@@ -172,7 +174,8 @@ FURNITURE = (
 )
 STAIRS = ("IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight")
 FRENCH_WINDOW = re.compile(
-    r"porte.?fen[eê]tre|baie coulissante|porta.?finestra|puerta.?ventana|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
+    r"\bporte(s\b|\b|fen)|baie coulissante|\bporta(\b|fin)|\bpuerta(s\b|\b|vent)|\bdeur(en)?\b|\bdrzwi\b"
+    r"|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
     re.IGNORECASE,
 )
 FRENCH_WINDOW_M: Final = 1.9  # a lower window is no door, whatever its name
@@ -348,7 +351,14 @@ def _is_in_roof(element: Any) -> bool:
     """Return whether a window lies in a roof or a slab."""
     openings = [each.RelatingOpeningElement for each in getattr(element, "FillsVoids", None) or ()]
     wholes = [*_containers(element), *(host for opening in openings for host in opening_hosts(opening))]
-    return element.is_a("IfcWindow") and any(whole.is_a(name) for whole in wholes for name in COVERS)
+    return element.is_a("IfcWindow") and any(_lies_over_rooms(whole) for whole in wholes)
+
+
+def _lies_over_rooms(whole: Any) -> bool:
+    """E1; a covering that does not say what it covers may be the outer leaf of a wall."""
+    if whole.is_a("IfcCovering"):
+        return whole.PredefinedType in {"ROOFING", "CEILING"}
+    return any(whole.is_a(name) for name in COVERS)
 
 
 def _may_be_wall(element: Any) -> bool:
@@ -682,12 +692,14 @@ def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, li
     """Return the doors and windows in each opening, by its step id (E7)."""
     found = {opening.id(): opening_fillings(opening) for opening in elements.openings}
     windows = [each for each in elements.walls if each.is_a("IfcWindow")]
-    loose = [each for each in (*elements.doors, *windows) if not getattr(each, "FillsVoids", None)]
-    bodies = [(each, body) for each in loose if (body := _body_of(each, meshes)) is not None]
+    fillings = [*elements.doors, *windows]
+    bodies = [(each, body) for each in fillings if (body := _body_of(each, meshes)) is not None]
+    loose = [(each, body) for each, body in bodies if not getattr(each, "FillsVoids", None)]
     for opening in elements.openings:
         if not found[opening.id()] and opening.id() in meshes:
             hole = meshes[opening.id()]
-            found[opening.id()] = [each for each, body in bodies if _stands_in(body, hole)]
+            within = [each for each, body in loose if _stands_in(body, hole)]
+            found[opening.id()] = within or [each for each, body in bodies if _stands_before(body, hole)]
     return found
 
 
@@ -704,6 +716,17 @@ def _stands_in(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
     low, high = corners.min(axis=0), corners.max(axis=0)
     shared = np.minimum(high, hole.vertices.max(axis=0)) - np.maximum(low, hole.vertices.min(axis=0))
     return bool((shared >= MOST * (high - low)).all())
+
+
+def _stands_before(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
+    """Return whether some corners span as much of a wall as a hole does, at its place, but for how deep they stand."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    start, end = hole.vertices.min(axis=0), hole.vertices.max(axis=0)
+    across = int(np.argmin((end - start)[:2]))
+    shared = np.minimum(high, end) - np.maximum(low, start)
+    in_wall = np.array([1 - across, 2])
+    both = np.maximum(high - low, end - start)
+    return bool((shared[in_wall] >= MOST * both[in_wall]).all() and shared[across] >= -CAVITY_M)
 
 
 def _is_door(element: Any) -> bool:

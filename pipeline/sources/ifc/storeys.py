@@ -8,6 +8,9 @@ N1  A wall or a space without a storey is in the highest storey of its building 
     floor its top lies.
 N2  Rooms, and walls of 1.8 m, that stand on no storey's floor get storeys: one at the floor of each room that lies more
     than 0.6 m from the others, then one at the foot of each wall that stands on none of these.
+N4  A wall or a space that cannot be in the storey that contains it counts as one without a storey where it stands on
+    the floor of another: what ends at the elevation of its storey or lower; and, where one storey contains all walls of
+    a file that names rooms or doors, what starts at the elevation of a higher one or above.
 N3  An element without a building belongs to the building of the file, if there is one only.
 
 **Height of a floor**: where people stand on a storey.
@@ -60,6 +63,7 @@ from pipeline.values import Mesh
 
 def assign_to_storeys(building: Building) -> Building:
     """Return the building in which each wall, slab and space that stands on a floor is in a storey."""
+    building = _without_false_storeys(building)
     loose = [part for part in (*building.walls, *building.spaces) if part.storey is None]
     if not loose:
         return building
@@ -91,6 +95,28 @@ def assign_to_storeys(building: Building) -> Building:
         slabs=tuple(map(to_storey_at, building.slabs)),
         spaces=tuple(map(to_storey_under, building.spaces)),
     )
+
+
+def _without_false_storeys(building: Building) -> Building:
+    """N4."""
+    storeys = {storey.key: storey for storey in building.storeys}
+    named = bool(building.spaces) or any(hole.has_door for hole in building.holes)
+    in_one = named and len({part.storey for part in building.walls}) == 1
+
+    def correct(part: ElementBody) -> ElementBody:
+        storey = None if part.storey is None else storeys.get(part.storey)
+        if storey is None:
+            return part
+        others = [each for each in building.storeys if each.building == storey.building]
+        others = [each for each in others if _stands_on(part.bottom, each.elevation_m)]
+        lies_under = part.top <= storey.elevation_m + MARGIN_M
+        higher = [each for each in others if each.elevation_m >= storey.elevation_m + CLEAR_M]
+        lies_over = in_one and any(part.bottom >= each.elevation_m - MARGIN_M for each in higher)
+        if others and (lies_under or lies_over):
+            return replace(part, storey=None, building=storey.building)
+        return part
+
+    return replace(building, walls=tuple(map(correct, building.walls)), spaces=tuple(map(correct, building.spaces)))
 
 
 def is_made_storey(storey: Storey) -> bool:

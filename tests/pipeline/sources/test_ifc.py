@@ -370,6 +370,26 @@ def test_the_floor_is_where_doors_and_rooms_are_not_the_raw_slab(tower, tmp_path
     assert tower.floors(tmp_path) == [0.0, 3.0]
 
 
+@pytest.mark.parametrize(("held_by", "named"), [(0, True), (2, True), (2, False)])
+def test_walls_that_are_all_in_one_storey_are_where_they_stand(tmp_path, held_by, named):
+    house = TinyBuilding()
+    storeys = [house.storey(name, z) for name, z in (("EG", 0.0), ("OG", 3.0), ("Dach", 6.0))]
+    for z in (0.0, 3.0):
+        walls = house.walls_around(storeys[held_by], (0, 0, z, 8, 6, z + 3))
+        if named:
+            house.opening(walls[0], (1, 0, z, 2, 0.2, z + 2.1), "IfcDoor")
+    levels = read(house.write(tmp_path / "house.ifc"))
+    assert [level.provenance["storey"] for level in levels] == ["EG", "OG"]
+    assert [level.frame.floor for level in levels] == [0.0, 3.0]
+
+
+def test_a_gable_in_the_storey_below_it_makes_no_level(tower, tmp_path):
+    tower.house.storey("Dach", 2.8)
+    tower.house.element("IfcWall", tower.ground, (0, 0, 2.8, 0.2, 6, 5.0), "gable")
+    tower.house.element("IfcWall", tower.ground, (7.8, 0, 2.8, 8, 6, 5.0), "gable")
+    assert tower.floors(tmp_path) == [0.0]
+
+
 def test_one_door_above_a_step_does_not_move_the_floor(tower, tmp_path):
     tower.house.opening(tower.walls[2], (1, 5.8, 0.2, 2, 6, 2.3), "IfcDoor")
     assert tower.floors(tmp_path) == [0.0]

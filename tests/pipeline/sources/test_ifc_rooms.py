@@ -434,6 +434,20 @@ def test_what_stands_in_a_hole_fills_it_though_the_file_does_not_say_so(holed_fl
     assert holed_flat.bounds(tmp_path) == doors
 
 
+@pytest.mark.parametrize(
+    ("host", "kind"), [("IfcCovering", "IfcWindow"), ("IfcWall", "IfcWindow"), ("IfcWall", "IfcDoor")]
+)
+@pytest.mark.parametrize("apart", [0.0, 0.3])
+def test_what_fills_the_hole_of_one_leaf_of_a_wall_fills_that_of_the_other(holed_flat, tmp_path, host, kind, apart):
+    house, storey = holed_flat.house, holed_flat.storey
+    house.opening(holed_flat.outer[0], (1, -0.1, 0, 2.5, 0.3, 2.2), None)
+    leaf = house.element(host, storey, (0, -0.2 - apart, 0, 8, -apart, 2.5), "outer leaf")
+    house.opening(leaf, (1, -0.3 - apart, 0, 2.5, 0.1 - apart, 2.2), kind)
+    holes = [opening for level in holed_flat.levels(tmp_path) for opening in level.openings]
+    bare = [each for each in holes if each.polygon.intersects(shapely.box(1.2, 0.05, 2.3, 0.15)) and not each.has_door]
+    assert len(bare) == (1 if apart else 0)
+
+
 def test_a_window_in_the_next_hole_fills_only_that_one(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.1), None)
     holed_flat.house.opening(holed_flat.inner, (3.9, 3.5, 0, 4.3, 4.4, 2.1), None)
@@ -443,7 +457,13 @@ def test_a_window_in_the_next_hole_fills_only_that_one(holed_flat, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "height", "doors"),
-    [("Porte-fenêtre battante", 2.1, 1), ("Balkontür", 2.1, 1), ("Fenster", 2.1, 0), ("Balkontür", 1.2, 0)],
+    [
+        ("Porte-fenêtre battante", 2.1, 1),
+        ("Porte pleine", 2.1, 1),
+        ("Balkontür", 2.1, 1),
+        ("Fenster", 2.1, 0),
+        ("Balkontür", 1.2, 0),
+    ],
 )
 def test_a_window_as_high_as_a_door_and_called_so_is_one(holed_flat, tmp_path, name, height, doors):
     window = holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 2, 0.2, height), "IfcWindow")
@@ -523,6 +543,13 @@ def test_a_window_in_a_roof_does_not_stand(room, tmp_path):
     window = room.house.opening(roof, (2, 2, 1.0, 3, 3, 2.7), "IfcWindow")
     assert window.is_a("IfcWindow")
     assert not room.stands(tmp_path, height=1.5)
+
+
+@pytest.mark.parametrize(("kind", "stands"), [("CLADDING", True), (None, True), ("ROOFING", False)])
+def test_a_window_in_the_covering_of_a_wall_stands(room, tmp_path, kind, stands):
+    leaf = room.house.element("IfcCovering", room.storey, (2, 2, 0, 5, 2.2, 2.5), "leaf", PredefinedType=kind)
+    room.house.opening(leaf, (3, 2, 0.2, 4, 2.2, 2.3), "IfcWindow")
+    assert room.stands(tmp_path, (3.2, 2, 3.8, 2.2)) == stands
 
 
 def test_a_wall_without_a_body_is_its_parts(room, tmp_path):
