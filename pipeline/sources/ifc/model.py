@@ -723,6 +723,8 @@ def _stands_before(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
     low, high = corners.min(axis=0), corners.max(axis=0)
     start, end = hole.vertices.min(axis=0), hole.vertices.max(axis=0)
     across = int(np.argmin((end - start)[:2]))
+    if across != int(np.argmin((high - low)[:2])):
+        return False
     shared = np.minimum(high, end) - np.maximum(low, start)
     in_wall = np.array([1 - across, 2])
     both = np.maximum(high - low, end - start)

@@ -448,6 +448,13 @@ def test_what_fills_the_hole_of_one_leaf_of_a_wall_fills_that_of_the_other(holed
     assert len(bare) == (1 if apart else 0)
 
 
+def test_a_door_beside_a_notch_does_not_fill_it(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (3.95, 2, 0, 4.25, 2.9, 2.1), None)
+    holed_flat.house.element("IfcDoor", holed_flat.storey, (4, 2, 0, 4.2, 2.9, 2.1), "as deep as the wall")
+    holed_flat.house.opening(holed_flat.inner, (4, 2.92, 0, 4.2, 3.04, 2.1), None)
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
+
+
 def test_a_window_in_the_next_hole_fills_only_that_one(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.1), None)
     holed_flat.house.opening(holed_flat.inner, (3.9, 3.5, 0, 4.3, 4.4, 2.1), None)
