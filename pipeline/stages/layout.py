@@ -669,7 +669,7 @@ def _is_in_colonnade(portal: Portal, strips: Sequence[ClosingCandidate]) -> bool
     gaps = [gap for gap in gaps if set(gap.sides) == set(portal.sides)]
     row = _row_of_bays(portal, gaps, 0.0) if len(gaps) >= GROUP else portal
     line = shapely.linestrings(row.segment)
-    return sum(shapely.dwithin(line, shapely.points(gap.centre), portal.depth) for gap in gaps) >= GROUP
+    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), portal.depth) for gap in gaps) >= GROUP)
 
 
 def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Portal:
