@@ -106,5 +106,7 @@ def _share_strip(portal: Portal, rooms: list[Polygon]) -> tuple[Polygon, Polygon
     near = replace(half, centre=portal.centre - aside).strip()
     far = replace(half, centre=portal.centre + aside).strip()
     first = polygons_of(unite([rooms[portal.sides[0]], near]))[0]
-    second = polygons_of(subtract(unite([rooms[portal.sides[1]], far]), first))[0]
-    return first, second
+    second = polygons_of(subtract(unite([rooms[portal.sides[1]], far]), first))
+    if not second:  # a sliver that the half of the other covers
+        return rooms[portal.sides[0]], rooms[portal.sides[1]]
+    return first, second[0]
