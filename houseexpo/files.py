@@ -6,13 +6,11 @@ import errno
 import hashlib
 import io
 import os
-import re
 import shutil
 import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -110,10 +108,8 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        fault = next(_yaml_faults(built := _PlainYaml(), yaml.parse(data, Loader=loader), deepest), "")
-        document = None if fault or built.is_unusual else built.content
-        if built.is_unusual and not fault:
-            document = yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
+        fault = next(_yaml_faults(yaml.parse(data, Loader=loader), deepest), "")
+        document = None if fault else yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         fault = f"is no YAML: {' '.join(str(error).split())[:200]}"
     if fault:
@@ -121,104 +117,16 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
     return document
 
 
-class _PlainYaml:
-    """The content of a YAML document, built of its events as they come, in a third of the time that PyYAML takes.
-
-    ``is_unusual``: it has tags, merged mappings or keys that are no scalars, or is several documents; then it is not
-    built.
-    """
-
-    def __init__(self) -> None:
-        self.is_unusual = False
-        self._documents: list[Any] = []
-        self._open: list[Any] = [self._documents]
-        self._keys: list[Any] = [_NO_KEY]
-
-    @property
-    def content(self) -> Any:
-        """What the document holds; None if there is none."""
-        return self._documents[0] if self._documents else None
-
-    def add_scalar(self, event: Any) -> None:
-        """Add a text, a number or the like."""
-        plain, quoted = event.implicit
-        value = _plain_scalar(event.value) if plain else event.value
-        is_key = type(self._open[-1]) is dict and self._keys[-1] is _NO_KEY
-        if value is _UNUSUAL or event.tag is not None or not (plain or quoted) or (is_key and value == "<<"):
-            self.is_unusual = True
-        elif is_key:
-            self._keys[-1] = value
-        else:
-            self._put(value)
-
-    def begin(self, collection: dict[Any, Any] | list[Any], tag: str | None) -> None:
-        """Add a mapping or a list, which what follows goes into."""
-        self.is_unusual |= tag is not None or (type(self._open[-1]) is dict and self._keys[-1] is _NO_KEY)
-        if not self.is_unusual:
-            self._put(collection)
-            self._open.append(collection)
-            self._keys.append(_NO_KEY)
-
-    def end(self) -> None:
-        """End a mapping or a list."""
-        if not self.is_unusual:
-            self._open.pop()
-            self._keys.pop()
-
-    def _put(self, value: Any) -> None:
-        around = self._open[-1]
-        if type(around) is list:
-            self.is_unusual |= around is self._documents and len(around) > 0
-            around.append(value)
-        else:
-            around[self._keys[-1]] = value
-            self._keys[-1] = _NO_KEY
-
-
-_NO_KEY: Final = object()
-_UNUSUAL: Final = object()
-_NUMBER: Final = re.compile(r"-?(?:0|[1-9][0-9]*)(\.[0-9]+)?")
-
-
-def _plain_scalar(text: str) -> Any:
-    """Return the value of a scalar without quotes, as PyYAML's safe loader does."""
-    if found := _NUMBER.fullmatch(text):
-        return float(text) if found[1] else int(text)
-    return _resolved_scalar(text)
-
-
-@lru_cache(maxsize=1024)
-def _resolved_scalar(text: str) -> Any:
-    import yaml
-
-    loader = yaml.SafeLoader("")
-    tag = loader.resolve(yaml.ScalarNode, text, (True, False))
-    try:
-        return loader.construct_object(yaml.ScalarNode(tag, text))
-    except (yaml.YAMLError, ValueError):
-        return _UNUSUAL
-
-
-def _yaml_faults(built: _PlainYaml, events: Iterable[Any], deepest: int) -> Iterator[str]:
-    """Yield what is wrong with a document, which is built meanwhile."""
+def _yaml_faults(events: Iterable[Any], deepest: int) -> Iterator[str]:
     import yaml
 
     depth = 0
     for event in events:
-        kind = type(event)
-        if kind is yaml.ScalarEvent:
-            if not built.is_unusual:
-                built.add_scalar(event)
-        elif kind is yaml.AliasEvent:
+        if isinstance(event, yaml.AliasEvent):
             yield "repeats a part by an alias (*name)"
-        elif kind is yaml.MappingStartEvent or kind is yaml.SequenceStartEvent:
-            depth += 1
-            if depth > deepest:
-                yield f"is nested more than {deepest} deep"
-            built.begin({} if kind is yaml.MappingStartEvent else [], event.tag)
-        elif kind is yaml.MappingEndEvent or kind is yaml.SequenceEndEvent:
-            depth -= 1
-            built.end()
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > deepest:
+            yield f"is nested more than {deepest} deep"
 
 
 def zip_bytes(files: Mapping[str, bytes]) -> bytes:

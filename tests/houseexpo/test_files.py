@@ -10,19 +10,10 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-import yaml
 
 import houseexpo
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.files import (
-    atomic_folder,
-    decode_yaml,
-    make_folder,
-    real_path,
-    sha256_of,
-    write_atomically,
-    zip_bytes,
-)
+from houseexpo.files import atomic_folder, make_folder, real_path, sha256_of, write_atomically, zip_bytes
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -117,35 +108,3 @@ def test_a_link_in_a_circle_is_a_path_like_any_other(tmp_path: Path) -> None:
     (tmp_path / "a").symlink_to("b")
     (tmp_path / "b").symlink_to("a")
     assert real_path(tmp_path / "a" / "c").name == "c"
-
-
-PLAIN_YAML = """\
-levels: {L1: {walls: [[0, 1, {}], [1, -2, {"thickness": [3, 0.15]}]], "name": 'a: b', flag: yes, none: ~}}
-? key
-: 2020-01-02
-numbers: [1e3, 1.5e+3, .5, 0x1f, 017, 1_000, 12:30:45, -0, +3, 00.5, 1., -1.25, .inf]
-text: |
-  one
-  two
-empty:
-1: [on, Null, "2", 2]
-1.5: last
-1.5: wins
-"""
-UNUSUAL_YAML = ["<<: {a: 1}\nb: 2", "!!str 5", "a: !!int '5'", "- !!float 1", "a: !!set {x}", "", "plain"]
-
-
-@pytest.mark.parametrize("text", [PLAIN_YAML, *UNUSUAL_YAML])
-def test_yaml_has_the_values_that_pyyaml_gives_it(text: str) -> None:
-    assert repr(decode_yaml(text, 20)) == repr(yaml.safe_load(text))
-
-
-@pytest.mark.parametrize("text", ["a: =", "--- 1\n--- 2", "? [a]\n: b", "on: 2020-13-45", "a: [1", "a: 1\n b: 2"])
-def test_what_pyyaml_refuses_is_no_yaml(text: str) -> None:
-    with pytest.raises(ValueError, match="is no YAML"):
-        decode_yaml(text, 20)
-
-
-def test_plain_yaml_is_not_parsed_twice(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(yaml, "load", None)
-    assert decode_yaml(PLAIN_YAML, 20)["levels"]["L1"]["walls"][1][2] == {"thickness": [3, 0.15]}
