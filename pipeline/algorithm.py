@@ -71,7 +71,8 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
-    whole = _Whole(evidence, planes, layout, doubt_spaces(level, evidence, layout))
+    doubts = doubt_spaces(level, evidence, layout)
+    whole = _Whole(evidence, planes, layout, doubts, unlikely_rooms(level, evidence, layout, doubts))
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in buildings:
@@ -87,22 +88,24 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
 class _Whole:
     """What the first stages found in the whole level, before it is divided into buildings.
 
-    ``doubts`` say of each space how doubtful it is that it is a room. ``far_walls`` are the walls that stand beside no
-    room, of a level with several buildings.
+    ``doubts`` say of each space how doubtful it is that it is a room; ``unlikely`` is the area of those that are likely
+    none. ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
     """
 
     evidence: Evidence
     planes: Planes
     layout: Layout
     doubts: npt.NDArray[np.float64]
+    unlikely: BaseGeometry
     far_walls: BaseGeometry | None = None
 
 
 def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
 ) -> Iterator[StageResult]:
-    unlikely = unlikely_rooms(level, whole.evidence, whole.layout, whole.doubts)
-    spaces = connect_rooms(spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence, unlikely=unlikely)
+    spaces = connect_rooms(
+        spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence, unlikely=whole.unlikely
+    )
     yield StageResult("connectivity", spaces, level.id)
     spaces = straighten_rooms(spaces, config.refine)
     yield StageResult("refine", spaces, level.id)

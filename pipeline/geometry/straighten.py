@@ -223,10 +223,6 @@ def _without_steps(index: list[int], line: Floats, normal: Floats, length: Float
     return [index[k] for k in kept]
 
 
-def _parallel(normal: Floats, a: int, b: int) -> bool:
-    return bool(dot_product(normal[a], normal[b]) > 1 - 1e-9)
-
-
 def _accept_if_sound(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
     """R4: return the redrawn room if it is sound and close to what it was."""
     if any(len(ring) < 3 for ring in rings[:1]):

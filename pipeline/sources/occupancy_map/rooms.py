@@ -512,14 +512,5 @@ def _sides(mask: Bools) -> tuple[int, int, int, int]:
         lines = every[every.any(axis=1)]
         first = lines.argmax(axis=1)
         last = lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
-        found += [int(_quantile(first, EDGE_SHARE)), int(_quantile(last, 1 - EDGE_SHARE))]
+        found += [int(np.quantile(first, EDGE_SHARE)), int(np.quantile(last, 1 - EDGE_SHARE))]
     return found[0], found[1], found[2], found[3]
-
-
-def _quantile(values: npt.NDArray[np.int64], share: float) -> float:
-    """Return what ``np.quantile`` does of values (n,), in a tenth of its time."""
-    at = (len(values) - 1) * share
-    below = int(at)
-    low, high = (float(each) for each in np.sort(values)[[below, min(below + 1, len(values) - 1)]])
-    beyond = at - below
-    return low + (high - low) * beyond if beyond < 0.5 else high - (high - low) * (1 - beyond)
