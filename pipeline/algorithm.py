@@ -30,7 +30,7 @@ from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
-from pipeline.stages.room_doubt import doubt_spaces, unlikely_rooms
+from pipeline.stages.room_doubt import closed_cells, doubt_spaces, unlikely_rooms
 from pipeline.stages.rooms import name_rooms
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
@@ -72,7 +72,8 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
     doubts = doubt_spaces(level, evidence, layout)
-    whole = _Whole(evidence, planes, layout, doubts, unlikely_rooms(level, evidence, layout, doubts))
+    unlikely = unlikely_rooms(level, evidence, layout, doubts)
+    whole = _Whole(evidence, planes, layout, doubts, unlikely, closed_cells(level, evidence, layout))
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in buildings:
@@ -89,7 +90,8 @@ class _Whole:
     """What the first stages found in the whole level, before it is divided into buildings.
 
     ``doubts`` say of each space how doubtful it is that it is a room; ``unlikely`` is the area of those that are likely
-    none. ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
+    none, and ``cells`` that of closed cells. ``far_walls`` are the walls that stand beside no room, of a level with
+    several buildings.
     """
 
     evidence: Evidence
@@ -97,6 +99,7 @@ class _Whole:
     layout: Layout
     doubts: npt.NDArray[np.float64]
     unlikely: BaseGeometry
+    cells: BaseGeometry
     far_walls: BaseGeometry | None = None
 
 
@@ -104,7 +107,13 @@ def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
 ) -> Iterator[StageResult]:
     spaces = connect_rooms(
-        spaces, config.connectivity, config.cells.area_m2, rng, whole.evidence, unlikely=whole.unlikely
+        spaces,
+        config.connectivity,
+        config.cells.area_m2,
+        rng,
+        whole.evidence,
+        unlikely=whole.unlikely,
+        cells=whole.cells,
     )
     yield StageResult("connectivity", spaces, level.id)
     spaces = straighten_rooms(spaces, config.refine)

@@ -17,7 +17,8 @@ R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unk
     cut, and each cut and a note say that it stands for an unknown one.
 R9  Elsewhere a part into which neither a passage nor evidence of a door leads, from inside or outside, is left out
     before any bare wall is cut, if all of it lies in spaces that are likely no rooms (``room_doubt.unlikely_rooms``): a
-    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms.
+    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms. So is a part
+    of closed cells (``room_doubt.closed_cells``), also where R8 holds.
 """
 
 from __future__ import annotations
@@ -56,11 +57,12 @@ def connect_rooms(
     evidence: Evidence | None = None,
     *,
     unlikely: BaseGeometry = EMPTY,
+    cells: BaseGeometry = EMPTY,
 ) -> Spaces:
     """Join all pieces of the space in which the disc can stand; raise Rejection if it can stand nowhere.
 
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
-    may be, and ``unlikely`` is the area of the spaces that are likely no rooms (R9).
+    may be, ``unlikely`` is the area of the spaces that are likely no rooms, and ``cells`` that of closed cells (R9).
     """
     pieces = _standing(walkable_floor(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
@@ -69,6 +71,7 @@ def connect_rooms(
     points: npt.NDArray[np.float64] | None = None
     notes = {"cuts": 0, "left_out": 0, "doors_unknown": 0}
     unknown = evidence is not None and _shows_no_door(evidence, spaces)
+    doubted = cells if unknown else unite([unlikely, cells])
     for _ in range(2 * len(pieces) + 8):
         floor = walkable_floor(spaces)
         pieces = _standing(floor, spaces, config.robot_radius_m)
@@ -77,8 +80,8 @@ def connect_rooms(
         if points is None:
             points = sample_points(pieces, config.samples, rng)  # R1
         found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
-        if found is None and not unknown:  # R9
-            left = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, unlikely)
+        if found is None:  # R9
+            left = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, doubted)
             if left is not None:
                 spaces, points = left, None
                 continue

@@ -33,7 +33,17 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, fill_enclosed, intersect, shares_inside, unite
+from pipeline.geometry.areas import (
+    EMPTY,
+    OUTSIDE,
+    Shapes,
+    drop_thin_parts,
+    fill_enclosed,
+    intersect,
+    shares_inside,
+    subtract,
+    unite,
+)
 from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2
@@ -45,9 +55,11 @@ from pipeline.tolerances import (
     HEAD_M,
     MM_M,
     MOST,
+    PASSABLE_M,
     PATCH_M2,
     SHOULDERS_M,
     SINGLE_DOOR_M,
+    SLIVER_M,
     SOME,
     SPECK,
     STUB_M,
@@ -86,6 +98,41 @@ def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Flo
     enough = np.where(_tininess(shapely.area(spaces)) > 0, HARDLY, SOME)
     chosen = (doubts > enough) & ~named & ~lived_in
     return unite(space for space, is_unlikely in zip(spaces, chosen, strict=True) if is_unlikely)
+
+
+def closed_cells(level: Level, evidence: Evidence, layout: Layout) -> BaseGeometry:
+    """Return the area of the spaces that nothing leads into, and that show nothing of a room.
+
+    Who models a house to walk in, or a world to drive in, opens what can be entered. So a space without a way, a
+    window and furniture is a block of walls where others have ways between them, unless such spaces take ``SOME`` of
+    the storey (its doors are not seen). It is one in any case if it stands free inside another space (a core). Where
+    the source names its walls or its rooms, or the evidence is a scan, this says nothing.
+    """
+    is_named = level.only_walls or any(room.polygon is not None for room in level.rooms)
+    if is_named or evidence.scanned or len(layout.spaces) < 2 or not is_doubted(level, layout):
+        return EMPTY
+    spaces = np.array(layout.spaces, np.object_)
+    ways = [c.portal.sides for c in layout.ways if c.portal is not None and c.portal.width >= PASSABLE_M]
+    ways = [sides for sides in ways if sides[0] != sides[1]]
+    entered = {side for sides in ways for side in sides}
+    windows = _band(drop_thin_parts(subtract(evidence.walls, evidence.tall), SLIVER_M))
+    used = (shares_inside(spaces, evidence.furniture) > SPECK) | shapely.intersects(spaces, windows)
+    closed = np.array([k not in entered for k in range(len(spaces))]) & ~used
+    area = shapely.area(spaces)
+    if not any(OUTSIDE not in sides for sides in ways) or area[closed].sum() > SOME * area.sum():
+        closed &= _stand_free(layout.spaces)
+    return unite(spaces[closed])
+
+
+def _stand_free(spaces: Sequence[Polygon]) -> npt.NDArray[np.bool_]:
+    """Return which spaces (n,) are the only one in a hole of another."""
+    alone = np.zeros(len(spaces), np.bool_)
+    tree = shapely.STRtree(spaces)
+    for ring in (ring for space in spaces for ring in space.interiors):
+        within = tree.query(Polygon(ring), predicate="contains")
+        if len(within) == 1:
+            alone[within] = True
+    return alone
 
 
 def is_doubted(level: Level, layout: Layout) -> bool:

@@ -15,7 +15,7 @@ from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
 from pipeline.values import Doorway, Evidence, Spaces
-from tests.builders.houses import Hole, kinds, level, shell, stage_values, three_rooms, two_rooms, wall
+from tests.builders.houses import Hole, gap, kinds, level, shell, stage_values, three_rooms, two_rooms, wall
 
 CONFIG = ConnectivityConfig()
 
@@ -26,8 +26,9 @@ def connected(
     seed: int = 0,
     evidence: Evidence | None = None,
     unlikely: shapely.Geometry = EMPTY,
+    cells: shapely.Geometry = EMPTY,
 ) -> Spaces:
-    return connect_rooms(spaces, config, 2.0, np.random.default_rng(seed), evidence, unlikely=unlikely)
+    return connect_rooms(spaces, config, 2.0, np.random.default_rng(seed), evidence, unlikely=unlikely, cells=cells)
 
 
 def seen(**places) -> Evidence:
@@ -78,6 +79,14 @@ def test_a_closed_space_that_is_likely_no_room_is_left_out_and_told() -> None:
     (closed,) = found.closed
     assert closed.bounds == pytest.approx(LAST_ROOM.bounds, abs=1e-3)
     assert found.notes == {"closed_spaces": 1}
+
+
+def test_a_closed_cell_is_left_out_where_doors_are_unknown_too() -> None:
+    gaps = [gap(1.0, 1.9)]  # a way, but no door
+    found = connected(before(three_rooms(gaps)), evidence=seen(), cells=LAST_ROOM)
+    assert kinds(found) == ["opening"]
+    assert (len(found.rooms), len(found.closed)) == (2, 1)
+    assert "doors_unknown" not in found.notes
 
 
 @pytest.mark.parametrize(

@@ -17,9 +17,16 @@ from pipeline.geometry.meshes import Mesh
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
-from pipeline.stages.room_doubt import _under_cover, doubt_spaces, of_rooms, space_features, unlikely_rooms
+from pipeline.stages.room_doubt import (
+    _under_cover,
+    closed_cells,
+    doubt_spaces,
+    of_rooms,
+    space_features,
+    unlikely_rooms,
+)
 from pipeline.values import Evidence, Layout, Level, SourceRoom
-from tests.builders.houses import Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall
+from tests.builders.houses import Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall, window
 from tests.builders.meshes import box
 
 
@@ -103,6 +110,54 @@ def test_a_house_leaves_out_its_shaft_and_says_so() -> None:
     (told,) = plan.provenance["closed_spaces"]
     assert told["area"] == pytest.approx(2.2, abs=0.01)
     assert shapely.box(*SHAFT).contains(shapely.points(source_points_from_plan(plan.frame, [told["place"]]))).all()
+
+
+CELL = (8.2, 0.0, 10.2, 2.0)
+
+
+def with_cell(between: Hole, *windows: Hole) -> Parts:
+    """Two rooms of 12 and 12 m2, and beside them a cell of 4 m2 into which nothing leads."""
+    rooms = [*shell((0.0, 0.0, 8.0, 3.0)), *wall((4.0, 0.0, 4.2, 3.0), between)]
+    x1, _, x2, top = CELL
+    cell = [wall((x1, -0.2, x2, 0.0), *windows), wall((x1, top, x2, top + 0.2)), wall((x2, -0.2, x2 + 0.2, top + 0.2))]
+    return [*rooms, *(part for each in cell for part in each)]
+
+
+@pytest.mark.parametrize("way", [Hole(1.0, 1.9), gap(1.0, 1.9)], ids=["door", "gap"])
+def test_a_cell_is_none_where_others_have_ways(way: Hole) -> None:
+    assert closed_cells(*found(with_cell(way))).bounds == pytest.approx(CELL, abs=1e-3)
+    plan = plan_of(with_cell(way))
+    assert (len(plan.rooms), len(plan.doors), len(plan.provenance["closed_spaces"])) == (2, 1, 1)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        with_cell(Hole(1.0, 1.9), window(9.0, 9.8)),
+        [*with_cell(Hole(1.0, 1.9)), box((8.5, 0.5, 9.2, 1.2), 0.0, 0.7)],
+        with_cell(Hole(1.0, 1.0)),  # it is not known where the ways of any room are
+        two_rooms(),
+        [*two_rooms(Hole(1.0, 1.9)), *shell((7.4, 0.0, 11.4, 3.0))],  # a large part of the storey
+    ],
+    ids=["window", "furniture", "no ways", "two rooms", "large"],
+)
+def test_a_closed_space_may_be_a_room(parts: Parts) -> None:
+    assert closed_cells(*found(parts)).is_empty
+
+
+def test_a_source_that_names_its_walls_or_rooms_has_no_cells() -> None:
+    house, evidence, layout = found(with_cell(gap(1.0, 1.9)))
+    assert closed_cells(replace(house, only_walls=True), evidence, layout).is_empty
+    named = replace(house, rooms=(SourceRoom((), ("Closet",), shapely.box(*CELL)),))
+    assert closed_cells(named, evidence, layout).is_empty
+
+
+def test_a_core_that_stands_free_in_a_room_is_no_room() -> None:
+    core = (3.0, 3.0, 7.0, 7.0)
+    house = [*shell((0.0, 0.0, 10.0, 10.0)), *shell(core)]
+    assert closed_cells(*found(house)).bounds == pytest.approx(core, abs=1e-3)
+    two = [*house, *wall((4.9, 3.0, 5.1, 7.0))]  # a dwelling, whose doors nobody drew
+    assert closed_cells(*found(two)).is_empty
 
 
 @settings(max_examples=30, deadline=None)
