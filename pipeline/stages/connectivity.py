@@ -17,8 +17,9 @@ R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unk
     cut, and each cut and a note say that it stands for an unknown one.
 R9  Elsewhere a part into which neither a passage nor evidence of a door leads, from inside or outside, is left out
     before any bare wall is cut, if all of it lies in spaces that are likely no rooms (``room_doubt.unlikely_rooms``): a
-    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms. So is a part
-    of closed cells (``room_doubt.closed_cells``), also where R8 holds.
+    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms. So are parts
+    that are closed cells (``room_doubt.closed_cells``), also where R8 holds, once cuts have joined all others; where
+    these cannot be joined through one wall, the way may lead through a cell.
 """
 
 from __future__ import annotations
@@ -71,7 +72,6 @@ def connect_rooms(
     points: npt.NDArray[np.float64] | None = None
     notes = {"cuts": 0, "left_out": 0, "doors_unknown": 0}
     unknown = evidence is not None and _shows_no_door(evidence, spaces)
-    doubted = cells if unknown else unite([unlikely, cells])
     for _ in range(2 * len(pieces) + 8):
         floor = walkable_floor(spaces)
         pieces = _standing(floor, spaces, config.robot_radius_m)
@@ -80,12 +80,16 @@ def connect_rooms(
         if points is None:
             points = sample_points(pieces, config.samples, rng)  # R1
         found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
-        if found is None:  # R9
-            left = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, doubted)
-            if left is not None:
-                spaces, points = left, None
+        if found is None:
+            closed = {} if unknown else _closed_parts(spaces, pieces, unlikely)  # R9
+            among = _closed_parts(spaces, pieces, cells)
+            others = [k for k in range(len(pieces)) if k not in among]
+            closed = closed or (among if len(others) == 1 else {})
+            if closed:
+                spaces = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, closed)
+                points = None
                 continue
-        found = found or _next_cut(points, pieces, floor, spaces.walls, config)
+            found = _next_cut(points, pieces, floor, spaces.walls, config, first=others)
         if found is None:  # R7
             spaces = _without_part(spaces, pieces, config.robot_radius_m)
             points = None
@@ -121,24 +125,33 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
     return pieces
 
 
-def _leave_closed_space_out(
-    spaces: Spaces, pieces: list[Polygon], radius_m: float, unlikely: BaseGeometry
-) -> Spaces | None:
-    """Leave out the smallest piece whose rooms are all likely none; None if there is no such piece (R9)."""
-    if unlikely.is_empty:
-        return None
-    doubted = set(np.flatnonzero(shares_inside(list(spaces.rooms), unlikely) > MOST).tolist())
+def _closed_parts(spaces: Spaces, pieces: list[Polygon], doubted: BaseGeometry) -> dict[int, set[int]]:
+    """Return the pieces whose rooms all lie in a doubted area and have no entrance, with these rooms (R9).
+
+    The smallest is the first; the largest piece of all is never among them.
+    """
+    if doubted.is_empty:
+        return {}
+    inside = set(np.flatnonzero(shares_inside(list(spaces.rooms), doubted) > MOST).tolist())
     entered = {side for passage in spaces.passages if passage.leads_outside for side in passage.portal.sides}
     reached = [set(shapely.STRtree(spaces.rooms).query(piece, predicate="intersects").tolist()) for piece in pieces]
-    for number, piece in reversed(list(enumerate(pieces))[1:]):
-        rooms = reached[number]
+    found = {}
+    for number in range(len(pieces) - 1, 0, -1):
         elsewhere = set().union(*reached[:number], *reached[number + 1 :])
-        if rooms <= doubted - entered - elsewhere:
-            left = _without_part(spaces, [*(p for p in pieces if p is not piece), piece], radius_m)
-            gone = [room for k, room in enumerate(spaces.rooms) if k in rooms]
-            notes = {**left.notes, "closed_spaces": int(left.notes.get("closed_spaces", 0)) + len(gone)}
-            return replace(left, closed=(*left.closed, *gone), notes=notes)
-    return None
+        if reached[number] <= inside - entered - elsewhere:
+            found[number] = reached[number]
+    return found
+
+
+def _leave_closed_space_out(
+    spaces: Spaces, pieces: list[Polygon], radius_m: float, closed: dict[int, set[int]]
+) -> Spaces:
+    """Leave out the first of the closed parts (R9)."""
+    number, rooms = next(iter(closed.items()))
+    left = _without_part(spaces, [*pieces[:number], *pieces[number + 1 :], pieces[number]], radius_m)
+    gone = [room for k, room in enumerate(spaces.rooms) if k in rooms]
+    notes = {**left.notes, "closed_spaces": int(left.notes.get("closed_spaces", 0)) + len(gone)}
+    return replace(left, closed=(*left.closed, *gone), notes=notes)
 
 
 def _without_part(spaces: Spaces, pieces: list[Polygon], radius_m: float) -> Spaces:
@@ -193,14 +206,24 @@ def _next_cut(
     floor: BaseGeometry,
     walls: BaseGeometry,
     config: ConnectivityConfig,
+    *,
+    first: list[int],
 ) -> _Cut | None:
-    """Return the next cut to make, or None if no clean cut is possible (R3, R5)."""
-    lines = _pairs_apart(points, nearest_piece(points, pieces))
+    """Return the next cut to make, or None if no clean cut is possible (R3, R5).
+
+    A cut through a wall between two of the pieces ``first`` comes before all others.
+    """
+    owner = nearest_piece(points, pieces)
+    lines = _pairs_apart(points, owner)
     walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
-    for rules in (walls_only, anything):  # R3, R5
-        for pair, cut in cut_walls_along_lines(lines, pieces, floor, walls, rules):
-            if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
+    attempts = [(lines, pieces, walls_only), (lines, pieces, anything)]  # R3, R5
+    if len(first) < len(pieces):  # R9
+        among = np.isin(owner, first)
+        attempts.insert(0, (_pairs_apart(points[among], owner[among]), [pieces[k] for k in first], walls_only))
+    for between, joined, rules in attempts:
+        for pair, cut in cut_walls_along_lines(between, joined, floor, walls, rules):
+            if _joins_pieces(cut, joined, floor, config.robot_radius_m):
                 return pair, cut, NO_EVIDENCE if rules.only_walls else NO_WALL
     return None
 
