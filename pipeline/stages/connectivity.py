@@ -14,12 +14,12 @@ R6  A place with some evidence of a door (``geometry.doorway_cuts``) is cut befo
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.
 R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unknown where its passages are. They are
-    cut, and each cut and a note say that it stands for an unknown one.
+    cut, and each cut and a note say that it stands for an unknown one. Parts that are closed cells
+    (``room_doubt.closed_cells``) are left out there once cuts have joined all others; where these cannot be joined
+    through one wall, the way may lead through a cell.
 R9  Elsewhere a part into which neither a passage nor evidence of a door leads, from inside or outside, is left out
     before any bare wall is cut, if all of it lies in spaces that are likely no rooms (``room_doubt.unlikely_rooms``): a
-    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms. So are parts
-    that are closed cells (``room_doubt.closed_cells``), also where R8 holds, once cuts have joined all others; where
-    these cannot be joined through one wall, the way may lead through a cell.
+    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def connect_rooms(
     """Join all pieces of the space in which the disc can stand; raise Rejection if it can stand nowhere.
 
     ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
-    may be, ``unlikely`` is the area of the spaces that are likely no rooms, and ``cells`` that of closed cells (R9).
+    may be, ``unlikely`` is the area of the spaces that are likely no rooms (R9), ``cells`` that of closed cells (R8).
     """
     pieces = _standing(walkable_floor(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
@@ -81,11 +81,9 @@ def connect_rooms(
             points = sample_points(pieces, config.samples, rng)  # R1
         found = _at_evidence(evidence, spaces, pieces, floor, config) if evidence else None
         if found is None:
-            closed = {} if unknown else _closed_parts(spaces, pieces, unlikely)  # R9
-            among = _closed_parts(spaces, pieces, cells)
-            others = [k for k in range(len(pieces)) if k not in among]
-            closed = closed or (among if len(others) == 1 else {})
-            if closed:
+            closed = _closed_parts(spaces, pieces, cells if unknown else unlikely)  # R8, R9
+            others = [k for k in range(len(pieces)) if k not in closed]
+            if closed and (len(others) == 1 or not unknown):
                 spaces = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, closed)
                 points = None
                 continue
@@ -126,7 +124,7 @@ def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Poly
 
 
 def _closed_parts(spaces: Spaces, pieces: list[Polygon], doubted: BaseGeometry) -> dict[int, set[int]]:
-    """Return the pieces whose rooms all lie in a doubted area and have no entrance, with these rooms (R9).
+    """Return the pieces whose rooms all lie in a doubted area and have no entrance, with these rooms (R8, R9).
 
     The smallest is the first; the largest piece of all is never among them.
     """
@@ -146,7 +144,7 @@ def _closed_parts(spaces: Spaces, pieces: list[Polygon], doubted: BaseGeometry) 
 def _leave_closed_space_out(
     spaces: Spaces, pieces: list[Polygon], radius_m: float, closed: dict[int, set[int]]
 ) -> Spaces:
-    """Leave out the first of the closed parts (R9)."""
+    """Leave out the first of the closed parts (R8, R9)."""
     number, rooms = next(iter(closed.items()))
     left = _without_part(spaces, [*pieces[:number], *pieces[number + 1 :], pieces[number]], radius_m)
     gone = [room for k, room in enumerate(spaces.rooms) if k in rooms]
@@ -218,7 +216,7 @@ def _next_cut(
     walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
     anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
     attempts = [(lines, pieces, walls_only), (lines, pieces, anything)]  # R3, R5
-    if len(first) < len(pieces):  # R9
+    if len(first) < len(pieces):  # R8
         among = np.isin(owner, first)
         attempts.insert(0, (_pairs_apart(points[among], owner[among]), [pieces[k] for k in first], walls_only))
     for between, joined, rules in attempts:

@@ -101,12 +101,12 @@ def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Flo
 
 
 def closed_cells(level: Level, evidence: Evidence, layout: Layout) -> BaseGeometry:
-    """Return the area of the spaces that nothing leads into, and that show nothing of a room.
+    """Return the area of the spaces that are no rooms if the storey shows no door, as nothing leads into them.
 
-    Who models a house to walk in, or a world to drive in, opens what can be entered. So a space without a way, a
-    window and furniture is a block of walls where others have ways between them, unless such spaces take ``SOME`` of
-    the storey (its doors are not seen). It is one in any case if it stands free inside another space (a core). Where
-    the source names its walls or its rooms, or the evidence is a scan, this says nothing.
+    Whoever draws ways as gaps draws all that he wants. So a space without a way, a window and furniture is a block of
+    walls where others have ways between them, unless such spaces take ``SOME`` of the storey. It is one in any case if
+    it stands free inside another space (a core). Where the source names its walls or its rooms, or the evidence is a
+    scan, this says nothing.
     """
     is_named = level.only_walls or any(room.polygon is not None for room in level.rooms)
     if is_named or evidence.scanned or len(layout.spaces) < 2 or not is_doubted(level, layout):
