@@ -262,6 +262,16 @@ class EndCaps:
         sloped = self._slope_m2[which] > np.where(heights < HEAD_M, PATCH_M2, 0.0)
         return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
 
+    def lowest_over(self, points: Floats, over_m: float) -> Floats:
+        """For each plan point (n, 2) how high the lowest of the faces over it lies that is above ``over_m``, or inf."""
+        return np.array([self._lowest_over(point, over_m) for point in points], np.float64).reshape(len(points))
+
+    def _lowest_over(self, point: Floats, over_m: float) -> float:
+        low, high = self._bounds
+        near = self.triangles[((low <= point) & (high >= point)).all(axis=1)]
+        heights = _height_at(near[_turns(near[:, :, :2] - point) != 0], point)
+        return float(heights[heights > over_m].min(initial=np.inf))
+
     @cached_property
     def _slope_m2(self) -> Floats:
         """Plan area of the plane that each triangle (n,) is part of, m2; 0 where it does not slope as a roof does."""

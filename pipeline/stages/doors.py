@@ -8,6 +8,9 @@ R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`
     the strip. A door that the source names is one, however wide, in meshes too.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
+R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
+    reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, and
+    as no door's inside, and if there is another way out.
 """
 
 from __future__ import annotations
@@ -16,15 +19,17 @@ from dataclasses import replace
 from itertools import combinations
 
 import networkx as nx
+import numpy as np
 import shapely
 from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import OUTSIDE, drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.closing_candidates import GAPS
+from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.portals import Portal, distance_in_row
-from pipeline.tolerances import BESIDE_M, HAND_M, LAP_M, MOST, SHOULDERS_M
+from pipeline.tolerances import BESIDE_M, CM_M, GROUP, HAND_M, HEAD_M, LAP_M, MOST, SHOULDERS_M, SLIVER_M
 from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
@@ -54,6 +59,8 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             continue
         elif portal.width >= config.narrowest_m:  # R1
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
+    tall = _windows_to_the_floor(passages, level, planes, leaves)  # R5
+    passages = [passage for k, passage in enumerate(passages) if k not in tall]
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
@@ -69,6 +76,26 @@ def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> b
     away = portal.depth / 2 + HAND_M + SHOULDERS_M / 2
     before = replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across)
     return bool(intersect(before.strip(), unite([level.floor, level.below])).is_empty)
+
+
+def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree) -> set[int]:
+    """Return which of the passages are windows (R5)."""
+    outer = {k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M}
+    hung = {k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"}
+    if level.sills or level.walls.is_cloud or not hung or len(outer) < 2:
+        return set()
+    windows = polygons_of(drop_thin_parts(subtract(planes.door, planes.tall), SLIVER_M))
+    middles = shapely.get_coordinates(shapely.point_on_surface(windows)) if windows else np.empty((0, 2))
+    places = np.concatenate([[each.portal.centre for each in passages], middles])
+    heads = MeshSlicer(level.walls).caps.lowest_over(places, HEAD_M)
+    inside = np.array([not each.leads_outside for each in passages] + [False] * len(windows), np.bool_)
+    found = set()
+    for k in hung:
+        level_with_it = np.abs(heads - heads[k]) <= CM_M if np.isfinite(heads[k]) else inside
+        alone = level_with_it[~inside].sum() < GROUP or level_with_it[inside].any()
+        if not alone and not len(leaves.query(passages[k].portal.strip(), predicate="dwithin", distance=BESIDE_M)):
+            found.add(k)
+    return found if outer - found else set()
 
 
 def _row_widths(portals: list[Portal], post_m: float) -> list[float]:

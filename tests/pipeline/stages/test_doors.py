@@ -163,3 +163,26 @@ def test_a_trim_that_ends_in_the_air_is_no_door_and_a_lintel_between_crossing_wa
 def test_an_opening_into_the_air_is_no_entrance(values: dict[str, object], found: list[str]) -> None:
     house = [*shell((0.0, 0.0, 7.2, 3.0), front=(Hole(1.0, 2.4),)), *wall((4.0, 0.0, 4.2, 3.0), Hole(1.0, 1.9))]
     assert sorted(kinds(doors(house, **values))) == found
+
+
+@pytest.mark.parametrize(
+    ("windows", "door", "inner", "entrances"),
+    [(2, 2.0, 2.0, 1), (1, 2.0, 2.0, 2), (2, 2.2, 2.0, 2), (2, 2.0, 2.2, 2)],
+    ids=["as high as windows", "as one window", "no other way out", "as a door inside"],
+)
+def test_what_hangs_as_high_as_the_windows_is_no_entrance(
+    windows: int, door: float, inner: float, entrances: int
+) -> None:
+    with_sills = [Hole(start, start + 0.8, 0.9, 2.2) for start in (0.2, 2.8)[:windows]]
+    front = [*with_sills, Hole(1.4, 2.4, high=2.2), Hole(5.6, 6.5, high=door)]
+    house = [*shell((0.0, 0.0, 7.2, 3.0), front=front), *wall((4.0, 0.0, 4.2, 3.0), Hole(1.0, 1.9, high=inner))]
+    found = [each for each in doors(house).passages if each.kind == "entrance"]
+    assert len(found) == entrances
+    assert max(each.portal.centre[0] for each in found) == pytest.approx(6.05, abs=0.01)
+
+
+def test_an_opening_as_high_as_the_windows_is_an_entrance_where_a_leaf_stands_beside_it() -> None:
+    front = [Hole(start, start + 0.8, 0.9, 2.2) for start in (0.2, 2.8)] + [Hole(1.4, 2.4, high=2.2), Hole(5.6, 6.5)]
+    leaf = SourceObject(("door",), box((1.4, 0.0, 1.45, 0.9), 0.0, 2.1))
+    assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)])) == ["entrance"]
+    assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)], leaves=(leaf,))) == ["entrance", "entrance"]
