@@ -125,7 +125,7 @@ def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[
     while rest:
         whole = rest.pop(0)
         while (k := next((k for k, b in enumerate(rest) if _neighbours(whole, b, door_plane)), None)) is not None:
-            whole = _hull(whole, rest.pop(k))
+            whole = hull_of_row(whole, rest.pop(k))
         result.append(whole)
     return result
 
@@ -163,7 +163,11 @@ def distance_in_row(whole: Portal, other: Portal) -> float | None:
     return max(start - whole.width / 2, -whole.width / 2 - end)
 
 
-def _hull(whole: Portal, other: Portal) -> Portal:
+def hull_of_row(whole: Portal, other: Portal) -> Portal:
+    """Return the strip from the far end of one to that of another in its row, as deep as the deeper of the two.
+
+    What is ``TWICE`` as deep as ``whole`` does not deepen it.
+    """
     start, end, aside = _offsets(whole, other)
     near, far = -whole.depth / 2, whole.depth / 2
     if other.depth < TWICE * whole.depth:

@@ -5,12 +5,14 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
     gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
-    the strip. A door that the source names is one, however wide, in meshes too.
+    the strip. A door that the source names is one, however wide, in meshes too. Where a known door beside it in the
+    same wall parts the same two rooms, what is wider than ``widest_m`` is an ``opening`` between them.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
     reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, and
     as no door's inside, and if there is another way out.
+R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 """
 
 from __future__ import annotations
@@ -28,8 +30,8 @@ from pipeline.config import DoorsConfig
 from pipeline.geometry.areas import OUTSIDE, drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.portals import Portal, distance_in_row
-from pipeline.tolerances import BESIDE_M, CM_M, GROUP, HAND_M, HEAD_M, LAP_M, MOST, SHOULDERS_M, SLIVER_M
+from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row
+from pipeline.tolerances import BESIDE_M, CM_M, GROUP, HAND_M, HEAD_M, LAP_M, MOST, SHOULDERS_M, SLIVER_M, STAND_M
 from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
@@ -52,7 +54,10 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
         is_named = candidate.kind == "door" and bool(portal.strip().intersects(named))
         wide = span > config.widest_m and not is_named
-        if not outside and (wide or kind is None or bare):  # R3
+        beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
+        if not outside and beside_door:
+            passages.append(Passage(portal, "opening", closed_by=candidate.kind))
+        elif not outside and (wide or kind is None or bare):  # R3
             rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
             joins.add((min(portal.sides), max(portal.sides)))
         elif outside and candidate.kind not in {"door", "opening"} and _leads_into_the_air(portal, rooms, level):  # R4
@@ -60,7 +65,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         elif portal.width >= config.narrowest_m:  # R1
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
     tall = _windows_to_the_floor(passages, level, planes, leaves)  # R5
-    passages = [passage for k, passage in enumerate(passages) if k not in tall]
+    passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
@@ -76,6 +81,30 @@ def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> b
     away = portal.depth / 2 + HAND_M + SHOULDERS_M / 2
     before = replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across)
     return bool(intersect(before.strip(), unite([level.floor, level.below])).is_empty)
+
+
+def _is_beside_door(portal: Portal, strips: list[tuple[ClosingCandidate, Portal]]) -> bool:
+    """Return whether a known door stands in the same wall, between the same two rooms (R3)."""
+    doors = (other for candidate, other in strips if candidate.kind == "door" and other is not portal)
+    return any(distance_in_row(portal, door) is not None for door in doors)
+
+
+def _with_all_leaves(passages: list[Passage], widest_m: float) -> list[Passage]:
+    """Return the passages, one for all leaves of a door (R6)."""
+    found: list[Passage] = []
+    for passage in passages:
+        for k, other in enumerate(found):
+            if passage.closed_by != "door" or other.closed_by != "door":
+                continue
+            apart = distance_in_row(other.portal, passage.portal)
+            if apart is not None and apart <= STAND_M:
+                whole = hull_of_row(other.portal, passage.portal)
+                if whole.width <= widest_m:
+                    found[k] = replace(other, portal=whole)
+                    break
+        else:
+            found.append(passage)
+    return found
 
 
 def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree) -> set[int]:

@@ -99,6 +99,20 @@ def test_an_entrance_that_is_likely_none_is_left_out_beside_a_sure_one(confidenc
     assert found.notes == ({"unlikely_entrances": lost} if lost else {})
 
 
+@pytest.mark.parametrize(
+    ("closed_by", "width", "low", "left"),
+    [("lintel", 0.9, 2.1, 1), ("lintel", 0.5, 2.1, 0), ("door", 0.5, 2.1, 1), ("lintel", 0.9, 0.05, 0)],
+    ids=["a way", "a slit", "a slit with a door", "a window"],
+)
+def test_what_nobody_enters_by_is_left_out_though_none_is_sure(closed_by, width, low, left) -> None:
+    across = wall_across(low, 2.5, (0.5, 2.5))
+    way = Passage(
+        Portal(np.array([-0.1, 1.45]), np.array([0.0, 1.0]), width, 0.2, (0, OUTSIDE)), "entrance", "", closed_by
+    )
+    house = planned(replace(way, confidence=0.4), level=replace(LEVEL, walls=across))
+    assert len(without_unlikely_entrances(house).spaces.passages) == left
+
+
 def test_a_plan_leaves_out_a_likely_window_beside_its_door(monkeypatch) -> None:
     rated = LogisticModel(3.0, {"wide": -6.0})
     monkeypatch.setattr("pipeline.stages.confidence.load_models", lambda: {**load_models(), "entrance": rated})

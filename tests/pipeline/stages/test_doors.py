@@ -186,3 +186,19 @@ def test_an_opening_as_high_as_the_windows_is_an_entrance_where_a_leaf_stands_be
     leaf = SourceObject(("door",), box((1.4, 0.0, 1.45, 0.9), 0.0, 2.1))
     assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)])) == ["entrance"]
     assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)], leaves=(leaf,))) == ["entrance", "entrance"]
+
+
+def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_rooms() -> None:
+    between = wall((4.0, 0.0, 4.2, 6.0), Hole(0.5, 1.4), Hole(2.0, 5.0))
+    house = [*shell((0.0, 0.0, 8.2, 6.0)), *between]
+    door = SourceOpening(shapely.box(4.0, 0.5, 4.2, 1.4), has_door=True)
+    assert sorted(kinds(doors(house, openings=(door,)))) == ["door", "opening"]
+    assert kinds(doors(house)) == ["door"]
+
+
+@pytest.mark.parametrize(("post", "widths"), [(0.0, [1.6]), (0.2, [0.8, 0.8])])
+def test_the_leaves_of_one_door_are_one_passage(post: float, widths: list[float]) -> None:
+    low, high = (1.0, 1.8), (1.8 + post, 2.6 + post)
+    leaves = tuple(SourceOpening(shapely.box(4.0, a, 4.2, b), has_door=True) for a, b in (low, high))
+    found = doors(two_rooms(Hole(1.0, 1.8), Hole(1.8 + post, 2.6 + post)), openings=leaves).passages
+    assert [each.portal.width for each in found] == pytest.approx(widths, abs=0.01)
