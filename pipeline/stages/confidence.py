@@ -21,7 +21,7 @@ F6  Of an entrance also whether something stands in it at a hand's breadth above
 
 F7  An entrance that is more likely none (a window that reaches the floor, a niche) is left out where another one of
     the building is sure, and the source does not name it. Without a sure one, so is what no door is known to stand in
-    and nobody enters by: narrower than a person's shoulders, or barred for the most part.
+    and nobody enters by: narrower than a person's shoulders.
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
@@ -104,20 +104,13 @@ def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
     named = planned.level.named_openings
     gone = {k for k, sure in outer.items() if sure < MOST and not (named and spaces.passages[k].closed_by in KNOWN)}
     if gone and max(outer.values()) < SURE:
-        gone &= _impassable(planned, [k for k in gone if spaces.passages[k].closed_by not in KNOWN])
+        doorless = {k for k in gone if spaces.passages[k].closed_by not in KNOWN}
+        gone = {k for k in doorless if spaces.passages[k].portal.width < SHOULDERS_M}
     if not gone:
         return planned
     passages = tuple(p for k, p in enumerate(spaces.passages) if k not in gone)
     notes = {**spaces.notes, "unlikely_entrances": len(gone)}
     return replace(planned, spaces=replace(spaces, passages=passages, notes=notes))
-
-
-def _impassable(planned: FinalBuilding, which: Sequence[int]) -> set[int]:
-    """Return which of some entrances, by their indices, nobody enters by (F7)."""
-    portals = [planned.spaces.passages[k].portal for k in which]
-    barred = _barred(portals, planned.level, scanned=planned.evidence.scanned)
-    each = zip(which, portals, barred, strict=True)
-    return {k for k, portal, bar in each if portal.width < SHOULDERS_M or bar > MOST}
 
 
 def model_for_passage(passage: Passage) -> Part:

@@ -109,7 +109,7 @@ def _with_all_leaves(passages: list[Passage], widest_m: float) -> list[Passage]:
 
 def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree) -> set[int]:
     """Return which of the passages are windows (R5)."""
-    outer = {k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M}
+    outer = [k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M]
     hung = {k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"}
     if level.sills or level.walls.is_cloud or not hung or len(outer) < 2:
         return set()
@@ -120,11 +120,12 @@ def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes,
     inside = np.array([not each.leads_outside for each in passages] + [False] * len(windows), np.bool_)
     found = set()
     for k in hung:
-        level_with_it = np.abs(heads - heads[k]) <= CM_M if np.isfinite(heads[k]) else inside
-        alone = level_with_it[~inside].sum() < GROUP or level_with_it[inside].any()
+        as_high = np.abs(heads - heads[k]) <= CM_M if np.isfinite(heads[k]) else inside
+        alone = as_high[~inside].sum() < GROUP or as_high[inside].any()
         if not alone and not len(leaves.query(passages[k].portal.strip(), predicate="dwithin", distance=BESIDE_M)):
             found.add(k)
-    return found if outer - found else set()
+    others = [k for k in outer if k not in found and (k not in hung or np.isfinite(heads[k]))]
+    return found if others else set()
 
 
 def _row_widths(portals: list[Portal], post_m: float) -> list[float]:

@@ -13,6 +13,7 @@ from tests.builders.houses import (
     gap,
     kinds,
     level,
+    sheet_wall,
     shell,
     stage_values,
     three_rooms,
@@ -186,6 +187,14 @@ def test_an_opening_as_high_as_the_windows_is_an_entrance_where_a_leaf_stands_be
     leaf = SourceObject(("door",), box((1.4, 0.0, 1.45, 0.9), 0.0, 2.1))
     assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)])) == ["entrance"]
     assert kinds(doors([*shell((0.0, 0.0, 7.2, 3.0), front=front)], leaves=(leaf,))) == ["entrance", "entrance"]
+
+
+def test_a_way_out_whose_head_nobody_can_measure_is_no_reason_to_call_another_one_a_window() -> None:
+    """Nothing level lies over an opening in a sheet."""
+    front = [Hole(0.2, 1.0, 0.9, 2.2), Hole(1.4, 2.4, high=2.2), Hole(2.8, 3.6, 0.9, 2.2)]
+    sides = [*wall((-0.2, -0.2, 0.0, 4.0)), *wall((4.0, -0.2, 4.2, 4.0))]
+    house = [*wall((-0.2, -0.2, 4.2, 0.0), *front), *sides, *sheet_wall((0.0, 4.0), (4.0, 4.0), Hole(1.0, 1.9))]
+    assert kinds(doors(house)) == ["entrance", "entrance"]
 
 
 def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_rooms() -> None:
