@@ -13,6 +13,8 @@ R5  The windows of a storey hang from one height. An opening to the outside with
     reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, and
     as no door's inside, and if there is another way out.
 R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
+R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
+    (a corridor), these are its entrances.
 """
 
 from __future__ import annotations
@@ -27,11 +29,25 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, drop_thin_parts, intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import OUTSIDE, dot_product, drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.closing_candidates import GAPS
+from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row
-from pipeline.tolerances import BESIDE_M, CM_M, GROUP, HAND_M, HEAD_M, LAP_M, MOST, SHOULDERS_M, SLIVER_M, STAND_M
+from pipeline.tolerances import (
+    BESIDE_M,
+    CM_M,
+    GROUP,
+    HAND_M,
+    HEAD_M,
+    LAP_M,
+    MOST,
+    PARALLEL,
+    SHOULDERS_M,
+    SLIVER_M,
+    SOME,
+    STAND_M,
+)
 from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
 PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
@@ -66,6 +82,8 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
     tall = _windows_to_the_floor(passages, level, planes, leaves)  # R5
     passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
+    if not passages and len(rooms) == 1:
+        passages = _ends_of_corridor(layout)  # R7
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
@@ -105,6 +123,19 @@ def _with_all_leaves(passages: list[Passage], widest_m: float) -> list[Passage]:
         else:
             found.append(passage)
     return found
+
+
+def _ends_of_corridor(layout: Layout) -> list[Passage]:
+    """Return the entrances at the two open ends of a room, if it has just these, and they face each other (R7)."""
+    bands = [box_around_polygon(c.polygon) for c in layout.candidates if c.kind == "wall_ends"]
+    if len(bands) != 2:
+        return []
+    (one, other), away = bands, bands[1].centre - bands[0].centre
+    facing = [abs(float(dot_product(away, band.along))) < SOME * band.width for band in bands]
+    if not all(facing) or abs(float(dot_product(one.along, other.along))) < PARALLEL:
+        return []
+    portals = [Portal(band.centre, band.along, band.width, band.thickness, (0, OUTSIDE)) for band in bands]
+    return [Passage(portal, "entrance", closed_by="wall_ends") for portal in portals]
 
 
 def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree) -> set[int]:

@@ -134,6 +134,15 @@ def test_an_open_front_is_no_entrance() -> None:
     assert found.notes == {"boundary": "floor_edge"}
 
 
+@pytest.mark.parametrize(("back", "entrances"), [(False, 2), (True, 0)])
+def test_the_open_ends_of_a_corridor_are_entrances_and_an_open_front_is_none(back: bool, entrances: int) -> None:
+    walls = [*wall((0.0, -0.2, 12.0, 0.0)), *wall((0.0, 2.0, 12.0, 2.2))]
+    found = doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])])
+    assert found.notes == {"boundary": "wall_ends"}
+    assert kinds(found) == ["entrance"] * entrances
+    assert all(each.portal.width == pytest.approx(2.0, abs=0.3) for each in found.passages)
+
+
 def test_the_stage_alone_needs_a_layout_only() -> None:
     house = level(two_rooms(Hole(1, 1.9)))
     made = stage_values(house)
