@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import errno
 import os
 from functools import partial
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 import trimesh
 
+import houseexpo
+import pipeline
 from houseexpo.floorplan import FloorPlan
 from pipeline.batch import recipe
 from pipeline.config import PipelineConfig
@@ -112,6 +115,27 @@ def test_the_program_is_what_a_worker_runs_and_not_the_simulator_or_the_commands
     modules = set(recipe._modules([*recipe._ROOTS, "pipeline.sources.suncg"]))
     assert {"pipeline.algorithm", "pipeline.stages.doors", "houseexpo.plan", "pipeline.sources.meshes.obj"} <= modules
     assert not [name for name in modules if "pseudoslam" in name or name.endswith((".cli", "report", "pictures"))]
+
+
+def imported(file: Path) -> set[str]:
+    """Return the modules that a module imports, by Python's own parser; not those for types only."""
+    tree = ast.parse(file.read_bytes())
+    for_types = [node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    skipped = {id(node) for block in for_types for node in ast.walk(block)}
+    nodes = [node for node in ast.walk(tree) if id(node) not in skipped]
+    found = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
+def test_every_import_of_every_module_is_found() -> None:
+    files = [file for package in (houseexpo, pipeline) for file in Path(package.__path__[0]).rglob("*.py")]
+    for file in files:
+        found, wanted = set(recipe._imports(file)), imported(file)
+        assert wanted <= found, file
+        assert not [name for name in found - wanted if name.startswith("pipeline")], file
 
 
 def test_only_files_of_the_house_are_recorded(tmp_path: Path) -> None:
