@@ -94,10 +94,10 @@ def encode_json(values: Any) -> bytes:
 
 
 def decode_yaml(data: bytes | str, deepest: int) -> Any:
-    """Return the content of a YAML document without aliases, nested no deeper than ``deepest``.
+    """Return the content of a YAML document without aliases, no part of which lies in more than ``deepest`` others.
 
-    The events are read before anything is built of them: aliases make a small file grow, and each level of brackets
-    makes the parser slower.
+    Aliases make a small file grow, and each level of brackets makes the parser slower: both end the reading before
+    anything is built.
 
     Raises
     ------
@@ -106,27 +106,45 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
     """
     import yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    usual = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+    class Loader(usual):  # type: ignore[misc, valid-type]
+        """Counts how deep it is: PyYAML calls these two methods before and after each part, and needs neither here."""
+
+        depth = 0
+
+        def descend_resolver(self, *_: object) -> None:
+            self.depth += 1
+            if self.depth > deepest + 1:
+                raise _YamlFaultError(f"is nested more than {deepest} deep")
+
+        def ascend_resolver(self) -> None:
+            self.depth -= 1
+
     try:
-        fault = next(_yaml_faults(yaml.parse(data, Loader=loader), deepest), "")
-        document = None if fault else yaml.load(data, Loader=loader)  # noqa: S506 - a safe one
+        if ("*" if isinstance(data, str) else b"*") in data:  # an alias begins with one, and PyYAML follows it
+            _check_aliases(yaml.parse(data, Loader=usual), deepest)
+        return yaml.load(data, Loader=Loader)  # noqa: S506 - a safe one
+    except _YamlFaultError:
+        raise
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        fault = f"is no YAML: {' '.join(str(error).split())[:200]}"
-    if fault:
-        raise ValueError(fault)
-    return document
+        raise ValueError(f"is no YAML: {' '.join(str(error).split())[:200]}") from None
 
 
-def _yaml_faults(events: Iterable[Any], deepest: int) -> Iterator[str]:
+class _YamlFaultError(ValueError):
+    """A document does what none may do here."""
+
+
+def _check_aliases(events: Iterable[Any], deepest: int) -> None:
     import yaml
 
     depth = 0
     for event in events:
         if isinstance(event, yaml.AliasEvent):
-            yield "repeats a part by an alias (*name)"
+            raise _YamlFaultError("repeats a part by an alias (*name)")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > deepest:
-            yield f"is nested more than {deepest} deep"
+            raise _YamlFaultError(f"is nested more than {deepest} deep")
 
 
 def zip_bytes(files: Mapping[str, bytes]) -> bytes:

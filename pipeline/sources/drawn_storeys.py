@@ -279,6 +279,8 @@ def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
 
 
 def _is_one(one: Polygon, other: Polygon) -> bool:
+    if not shapely.dwithin(one, other, SAME_DOOR_M):
+        return False
     shared = shapely.intersection(shapely.buffer(one, SAME_DOOR_M), other).area
     back = shapely.intersection(shapely.buffer(other, SAME_DOOR_M), one).area
     return bool(shared > SAME_DOOR * other.area and back > SAME_DOOR * one.area)

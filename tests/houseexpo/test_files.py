@@ -13,7 +13,15 @@ import pytest
 
 import houseexpo
 from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.files import atomic_folder, make_folder, real_path, sha256_of, write_atomically, zip_bytes
+from houseexpo.files import (
+    atomic_folder,
+    decode_yaml,
+    make_folder,
+    real_path,
+    sha256_of,
+    write_atomically,
+    zip_bytes,
+)
 
 
 def test_what_is_no_file_is_left_alone(tmp_path: Path) -> None:
@@ -82,6 +90,27 @@ def test_the_folder_of_a_quicker_process_stays(tmp_path: Path) -> None:
 def test_a_hash_is_that_of_the_bytes(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"abc")
     assert sha256_of(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: &x [1]\nb: *x\n", "alias"),
+        ("[" * 102 + "]" * 102, "more than 100 deep"),
+        ("'*': " + "[" * 102 + "]" * 102, "more than 100 deep"),
+        ("a: [", "is no YAML"),
+        ("--- 1\n--- 2\n", "is no YAML"),
+    ],
+)
+def test_yaml_that_grows_or_is_deep_is_refused(text: str, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        decode_yaml(text, 100)
+
+
+def test_yaml_without_stars_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("yaml.parse", lambda *_, **__: pytest.fail("it was parsed twice"))
+    assert decode_yaml(b"a: [1, 2.5, {b: c}]\n", 100) == {"a": [1, 2.5, {"b": "c"}]}
+    assert decode_yaml("[" * 99 + "{a: b}" + "]" * 99, 100)
 
 
 def test_a_zip_archive_is_the_same_whenever_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -94,6 +95,7 @@ class DrawnFeatures:
     objects: list[tuple[str, Polygon, float]] = field(default_factory=list)
 
 
+@lru_cache(maxsize=4096)  # a drawing says the same few names again and again
 def kind_from_name(name: str) -> str:
     """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
     plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()

@@ -205,12 +205,14 @@ def _scales(
 
 
 def _metres_a_unit(level: Mapping[str, Any]) -> float | None:
-    points = [_point(vertex, 1.0, 1.0) for vertex in _as_list(level.get("vertices"))]
-    ratios = []
+    vertices, ratios = _as_list(level.get("vertices")), []
     for edge in _as_list(level.get("measurements")):
         if not (isinstance(edge, list) and len(edge) > 2 and isinstance(edge[2], Mapping)):
             continue
-        ends = [points[i] if isinstance(i, int) and 0 <= i < len(points) else None for i in edge[:2]]
+        known = [isinstance(i, int) and 0 <= i < len(vertices) for i in edge[:2]]
+        ends = [
+            _point(vertices[i], 1.0, 1.0) if is_known else None for i, is_known in zip(edge[:2], known, strict=True)
+        ]
         length = math.dist(ends[0], ends[1]) if ends[0] and ends[1] else 0.0
         metres = _parameter(edge[2], "distance", 0.0)
         if length > 0 and metres > 0:

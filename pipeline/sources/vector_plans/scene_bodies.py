@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -77,6 +78,9 @@ _KINDS: Final = (
     ("ground", "skipped"),
     ("furniture", "furniture"),
 )
+_CORNERS: Final = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+_QUADS: Final = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+_FACES_OF_BOX: Final = np.array([(q[0], q[i], q[i + 1]) for q in _QUADS for i in (1, 2)], np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +97,18 @@ class SceneBody:
 
 def body_kind(names: Iterable[str]) -> str:
     """R1: wall, floor, door, opening, skipped or furniture."""
-    for name in names:
-        plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
-        words = [word for word in re.split(r"[^a-z]+", plain) if word]
-        for start, kind in _KINDS:
-            if any(word in {start, f"{start}s"} for word in words):
-                return "furniture" if start == "door" and names_furniture_with_doors(name) else kind
-    return "furniture"
+    return next((kind for name in names if (kind := _kind_in_name(name))), "furniture")
+
+
+@lru_cache(maxsize=4096)  # the bodies of a scene share the names of what they are in
+def _kind_in_name(name: str) -> str:
+    """Return what one name says (R1), or "" if it says nothing."""
+    plain = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name).lower()
+    words = {word for word in re.split(r"[^a-z]+", plain) if word}
+    for start, kind in _KINDS:
+        if start in words or f"{start}s" in words:
+            return "furniture" if start == "door" and names_furniture_with_doors(name) else kind
+    return ""
 
 
 def body_from_triangles(
@@ -377,8 +386,4 @@ def box_mesh(
     at: npt.NDArray[np.float64], half: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Return a box's points (8, 3) and faces (12, 3): ``at`` (4, 4) places it, ``half`` are its half sizes."""
-    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64) * half
-    points = corners @ at[:3, :3].T + at[:3, 3]
-    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-    faces = [(q[0], q[i], q[i + 1]) for q in quads for i in (1, 2)]
-    return points, np.array(faces, np.int64)
+    return _CORNERS * half @ at[:3, :3].T + at[:3, 3], _FACES_OF_BOX.copy()
