@@ -15,9 +15,9 @@ R6  A wall whose faces are sheets, and cover nothing, is SHEET_WALL_M thick.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -115,7 +115,7 @@ def body_from_triangles(
     names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
 ) -> SceneBody | None:
     """Return a body of triangles: ``points`` (n, 3) in metres, z up, ``faces`` (m, 3); None if it covers nothing."""
-    triangles = shapely.polygons(points[faces][:, :, :2])
+    triangles = shapely.polygons(_without_twins(points[faces][:, :, :2]))
     area = shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
     parts = polygons_of(area)
     if not parts:
@@ -123,6 +123,13 @@ def body_from_triangles(
     shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
     used = points[np.unique(faces), 2]
     return SceneBody(names, shape, float(used.min()), float(used.max()))
+
+
+def _without_twins(triangles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return triangles (m, 3, 2) without those that cover what an earlier one does, as a body's underside does."""
+    corners = np.sort(triangles[..., 0] + 1j * triangles[..., 1], axis=1)
+    _, first = np.unique(corners.view(np.float64), axis=0, return_index=True)
+    return triangles[np.sort(first)]
 
 
 def body_from_box(
@@ -257,7 +264,8 @@ def _storey(here: Sequence[tuple[str, SceneBody]], height: float, above: float) 
     holes = merge_parallel_holes([hole for hole in doors if hole is not None])
     floors = [each for kind, each in here if kind == "floor"]
     solid = [wall.shape for wall in walls]
-    rooms = _join_open_pieces(_rooms(_without_pieces(floors, solid)), solid)
+    standing = cache(lambda: shapely.buffer(shapely.union_all(solid), CRACK_M))  # of most scenes nobody asks
+    rooms = _join_open_pieces(_rooms(_without_pieces(floors, standing)), standing)
     things = tuple(
         SourceObject(
             (each.words or each.names)[:1], extrude_polygon(each.shape, each.low_m - height, each.high_m - height)
@@ -309,18 +317,16 @@ def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
     return tuple(rooms)
 
 
-def _without_pieces(floors: Sequence[SceneBody], walls: Sequence[Polygon]) -> list[SceneBody]:
-    """R8."""
+def _without_pieces(floors: Sequence[SceneBody], standing: Callable[[], BaseGeometry]) -> list[SceneBody]:
+    """R8; ``standing`` gives the walls."""
     numbered = [i for i, each in enumerate(floors) if _is_numbered(each)]
     if len(numbered) < 2:
         return list(floors)
     shapes = [floors[i].shape for i in numbered]
-    standing = shapely.buffer(shapely.union_all(list(walls)), CRACK_M)
-    shapely.prepare(standing)
     pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=SAME_M).T
     for one, other in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
         edge = shapely.intersection(shapely.buffer(shapes[one], SAME_M), shapely.boundary(shapes[other]))
-        if edge.length > NARROWEST_DOOR_M and shapely.difference(edge, standing).length > edge.length / 2:
+        if edge.length > NARROWEST_DOOR_M and shapely.difference(edge, standing()).length > edge.length / 2:
             return [each for i, each in enumerate(floors) if i not in set(numbered)]
     return list(floors)
 
@@ -331,9 +337,8 @@ def _is_numbered(each: SceneBody) -> bool:
     return re.match(r"(?i)floor[_|-]?\d+$", name) is not None and not labels_for((each.label,))
 
 
-def _join_open_pieces(rooms: Sequence[SourceRoom], walls: Sequence[Polygon]) -> tuple[SourceRoom, ...]:
-    """R7."""
-    standing = shapely.buffer(shapely.union_all(list(walls)), CRACK_M)
+def _join_open_pieces(rooms: Sequence[SourceRoom], standing: Callable[[], BaseGeometry]) -> tuple[SourceRoom, ...]:
+    """R7; ``standing`` gives the walls."""
     kept: list[SourceRoom] = []
     for room in rooms:
         whole = room
@@ -345,12 +350,12 @@ def _join_open_pieces(rooms: Sequence[SourceRoom], walls: Sequence[Polygon]) -> 
     return tuple(kept)
 
 
-def _across_open_edge(one: SourceRoom, other: SourceRoom, walls: BaseGeometry) -> Polygon | None:
+def _across_open_edge(one: SourceRoom, other: SourceRoom, standing: Callable[[], BaseGeometry]) -> Polygon | None:
     """Return two rooms as one where they meet along more than a door's width and no wall stands at most of it."""
     if one.polygon is None or other.polygon is None:
         return None
     edge = shapely.intersection(buffer_mitred(one.polygon, CRACK_M), other.polygon.exterior)
-    if edge.length < NARROWEST_DOOR_M or shapely.difference(edge, walls).length < edge.length / 2:
+    if edge.length < NARROWEST_DOOR_M or shapely.difference(edge, standing()).length < edge.length / 2:
         return None
     whole = buffer_mitred(buffer_mitred(shapely.union(one.polygon, other.polygon), CRACK_M), -CRACK_M)
     return whole if isinstance(whole, Polygon) else None

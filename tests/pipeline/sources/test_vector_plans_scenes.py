@@ -79,6 +79,15 @@ def test_a_box_covers_what_its_faces_cover(turns):
     assert body_from_box(("wall",), np.eye(4), np.array([2.0, 0.0, 1.0])) is None
 
 
+def test_what_a_body_covers_twice_is_united_once(monkeypatch):
+    united, plain = [], shapely.union_all
+    monkeypatch.setattr(shapely, "union_all", lambda shapes, **how: united.append(len(shapes)) or plain(shapes, **how))
+    points, faces = box_mesh(np.eye(4), np.array([2.0, 0.05, 1.25]))
+    body = body_from_triangles(("wall",), points, np.concatenate([faces, faces[::-1, ::-1]]))
+    assert body.shape.area == pytest.approx(0.4)
+    assert united == [2]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
