@@ -17,12 +17,12 @@ Picture = npt.NDArray[np.uint8]
 def encode_png(image: Picture, *, smallest: bool = True) -> bytes:
     """Return the file of a picture, (rows, cols) grey or (rows, cols, 3) RGB; equal pictures give equal bytes.
 
-    Not the ``smallest`` one is larger by a tenth, and takes a quarter of the time.
+    Not the ``smallest`` one is larger by a third, and takes an eighth of the time.
     """
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray(image).save(stream, "PNG", optimize=smallest)
+    Image.fromarray(image).save(stream, "PNG", optimize=smallest, compress_level=9 if smallest else 1)
     return stream.getvalue()
 
 

@@ -221,11 +221,13 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines 
     stack = name.split(" / ") if " / " in name else name.split(" ")
     layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
 
+    length = {line: load_font(size).getlength(line) for lines in layouts for line in lines}
+
     def fits(lines: tuple[str, ...]) -> float:
-        longest = max(load_font(size).getlength(line) for line in lines)
+        longest = max(length[line] for line in lines)
         return min(size, size * wide_px / longest, tall_px / (1.2 * len(lines)))
 
-    lines = next((found for found in layouts if fits(found) >= 0.85 * size), max(layouts, key=fits))
+    lines = next((found for found in layouts if fits(found) >= 0.85 * size), None) or max(layouts, key=fits)
     return TextLines(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
 
 

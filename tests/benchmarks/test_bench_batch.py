@@ -1,6 +1,7 @@
 """How long a house takes, from file to plan, and a batch of them, from files to a data set.
 
 Single houses are measured in processor time, which other programs on the machine change less; a batch by the clock.
+``-k drawings`` times the command itself on 1,000 drawn plans.
 The last benchmark measures what ten thousand houses cost beside their planning: the journal, packing, memory, and a
 run that finds all done. Its houses are small files with outlines of their own, and the planner only draws them.
 """
@@ -15,6 +16,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -22,10 +24,13 @@ import psutil
 from rich.console import Console
 from rich.table import Table
 
+from houseexpo.dataset import open_dataset
+from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
+from pipeline.cli_build import from_python
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.executors.local import Limits, run
@@ -37,6 +42,7 @@ from tests.builders.batch import run_build
 
 HOUSES, SEED = 200, 2019
 BATCH, WARM_UP = 2_000, 5
+DRAWINGS, DRAWN = 1_000, ("geojson", "svg")
 SUNCG = 45_622
 
 
@@ -71,17 +77,26 @@ def test_one_house_from_file_to_plan(tmp_path: Path) -> None:
     assert len(times) == HOUSES
 
 
+class Used(NamedTuple):
+    """The most megabytes that a process held, and the seconds of processor that it took."""
+
+    megabytes: float = 0.0
+    seconds: float = 0.0
+
+
 @contextlib.contextmanager
-def watched() -> Iterator[dict[int, float]]:
-    """Note the most megabytes that each process below this one holds meanwhile, by its number."""
-    found: dict[int, float] = {}
+def watched() -> Iterator[dict[int, Used]]:
+    """Note what each process below this one uses meanwhile, by its number; its last tenth of a second may be missed."""
+    found: dict[int, Used] = {}
     ended = threading.Event()
 
     def look() -> None:
         while not ended.wait(0.1):
             for process in psutil.Process().children(recursive=True):
                 with contextlib.suppress(psutil.NoSuchProcess):
-                    found[process.pid] = max(found.get(process.pid, 0.0), process.memory_info().rss / 2**20)
+                    times, before = process.cpu_times(), found.get(process.pid, Used())
+                    most = max(before.megabytes, process.memory_info().rss / 2**20)
+                    found[process.pid] = Used(most, times.user + times.system)
 
     thread = threading.Thread(target=look)
     thread.start()
@@ -103,16 +118,45 @@ def test_a_batch_of_made_houses(tmp_path: Path) -> None:
     alone = 0.0
     for workers in (1, 2):
         start = time.perf_counter()
-        with watched() as megabytes:
+        with watched() as used:
             data_set = run_build([houses], tmp_path / str(workers), workers=workers, seed=SEED, plan=plan_level)
         seconds = time.perf_counter() - start
         alone = alone or seconds
         median = float(np.median([entry.seconds for entry in data_set.entries]))
         figures = (f"{seconds:.1f}", f"{alone / seconds:.2f}", f"{1000 * median:.1f}")
-        most = f"{max(megabytes.values()):.0f}"
+        most = f"{max(each.megabytes for each in used.values()):.0f}"
         table.add_row(str(workers), *figures, f"{seconds / BATCH * SUNCG / 60:.1f}", most)
         assert data_set.ids
     Console().print(table)
+
+
+def test_the_command_builds_a_thousand_drawings(tmp_path: Path) -> None:
+    """Time the command as people run it, from its start to its end, of files that the exports write."""
+    plans = tmp_path / "plans"
+    from_python(
+        [f"procedural:{DRAWINGS}"], str(plans), config=None, overrides=None, workers=2, others="refuse", seed=SEED
+    )
+    data = open_dataset(plans)
+    table = Table(title=f"houseexpo build FOLDER --out OUT --workers 2, {len(data.ids)} drawings")
+    for heading in ("format", "seconds", "processor, s", "of it in the workers", "processor, ms a plan", "plans"):
+        table.add_column(heading, justify="left" if heading == "format" else "right")
+    for form in DRAWN:
+        folder, out = tmp_path / form, tmp_path / f"{form}_out"
+        for name in data.ids:
+            export(data[name], form, folder)
+        command = [sys.executable, "-m", "houseexpo", "build", str(folder), "--out", str(out), "--workers", "2"]
+        start = time.perf_counter()
+        with watched() as used:
+            process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            assert process.wait() == 0
+        seconds = time.perf_counter() - start
+        whole = sum(each.seconds for each in used.values())
+        workers = whole - used[process.pid].seconds
+        made = len(open_dataset(out).ids)
+        figures = (f"{seconds:.1f}", f"{whole:.1f}", f"{workers:.1f}", f"{1000 * whole / len(data.ids):.1f}", str(made))
+        table.add_row(form, *figures)
+        assert made > 0.99 * len(data.ids)
+    Console(width=120).print(table)
 
 
 def same(word: str) -> str:
