@@ -122,7 +122,8 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
             self.depth -= 1
 
     try:
-        if ("*" if isinstance(data, str) else b"*") in data:  # an alias begins with one, and PyYAML follows it
+        has_stars = "*" in data if isinstance(data, str) else b"*" in data
+        if has_stars:  # an alias begins with one, and PyYAML follows it
             _check_aliases(yaml.parse(data, Loader=usual), deepest)
         return yaml.load(data, Loader=Loader)  # noqa: S506 - a safe one
     except _YamlFaultError:
