@@ -20,6 +20,7 @@ from pipeline.geometry.areas import (
     clip_to_box,
     dot_product,
     drop_lines_and_points,
+    drop_thin_parts,
     intersect_pairs,
     locate_points,
     trace_outlines,
@@ -27,6 +28,7 @@ from pipeline.geometry.areas import (
 from pipeline.tolerances import (
     AROUND_M,
     CRACK_M,
+    HAIR_M,
     LAP_M,
     NEARLY_ALL,
     PARALLEL,
@@ -247,7 +249,10 @@ def find_portals(
     found: list[list[Portal]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
-        found[k] += [whole.part_between(s, e) for s, e in free_intervals(whole, drop_lines_and_points(standing[j]))]
+        free = free_intervals(whole, drop_lines_and_points(standing[j]))
+        if not free:  # a film that rounding left before a doorway
+            free = free_intervals(whole, drop_thin_parts(drop_lines_and_points(standing[j]), HAIR_M))
+        found[k] += [whole.part_between(s, e) for s, e in free]
     return [join_portals_in_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 

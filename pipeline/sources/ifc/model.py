@@ -174,7 +174,7 @@ FURNITURE = (
 )
 STAIRS = ("IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight")
 FRENCH_WINDOW = re.compile(
-    r"\bporte(s\b|\b|fen)|baie coulissante|\bporta(\b|fin)|\bpuerta(s\b|\b|vent)|\bdeur(en)?\b|\bdrzwi\b"
+    r"\bporte(s\b|\b|fen)|\bcoulissante?s?\b|\bsliding\b|\bschuif|\bschiebe|\bporta(\b|fin)|\bpuerta(s\b|\b|vent)|\bdeur(en)?\b|\bdrzwi\b"
     r"|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
     re.IGNORECASE,
 )

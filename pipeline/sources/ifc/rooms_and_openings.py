@@ -24,10 +24,13 @@ H2  A hole without a door that does not reach through its wall is a niche; one t
     the head is a hatch; a narrow one is a duct. None of them is an opening.
 H3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
     it; one that lies (a hatch in a floor) to none.
-H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it.
+H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it. So are doors
+    that stand jamb to jamb in one line (the leaves of a double door, each an element of its own).
 H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall. A window
     that starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's.
     A body deeper than any wall, such as that of a corner window, closes what of its own wall lies in it.
+H6  Where a door's hole lies right before its wall, by no more than the hole is deep (walls that an exporter flipped
+    without their holes), it goes through that wall.
 """
 
 from __future__ import annotations
@@ -393,7 +396,7 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
             return None
         depth = across  # it is as wide as the way, and what stands at its sides are the walls along this
     else:
-        depth = _over(place, standing) or _beside(place, host) or across
+        depth = _over(place, standing) or _beside(place, host) or _before(place, hole, host) or across
     thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
     return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
@@ -429,6 +432,14 @@ def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
     return min(found, key=lambda span: span[1] - span[0], default=None)
 
 
+def _before(place: _Place, hole: WallHole, host: BaseGeometry) -> Span | None:
+    """H6."""
+    near, far = place.across
+    if not hole.has_door or hole.host is None or far - near > THICKEST_WALL_M:
+        return None
+    return _over(replace(place, across=(2 * near - far, 2 * far - near)), host)
+
+
 def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
     """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
     across = place.across
@@ -449,11 +460,21 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
     return low, high
 
 
+def _are_one_way(one: SourceOpening, other: SourceOpening) -> bool:
+    """H4."""
+    if are_same_area(one.polygon, other.polygon, SAME_HOLE):
+        return True
+    if not (one.has_door and other.has_door) or one.polygon.distance(other.polygon) > BODY_CRACK_M:
+        return False
+    both = shapely.oriented_envelope(one.polygon.union(other.polygon))
+    return bool(one.polygon.area + other.polygon.area > SAME_ROOM * both.area)
+
+
 def _merge_openings(found: list[SourceOpening]) -> Iterator[SourceOpening]:
     """H4."""
     kept: list[SourceOpening] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if are_same_area(each.polygon, other.polygon, SAME_HOLE)), None)
+        at = next((k for k, other in enumerate(kept) if _are_one_way(each, other)), None)
         if at is None:
             kept.append(each)
         else:
