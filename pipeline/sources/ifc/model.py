@@ -16,6 +16,9 @@ T4  A line break means nothing in the format. Exporters break lines within strin
     parser refuses.
 T5  ifcopenshell reads units from the only context of a file. A library (IfcProjectLibrary) is a context too, but has
     no part in the building, so it is taken out.
+T6  A byte order mark, and a file in UTF-16, are read as text; the parser takes neither.
+T7  The parser refuses a whole file for one number that is none. Where it does, such a number loses the dots at its end
+    (``3000.0.``), or counts as not given (``1.#INF``).
 
 **Sorting elements** into walls, doors, holes, rooms and furniture; anything else is left out.
 
@@ -27,7 +30,7 @@ E3  What may be a partition by another name (proxies, loose plates, members and 
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
 E7  Some exporters do not say what fills an opening. Then it is the door or the window that stands in it for the most
     part, else the one as large as it that stands right before it or behind: in another leaf of the wall. A window as
-    high as a door that is called a door (a French window) is one.
+    high as a door that is called a door (a French window), or sliding, is one.
 E5  Spaces count unless they measure a whole storey, or only group spaces that are in the file themselves; the parts of
     a space that has a body of its own do not. Those that are external by their class or their property IsExternal are
     no rooms: they tell where one is outside.
@@ -47,8 +50,10 @@ parts hold each other in a circle never ends. Such a product is left out. A dama
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -82,8 +87,11 @@ FAMILIES = (  # T1
     (re.compile(r"IFC4($|[^0-9])"), "IFC4"),  # addenda, IFC4X1, IFC4X2
     (re.compile(r"IFC2X($|_|[23]($|[^0-9]))"), "IFC2X3"),
 )
+_UTF16: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 BEYOND_ASCII = re.compile(r"[^\x00-\x7f]+")
 COMMENT_OR_STRING = re.compile(r"/\*.*?\*/|'[^']*'", re.DOTALL)
+COMMENT_STRING_OR_NUMBER = re.compile(rf"{COMMENT_OR_STRING.pattern}|(?<=[(,])\s*[+-]?\d[^,()'/]*(?=[,)])", re.DOTALL)
+NUMBER = re.compile(r"[+-]?\s*\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
 def open_model(path: Path) -> tuple[Any, str]:
@@ -104,20 +112,39 @@ def open_model(path: Path) -> tuple[Any, str]:
     found = _schema(text, path)
     edition = _edition(found.group(1), path)
     broken = any(line.count("'") % 2 for line in text.splitlines())  # T4
-    if found.group(1).upper() == edition and text.isascii() and not broken:
-        return ifcopenshell.open(path), edition
+    if found.group(1).upper() == edition and text.isascii() and not broken and not _is_marked(path):
+        with suppress(ifcopenshell.Error):  # T7
+            return ifcopenshell.open(path), edition
     text = f"{text[: found.start(1)]}{edition}{text[found.end(1) :]}"
     if broken:
         text = COMMENT_OR_STRING.sub(_in_one_line, text)
+    try:
+        return _open_copy(text), found.group(1).upper()
+    except ifcopenshell.Error:  # T7
+        return _open_copy(COMMENT_STRING_OR_NUMBER.sub(_mend_number, text)), found.group(1).upper()
+
+
+def _open_copy(text: str) -> Any:
+    import ifcopenshell
+
     with TemporaryDirectory() as folder:  # the parser of strings spoils memory in ifcopenshell 0.9
         copy = Path(folder) / "copy.ifc"
         copy.write_text(BEYOND_ASCII.sub(_unescape, text), encoding="ascii")
-        return ifcopenshell.open(copy), found.group(1).upper()
+        return ifcopenshell.open(copy)
+
+
+def _is_marked(path: Path) -> bool:
+    """T6."""
+    with path.open("rb") as file:
+        return file.read(3).startswith((codecs.BOM_UTF8, *_UTF16))
 
 
 def _text(path: Path) -> str:
-    """Read the whole file as text; T2, T3."""
+    """Read the whole file as text; T2, T3, T6."""
     content = path.read_bytes()
+    if content.startswith(_UTF16):
+        content = content.decode("utf-16", errors="replace").encode()
+    content = content.removeprefix(codecs.BOM_UTF8)
     if b"ISO-10303-21" not in content[:TAIL_CHARACTERS]:
         raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no IFC step file", "export it as .ifc")
     if b"END-ISO-10303-21" not in content[-TAIL_CHARACTERS:]:
@@ -150,6 +177,15 @@ def _edition(schema: str, path: Path) -> str:
 def _in_one_line(found: re.Match[str]) -> str:
     """T4; a comment stays as it is."""
     return found.group().replace("\r", "").replace("\n", "") if found.group().startswith("'") else found.group()
+
+
+def _mend_number(found: re.Match[str]) -> str:
+    """T7; what is a number, a comment or a string stays as it is."""
+    token = found.group()
+    if token[0] in "/'" or NUMBER.fullmatch(token.strip()):
+        return token
+    bare = token.strip().rstrip(".")
+    return bare if NUMBER.fullmatch(bare) else "$"
 
 
 def _unescape(found: re.Match[str]) -> str:
@@ -425,6 +461,14 @@ def _leave_out_damaged_openings(model: Any) -> None:
             model.remove(relation)
 
 
+def _extrude_forwards(model: Any, solid: Any) -> None:
+    """Turn an extrusion of a negative depth, which the kernel refuses, into one the other way."""
+    if solid.Depth is not None and solid.Depth < 0 and solid.ExtrudedDirection:
+        x, y, z = solid.ExtrudedDirection.DirectionRatios
+        solid.ExtrudedDirection = model.createIfcDirection((-x, -y, -z))
+        solid.Depth = -solid.Depth
+
+
 DEEPEST_PLACEMENT = 100  # placements within placements; more is a circle
 
 
@@ -594,6 +638,8 @@ def _building(model: Any, schema: str) -> Building:
     for library in _of_type(model, "IfcProjectLibrary"):  # T5
         model.remove(library)
     _leave_out_damaged_openings(model)
+    for solid in _of_type(model, "IfcExtrudedAreaSolid"):
+        _extrude_forwards(model, solid)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
     elements = sort_elements(model)
     meshes = dict(_triangulate(model, elements.all()))

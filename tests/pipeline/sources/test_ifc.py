@@ -575,6 +575,42 @@ def test_a_line_break_within_a_string_or_an_escape_counts_for_nothing(tmp_path, 
     assert model.by_type("IfcSpace")[0].LongName == "Küche"
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_a_byte_order_mark_is_no_part_of_the_file(tmp_path, encoding):
+    path = tiny_house().write(tmp_path / "marked.ifc")
+    path.write_text(path.read_text(), encoding=encoding)
+    assert len(read(path)) == 2
+
+
+@pytest.mark.parametrize("token", ["3000.0.", "1.#INF"])
+def test_one_number_that_is_none_does_not_cost_the_file(tmp_path, token):
+    house = tiny_house()
+    house.model.createIfcCartesianPoint((-4321.0, 0.0))
+    path = house.write(tmp_path / "number.ifc")
+    path.write_text(path.read_text().replace("-4321.,", f"{token},"))
+    assert token in path.read_text()
+    assert len(read(path)) == 2
+
+
+def test_an_extrusion_of_a_negative_depth_goes_the_other_way(tmp_path):
+    house = tiny_house()
+    for solid in house.model.by_type("IfcExtrudedAreaSolid"):
+        x, y, z = solid.Position.Location.Coordinates
+        solid.Position = house.model.createIfcAxis2Placement3D(
+            house.model.createIfcCartesianPoint((x, y, z + solid.Depth))
+        )
+        solid.Depth = -solid.Depth
+    assert [len(level.rooms) for level in read(house.write(tmp_path / "down.ifc"))] == [2, 2]
+
+
+def test_doors_lower_than_a_knee_say_that_the_unit_is_another(tmp_path):
+    house = tiny_house(unit_m=0.01)
+    house.model.by_type("IfcSIUnit")[0].Prefix = "MILLI"
+    levels = read(house.write(tmp_path / "centimetres.ifc"))
+    assert {level.provenance["units"] for level in levels} == {"the file's, times 10"}
+    assert levels[0].rooms[0].polygon.area == pytest.approx(3.8 * 5.6, abs=0.01)
+
+
 def test_a_library_beside_the_project_leaves_the_units_as_they_are(tmp_path):
     house = tiny_house("IFC4", 0.001)
     house.element("IfcProjectLibrary", None, None, "types")

@@ -179,6 +179,19 @@ def test_two_doors_side_by_side_stay_two(holed_flat, tmp_path):
     assert len(holed_flat.bounds(tmp_path)) == 2
 
 
+def test_a_double_door_of_two_elements_is_one(holed_flat, tmp_path):
+    holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.1), "IfcDoor")
+    holed_flat.house.opening(holed_flat.inner, (4, 2.9, 0, 4.2, 3.8, 2.1), "IfcDoor")
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 3.8, True)]
+
+
+@pytest.mark.parametrize(("before", "filling"), [(0.2, "IfcDoor"), (-0.2, "IfcDoor"), (0.2, None), (0.6, "IfcDoor")])
+def test_a_hole_right_before_its_wall_is_a_door_in_it(holed_flat, tmp_path, before, filling):
+    holed_flat.house.opening(holed_flat.inner, (4 + before, 2, 0, 4.2 + before, 2.9, 2.1), filling)
+    in_wall = (4.0, 2.0, 4.2, 2.9, True) in holed_flat.bounds(tmp_path)
+    assert in_wall == (filling is not None and abs(before) < 0.3)
+
+
 def test_niches_hatches_ducts_and_windows_are_no_openings(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.inner, (4, 1, 0, 4.1, 2, 2.1), None)  # a niche
     holed_flat.house.opening(holed_flat.inner, (4, 2.5, 0.9, 4.2, 3.2, 2.1), None)  # a hatch
@@ -470,6 +483,8 @@ def test_a_window_in_the_next_hole_fills_only_that_one(holed_flat, tmp_path):
         ("Balkontür", 2.1, 1),
         ("Fenster", 2.1, 0),
         ("Balkontür", 1.2, 0),
+        ("Fenêtre coulissante triple", 2.1, 1),
+        ("Sliding window", 1.2, 0),
     ],
 )
 def test_a_window_as_high_as_a_door_and_called_so_is_one(holed_flat, tmp_path, name, height, doors):

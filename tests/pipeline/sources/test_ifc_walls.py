@@ -109,7 +109,7 @@ def test_piles_do_not_move_the_floor(house):
     assert house.check().frame.floor == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("factor", [1000.0, 100.0, 0.001])
+@pytest.mark.parametrize("factor", [1000.0, 100.0, 0.001, 1 / 0.0254])
 def test_an_absurd_unit_is_corrected_and_counts_as_a_guess(house, factor):
     house.build("IfcWall", factor=factor)
     level = house.check()
