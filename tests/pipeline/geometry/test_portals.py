@@ -32,6 +32,13 @@ def test_a_lintel_is_a_portal_from_face_to_face() -> None:
     assert portal.has_jamb(DOOR)
 
 
+def test_a_film_that_rounding_left_shuts_nothing() -> None:
+    lapping = LINTEL.buffer(0.002, join_style="mitre")  # so that the film joins what it has of both jambs
+    (portal,) = found(lapping, shapely.union_all([DOOR, shapely.box(4.0, 1.0, 4.0 + 1e-9, 1.9)]))
+    assert portal.width == pytest.approx(0.9, abs=0.01)
+    assert found(lapping, shapely.union_all([DOOR, shapely.box(4.0, 1.0, 4.1, 1.9)])) == []
+
+
 def test_across_points_from_the_first_side_to_the_second() -> None:
     (portal,) = found(LINTEL)
     rooms = enclosed_pieces(DOOR.union(LINTEL))[1]
