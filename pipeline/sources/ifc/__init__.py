@@ -19,6 +19,7 @@ L7  A building with spaces and no wall at all, a study of its rooms, gets walls 
 L8  What lies under a slab, a roof or a plate above head height lies under cover.
 L10 Where spaces on a level are external, one is outside; but not where one of them covers a room, as a box around the
     whole building does.
+L11 Where no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates).
 L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
     of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
@@ -62,6 +63,7 @@ from pipeline.sources.storeys.levels import Shift, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
     CLEAR_M,
+    COMMON_STOREY_M,
     HIGHEST_LINTEL_M,
     IFC_WALL_M,
     KNEE_M,
@@ -102,10 +104,24 @@ class IfcLevelParts:
 
 def find_levels(building: Building) -> list[IfcLevelParts]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
+    building = _with_high_spaces(building)
     building, found = _building_with_levels(building)
     of_building = {storey.key: storey.building for storey in building.storeys}
     floors = [each.floor_z for each in found]
     return [_level(building, each, floors, of_building) for each in found]
+
+
+def _with_high_spaces(building: Building) -> Building:
+    """L11."""
+    if any(space.top - space.bottom >= CLEAR_M for space in building.spaces):
+        return building
+    floors = [(space, largest_footprint(space.mesh)) for space in building.spaces]
+    spaces = tuple(
+        replace(space, mesh=extrude_polygon(floor, space.bottom, space.bottom + COMMON_STOREY_M[0]))
+        for space, floor in floors
+        if not floor.is_empty
+    )
+    return replace(building, spaces=spaces)
 
 
 def _building_with_levels(building: Building) -> tuple[Building, list[LevelStorey]]:

@@ -30,7 +30,7 @@ H5  A hole that a window fills, or that starts above the knee and is no niche, i
     that starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's.
     A body deeper than any wall, such as that of a corner window, closes what of its own wall lies in it.
 H6  Where a door's hole lies right before its wall, by no more than the hole is deep (walls that an exporter flipped
-    without their holes), it goes through that wall.
+    without their holes), it goes through that wall; so does a door without a hole that stands at the face of a wall.
 """
 
 from __future__ import annotations
@@ -435,7 +435,7 @@ def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
 def _before(place: _Place, hole: WallHole, host: BaseGeometry) -> Span | None:
     """H6."""
     near, far = place.across
-    if not hole.has_door or hole.host is None or far - near > THICKEST_WALL_M:
+    if not hole.has_door or far - near > THICKEST_WALL_M:
         return None
     return _over(replace(place, across=(2 * near - far, 2 * far - near)), host)
 

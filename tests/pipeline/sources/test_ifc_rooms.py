@@ -30,6 +30,16 @@ class Flat:
         self.house.walls_around(self.storey, (0, 0, 0, 8, 6, 2.5))
         self.house.element("IfcWall", self.storey, (4, 0.2, 0, 4.2, 5.8, 2.5), "inner")
 
+    def flat_space(self, box: Box, name: str) -> None:
+        model = self.house.model
+        space = self.house.space(self.storey, box, "1", name)
+        corners = [(x, y, 0.0) for x, y in ((box[0], box[1]), (box[3], box[1]), (box[3], box[4]), (box[0], box[4]))]
+        loop = model.createIfcPolyLoop([model.createIfcCartesianPoint(corner) for corner in corners])
+        faces = [model.createIfcFace([model.createIfcFaceOuterBound(loop, True)])]
+        surface = model.createIfcFaceBasedSurfaceModel([model.createIfcConnectedFaceSet(faces)])
+        shape = model.createIfcShapeRepresentation(self.house.context, "Body", "SurfaceModel", [surface])
+        space.Representation = model.createIfcProductDefinitionShape(None, None, [shape])
+
     def rooms(self, folder: Path) -> tuple[SourceRoom, ...]:
         (level,) = [x for item in ifc.find(str(self.house.write(folder / "flat.ifc"))) for x in ifc.read(item)]
         return level.rooms
@@ -92,6 +102,19 @@ def test_a_space_without_a_storey_belongs_to_the_level_that_it_stands_on(flat, t
 def test_a_low_void_is_no_room(flat, tmp_path):
     flat.house.space(flat.storey, (4.2, 0.2, 0, 7.8, 5.8, 1.2), "2", "Installation")
     assert flat.words(tmp_path) == ["Küche"]
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1])
+def test_flat_spaces_are_the_floors_of_rooms_where_none_is_high(flat, tmp_path, height):
+    assert len(flat.rooms(tmp_path)) == 1
+    house = Flat()
+    if height:
+        house.house.space(house.storey, (*LEFT[:5], height), "1", "Küche")
+    else:
+        house.flat_space(LEFT, "Küche")
+    (room,) = house.rooms(tmp_path)
+    assert room.words[0] == "Küche"
+    assert room.polygon.area == pytest.approx(3.8 * 5.6)
 
 
 def test_spaces_that_stand_apart_from_the_house_are_no_rooms(flat, tmp_path):
@@ -190,6 +213,12 @@ def test_a_hole_right_before_its_wall_is_a_door_in_it(holed_flat, tmp_path, befo
     holed_flat.house.opening(holed_flat.inner, (4 + before, 2, 0, 4.2 + before, 2.9, 2.1), filling)
     in_wall = (4.0, 2.0, 4.2, 2.9, True) in holed_flat.bounds(tmp_path)
     assert in_wall == (filling is not None and abs(before) < 0.3)
+
+
+@pytest.mark.parametrize(("off", "doors"), [(0.0, True), (0.03, True), (0.3, False)])
+def test_a_door_without_a_hole_at_the_face_of_a_wall_is_in_it(holed_flat, tmp_path, off, doors):
+    holed_flat.house.element("IfcDoor", holed_flat.storey, (1, -0.05 - off, 0, 1.9, -off, 2.1), "at the outer face")
+    assert ((1.0, 0.0, 1.9, 0.2, True) in holed_flat.bounds(tmp_path)) == doors
 
 
 def test_niches_hatches_ducts_and_windows_are_no_openings(holed_flat, tmp_path):
