@@ -17,8 +17,9 @@ T4  A line break means nothing in the format. Exporters break lines within strin
 T5  ifcopenshell reads units from the only context of a file. A library (IfcProjectLibrary) is a context too, but has
     no part in the building, so it is taken out.
 T6  A byte order mark, and a file in UTF-16, are read as text; the parser takes neither.
-T7  The parser refuses a whole file for one number that is none. Where it does, such a number loses the dots at its end
-    (``3000.0.``), or counts as not given (``1.#INF``).
+T7  The parser refuses a whole file for one thing that it cannot read. Where it does, zero bytes go, and what stands
+    before the file's first line; a number that is none loses the dots at its end (``3000.0.``), or counts as not given
+    (``1.#INF``), as does a reference without a number; and a backslash that begins no escape stands for itself (paths).
 
 **Sorting elements** into walls, doors, holes, rooms and furniture; anything else is left out.
 
@@ -90,7 +91,12 @@ FAMILIES = (  # T1
 _UTF16: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 BEYOND_ASCII = re.compile(r"[^\x00-\x7f]+")
 COMMENT_OR_STRING = re.compile(r"/\*.*?\*/|'[^']*'", re.DOTALL)
-COMMENT_STRING_OR_NUMBER = re.compile(rf"{COMMENT_OR_STRING.pattern}|(?<=[(,])\s*[+-]?\d[^,()'/]*(?=[,)])", re.DOTALL)
+COMMENT_STRING_OR_VALUE = re.compile(
+    rf"{COMMENT_OR_STRING.pattern}|(?<=[(,])\s*(?:[+-]?\d[^,()'/]*|#\s*)(?=[,)])", re.DOTALL
+)
+FALSE_ESCAPE = re.compile(
+    r"(\\(?:\\|S\\.|P[A-I]\\|X\\[0-9A-F]{2}|X2\\(?:[0-9A-F]{4})+\\X0\\|X4\\(?:[0-9A-F]{8})+\\X0\\))|\\"
+)
 NUMBER = re.compile(r"[+-]?\s*\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
@@ -121,7 +127,7 @@ def open_model(path: Path) -> tuple[Any, str]:
     try:
         return _open_copy(text), found.group(1).upper()
     except ifcopenshell.Error:  # T7
-        return _open_copy(COMMENT_STRING_OR_NUMBER.sub(_mend_number, text)), found.group(1).upper()
+        return _open_copy(_mend(text)), found.group(1).upper()
 
 
 def _open_copy(text: str) -> Any:
@@ -179,13 +185,21 @@ def _in_one_line(found: re.Match[str]) -> str:
     return found.group().replace("\r", "").replace("\n", "") if found.group().startswith("'") else found.group()
 
 
-def _mend_number(found: re.Match[str]) -> str:
-    """T7; what is a number, a comment or a string stays as it is."""
+def _mend(text: str) -> str:
+    """T7."""
+    bare = text[text.index("ISO-10303-21") :].replace("\0", "")
+    return COMMENT_STRING_OR_VALUE.sub(_mend_token, bare)
+
+
+def _mend_token(found: re.Match[str]) -> str:
+    """T7; what is a number, a comment or a string without a false escape stays as it is."""
     token = found.group()
-    if token[0] in "/'" or NUMBER.fullmatch(token.strip()):
+    if token.startswith("'"):
+        return FALSE_ESCAPE.sub(lambda each: each.group(1) or r"\\", token)
+    if token.startswith("/") or NUMBER.fullmatch(token.strip()):
         return token
-    bare = token.strip().rstrip(".")
-    return bare if NUMBER.fullmatch(bare) else "$"
+    number = token.strip().rstrip(".")
+    return number if NUMBER.fullmatch(number) else "$"
 
 
 def _unescape(found: re.Match[str]) -> str:
@@ -463,7 +477,7 @@ def _leave_out_damaged_openings(model: Any) -> None:
 
 def _extrude_forwards(model: Any, solid: Any) -> None:
     """Turn an extrusion of a negative depth, which the kernel refuses, into one the other way."""
-    if solid.Depth is not None and solid.Depth < 0 and solid.ExtrudedDirection:
+    if isinstance(solid.Depth, float) and solid.Depth < 0 and solid.ExtrudedDirection:
         x, y, z = solid.ExtrudedDirection.DirectionRatios
         solid.ExtrudedDirection = model.createIfcDirection((-x, -y, -z))
         solid.Depth = -solid.Depth
@@ -634,7 +648,10 @@ def load_building(path: Path) -> Building:
 def _building(model: Any, schema: str) -> Building:
     from ifcopenshell.util.unit import calculate_unit_scale
 
-    metres = float(calculate_unit_scale(model))
+    try:
+        metres = float(calculate_unit_scale(model))
+    except (AttributeError, KeyError, TypeError, ValueError):  # a damaged unit says nothing
+        metres = 1.0
     for library in _of_type(model, "IfcProjectLibrary"):  # T5
         model.remove(library)
     _leave_out_damaged_openings(model)
@@ -678,6 +695,8 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
 
     sound = SoundnessChecker()
     wanted = [each for each in {element.id(): element for element in elements}.values() if sound.of(each)]
+    for element in wanted:
+        _give_words(element)
     settings: Any = ifcopenshell.geom.settings()  # type: ignore[no-untyped-call]
     iterator: Any = ifcopenshell.geom.iterator(settings, model, 1, include=wanted, geometry_library=KERNEL)
     if not wanted or not iterator.initialize():
@@ -692,6 +711,14 @@ def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mes
             yield int(shape.id), Mesh(vertices, faces)
         if not iterator.next():
             return
+
+
+def _give_words(element: Any) -> None:
+    """Give an element an id and a name that are words: with others the iterator fails, for all later files too."""
+    if not isinstance(element.GlobalId, str):
+        element.GlobalId = f"{element.id():022d}"
+    if not isinstance(element.Name, str | None):
+        element.Name = None
 
 
 def _parts(elements: Iterable[Any], meshes: dict[int, Mesh]) -> tuple[ElementBody, ...]:
@@ -852,10 +879,15 @@ def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, f
     if not hasattr(door, "OverallWidth"):  # E8: its placement says nothing of its direction
         return None, None
     matrix = _placement(door, metres)
-    width = door.OverallWidth * metres if door.OverallWidth else None
+    width = _length(door.OverallWidth, metres) or None
     if matrix is None or abs(matrix[2, 0]) > AXIS_TILT:  # an x axis that is not level is no width in plan
         return None, width
     return (float(matrix[0, 0]), float(matrix[1, 0])), width
+
+
+def _length(value: Any, metres: float) -> float:
+    """Return a length in metres, 0 where the file gives none."""
+    return float(value) * metres if isinstance(value, float | int) else 0.0
 
 
 def _box(door: Any, metres: float) -> Mesh | None:
@@ -863,8 +895,8 @@ def _box(door: Any, metres: float) -> Mesh | None:
     matrix = _placement(door, metres)
     if matrix is None:
         return None
-    width = (door.OverallWidth or 0) * metres or IFC_DOOR_M[0]
-    height = (door.OverallHeight or 0) * metres or IFC_DOOR_M[1]
+    width = _length(door.OverallWidth, metres) or IFC_DOOR_M[0]
+    height = _length(door.OverallHeight, metres) or IFC_DOOR_M[1]
     corners = np.array([(x, y, z) for x in (0, width) for y in (0, IFC_DOOR_M[2]) for z in (0, height)])
     faces = np.array([(0, 4, 6), (0, 6, 2), (0, 1, 5), (0, 5, 4), (1, 3, 7), (1, 7, 5), (2, 6, 7), (2, 7, 3)])
     return Mesh(corners @ matrix[:3, :3].T + matrix[:3, 3], faces.astype(np.int64))

@@ -592,6 +592,35 @@ def test_one_number_that_is_none_does_not_cost_the_file(tmp_path, token):
     assert len(read(path)) == 2
 
 
+def edited(tmp_path: Path, pattern: str, by: Any) -> Path:
+    path = tiny_house().write(tmp_path / "edited.ifc")
+    text, count = re.subn(pattern, by, path.read_text())
+    assert count
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", [r"C:\temp\new", r"a\X2\00E", "end\\"])
+def test_a_backslash_that_begins_no_escape_does_not_cost_the_file(tmp_path, name):
+    (low, _) = read(edited(tmp_path, "'table'", lambda _: f"'{name}'"))
+    assert [thing.words[0] for thing in low.furniture] == [name]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "by"),
+    [
+        (r"(=IFC[A-Z]+\()'[0-9A-Za-z_$]{22}'", r"\1$"),  # no ids at all
+        (r"(=IFCWALL\()'[^']*'", r"\g<1>5"),
+        (r"(=IFCWALL\('[^']*',\$,)'[^']*'", r"\g<1>5"),  # a number for a name
+        (r"(=IFCDOOR\(.*),\$,\$,\$,\$,\$\);", r"\1,'wide','high',$,$,$);"),
+        (r"\.METRE\.", "$"),
+    ],
+)
+def test_a_damaged_attribute_costs_neither_its_file_nor_the_next_one(tmp_path, pattern, by):
+    for path in (edited(tmp_path, pattern, by), tiny_house().write(tmp_path / "next.ifc")):
+        assert [(len(level.rooms), len(level.openings)) for level in read(path)] == [(2, 2), (2, 1)]
+
+
 def test_an_extrusion_of_a_negative_depth_goes_the_other_way(tmp_path):
     house = tiny_house()
     for solid in house.model.by_type("IfcExtrudedAreaSolid"):
