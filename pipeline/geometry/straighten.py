@@ -14,6 +14,7 @@ R4  An outline that would change by more than that keeps its own edges.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from houseexpo.tolerances import SAME_M
 from pipeline.geometry.areas import dot_product, polygons_of
 from pipeline.tolerances import AROUND_M, RUN_M
 
@@ -46,6 +48,17 @@ class _Edges:
         """Direction in [0, 2 pi)."""
         d = self.end - self.start
         return np.arctan2(d[:, 1], d[:, 0]) % (2 * np.pi)
+
+
+def are_straight(rooms: Sequence[Polygon], apart_m: float) -> bool:
+    """Return whether all edges of some rooms are parallel to an axis and no two of their lines closer than ``apart_m``.
+
+    Then nothing of them is thinner, no edge shorter, and nothing is left to straighten within that distance.
+    """
+    points, ring = shapely.get_coordinates(shapely.get_rings(rooms), return_index=True)
+    steps = np.abs(np.diff(points, axis=0)[ring[1:] == ring[:-1]])
+    gaps = np.diff(np.sort(points, axis=0), axis=0)
+    return bool((steps.min(axis=1) < SAME_M).all() and not ((gaps > SAME_M) & (gaps <= apart_m)).any())
 
 
 def straighten_outlines(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:

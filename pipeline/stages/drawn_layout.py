@@ -15,6 +15,7 @@ R3  A space without a drawn room is a room if an opening leads into it, it has a
 R4  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
     that meet are not drawn apart.
 R5  A person's word that a place is no room needs a search.
+R6  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their walls.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ from pipeline.geometry.meshes import Box, footprint
 from pipeline.geometry.portals import Portal, portal_strips
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.wall_sections import close_cracks
-from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2
+from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2, TWICE
 from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
 
 Bools = npt.NDArray[np.bool_]
@@ -98,6 +99,7 @@ def _close(level: Level, walls: BaseGeometry, openings: Shapes, grown: Shapes) -
     is_room = _are_rooms(level, spaces, entered, ground)
     if is_room is None:
         return None
+    spaces = _as_drawn(spaces, [room.polygon for room in level.rooms if room.polygon is not None])
     laps = portal_strips(portals, deeper_m=LAP_M, wider_m=LAP_M)
     ways = tuple(
         ClosingCandidate(lap, "door" if each.has_door else "opening", portal)
@@ -154,6 +156,16 @@ def _are_rooms(level: Level, spaces: Sequence[Polygon], entered: Bools, ground: 
         return None
     found[~found] = is_room
     return found
+
+
+def _as_drawn(spaces: list[Polygon], rooms: list[Polygon]) -> list[Polygon]:
+    """Return the spaces, those that have the outline of a room as it is drawn (R6)."""
+    places, drawn = np.array(spaces, np.object_), np.array(rooms, np.object_)
+    space, room = shapely.STRtree(drawn).query(places, predicate="intersects")
+    edges, outlines = shapely.boundary(places)[space], shapely.boundary(drawn)[room]
+    same = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M
+    places[space[same]] = drawn[room[same]]
+    return list(places)
 
 
 def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Portal] | None:

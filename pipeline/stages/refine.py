@@ -17,7 +17,7 @@ from shapely import Polygon
 from pipeline.config import RefineConfig
 from pipeline.geometry.areas import drop_thin_parts_of_each, polygons_of, subtract, unite
 from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms
-from pipeline.geometry.straighten import straighten_outlines
+from pipeline.geometry.straighten import are_straight, straighten_outlines
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, SLIVER_M
 from pipeline.values import Spaces
@@ -25,9 +25,10 @@ from pipeline.values import Spaces
 
 def straighten_rooms(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
-    whole = _without_spurs(spaces.rooms)
-    straight = straighten_outlines(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
-    rooms = _disjoint(straight, list(spaces.rooms))
+    rooms = list(spaces.rooms)
+    if not are_straight(rooms, max(config.offset_m, CRACK_M)):
+        straight = straighten_outlines(_without_spurs(rooms), offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
+        rooms = _disjoint(straight, rooms)
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
     portals = fit_portals_to_rooms([p.portal for p in spaces.passages], rooms)  # R2
