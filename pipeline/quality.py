@@ -114,7 +114,7 @@ def doubt_plan(grounds: Mapping[str, float], *, marked: bool = False) -> float:
     It is how far the cautious probability lies below that of no grounds, as a share of it.
     """
     model = _MODELS[marked]
-    cautious, best = (1 / (1 + math.exp(-model.log_odds(each))) for each in (grounds, {}))
+    cautious, best = (1 / (1 + math.exp(-log_odds)) for log_odds in (model.log_odds(grounds), model.bias))
     return 1.0 - cautious / best
 
 

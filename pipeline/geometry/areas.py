@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import manifold3d
@@ -123,14 +123,21 @@ def shares_of_places(places: Shapes, area: BaseGeometry) -> npt.NDArray[np.float
     return found
 
 
-def best_overlaps(shapes: Sequence[Polygon] | Shapes, others: Sequence[Polygon] | Shapes) -> npt.NDArray[np.float64]:
-    """Return for each of the shapes (n,) the intersection over union with the one of the others that fits it best."""
+@lru_cache(maxsize=1)  # names, grounds and confidences ask for the same rooms
+def shared_areas(shapes: tuple[Polygon, ...], others: tuple[Polygon, ...]) -> npt.NDArray[np.float64]:
+    """Return how much each of the shapes (n,) shares with each of the others (m,), (n, m) m2."""
     one, other = np.array(shapes, np.object_), np.array(others, np.object_)
     k, j = shapely.STRtree(other).query(one, predicate="intersects")
-    shared = shapely.area(intersect_pairs(one[k], other[j]))
-    found = np.zeros(len(one))
-    np.maximum.at(found, k, shared / (shapely.area(one)[k] + shapely.area(other)[j] - shared))
+    found = np.zeros((len(one), len(other)))
+    found[k, j] = shapely.area(intersect_pairs(one[k], other[j]))
+    found.flags.writeable = False
     return found
+
+
+def overlaps(shapes: tuple[Polygon, ...], others: tuple[Polygon, ...]) -> npt.NDArray[np.float64]:
+    """Return the intersection over union of each of the shapes (n,) with each of the others (m,), (n, m)."""
+    shared = shared_areas(shapes, others)
+    return np.asarray(shared / (shapely.area(shapes)[:, None] + shapely.area(others) - shared))
 
 
 def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:

@@ -11,6 +11,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.tolerances import SAME_M2
 from pipeline.geometry.areas import (
     buffer_mitred,
     drop_thin_parts,
@@ -76,12 +77,14 @@ def are_rooms_misshapen(rooms: tuple[Polygon, ...]) -> Bools:
 @lru_cache(maxsize=1)
 def have_jutting_walls(rooms: tuple[Polygon, ...]) -> Bools:
     """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
-    whole = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
+    every = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
+    dented = np.flatnonzero(shapely.area(shapely.convex_hull(every)) - shapely.area(every) > SAME_M2)
+    whole = every[dented]
     closed = buffer_mitred(buffer_mitred(whole, WALL_M / 2), -WALL_M / 2)
     juts, room = shapely.get_parts(shapely.difference(closed, whole), return_index=True)
     found = np.zeros(len(rooms), np.bool_)
     if len(juts):
         half = shapely.length(juts) / 2
         thickness = shapely.area(juts) / np.maximum(half, 1e-9)
-        found[room[(thickness > STAND_M) & (half - thickness > STUB_M)]] = True
+        found[dented[room[(thickness > STAND_M) & (half - thickness > STUB_M)]]] = True
     return found

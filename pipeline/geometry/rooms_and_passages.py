@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -15,12 +16,11 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan import DoorKind
 from pipeline.geometry.areas import (
     OUTSIDE,
-    dot_product,
     drop_lines_and_points,
     polygons_of,
     subtract_pairs,
 )
-from pipeline.geometry.portals import Portal, Vector, portal_strips
+from pipeline.geometry.portals import Portal, portal_strips
 from pipeline.tolerances import (
     THIN_WALL_M,
 )
@@ -115,22 +115,24 @@ def connected_rooms(spaces: Spaces) -> list[list[int]]:
 
 def fit_portals_to_rooms(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Portal]:
     """Return the portals with their faces where the rooms' are now; on the outside, where they were."""
-    limits = [[-portal.depth / 2, portal.depth / 2] for portal in portals]
     ends = [(i, k) for i, portal in enumerate(portals) for k in (0, 1) if portal.sides[k] != OUTSIDE]
+    if not ends:
+        return list(portals)
+    of_portal, face = np.array(ends).T
     facing = np.array([rooms[portals[i].sides[k]] for i, k in ends], dtype=np.object_)
-    rays = shapely.linestrings(np.array([_ray(portals[i], k) for i, k in ends]).reshape(-1, 2, 2))
-    for (i, k), hit in zip(ends, shapely.intersection(rays, facing), strict=True):
-        if not hit.is_empty:
-            at = dot_product(shapely.get_coordinates(hit) - portals[i].centre, portals[i].across)
-            limits[i][k] = float(at.max() if k == 0 else at.min())
+    centre, across = (np.array([(p.centre, p.across) for p in portals])[of_portal, k] for k in (0, 1))
+    half = np.array([portal.depth for portal in portals])[of_portal] / 2
+    away = np.where(face == 0, -1.0, 1.0)  # a ray from one face across to the other one, and ``THIN_WALL_M`` further
+    rays = np.stack([centre + at[:, None] * across for at in (-away * half, away * (half + THIN_WALL_M))], axis=1)
+    points, ray = shapely.get_coordinates(shapely.intersection(shapely.linestrings(rays), facing), return_index=True)
+    at = away[ray] * ((points - centre[ray]) * across[ray]).sum(axis=1)
+    nearest = np.full(len(ends), np.inf)
+    np.minimum.at(nearest, ray, at)
+    limits = [[-portal.depth / 2, portal.depth / 2] for portal in portals]
+    for (i, k), way, found in zip(ends, away.tolist(), nearest.tolist(), strict=True):
+        if found < math.inf:
+            limits[i][k] = way * found
     return [_between_faces(portal, low, high) for portal, (low, high) in zip(portals, limits, strict=True)]
-
-
-def _ray(portal: Portal, k: int) -> list[Vector]:
-    """From one face of a portal across to its other one, number ``k``, and ``THIN_WALL_M`` further."""
-    near, far = -portal.depth / 2, portal.depth / 2
-    ends = (far, near - THIN_WALL_M) if k == 0 else (near, far + THIN_WALL_M)
-    return [portal.centre + at * portal.across for at in ends]
 
 
 def _between_faces(portal: Portal, low: float, high: float) -> Portal:
@@ -156,5 +158,7 @@ def portal_polygons(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list
 
 def _holding(portal: Portal, pieces: list[Polygon]) -> Polygon:
     """Return the piece that holds a portal's centre, else the largest."""
+    if len(pieces) == 1:
+        return pieces[0]
     centre = shapely.points(portal.centre)
-    return next((piece for piece in pieces if len(pieces) > 1 and piece.distance(centre) < 1e-6), pieces[0])
+    return next((piece for piece in pieces if piece.distance(centre) < 1e-6), pieces[0])

@@ -51,14 +51,35 @@ class _Edges:
 
 
 def are_straight(rooms: Sequence[Polygon], apart_m: float) -> bool:
-    """Return whether all edges of some rooms are parallel to an axis and no two of their lines closer than ``apart_m``.
+    """Return whether all edges of some rooms are parallel to an axis, and none runs within ``apart_m`` beside another.
 
-    Then nothing of them is thinner, no edge shorter, and nothing is left to straighten within that distance.
+    Then no part of a room is thinner, no edge shorter, and nothing is left to straighten within that distance.
     """
     points, ring = shapely.get_coordinates(shapely.get_rings(rooms), return_index=True)
-    steps = np.abs(np.diff(points, axis=0)[ring[1:] == ring[:-1]])
-    gaps = np.diff(np.sort(points, axis=0), axis=0)
-    return bool((steps.min(axis=1) < SAME_M).all() and not ((gaps > SAME_M) & (gaps <= apart_m)).any())
+    on = np.flatnonzero(ring[1:] == ring[:-1])
+    edges = np.stack([points[on], points[on + 1]], axis=1)
+    across = np.abs(edges[:, 1] - edges[:, 0]) < SAME_M
+    if not across.any(axis=1).all():
+        return False
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    return not any(
+        _have_near_lines(low[across[:, k], k], low[across[:, k], 1 - k], high[across[:, k], 1 - k], apart_m)
+        for k in (0, 1)
+    )
+
+
+def _have_near_lines(line: Floats, low: Floats, high: Floats, apart_m: float) -> bool:
+    """Return whether two of some parallel edges (n,) run beside each other, on two lines up to ``apart_m`` apart."""
+    order = np.argsort(line)
+    line, low, high = line[order], low[order] - AROUND_M, high[order]
+    for k in range(1, len(line)):
+        apart = line[k:] - line[:-k]
+        if not (near := apart <= apart_m).any():
+            break
+        beside = (low[k:] <= high[:-k]) & (low[:-k] <= high[k:])
+        if (near & beside & (apart > SAME_M)).any():
+            return True
+    return False
 
 
 def straighten_outlines(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:

@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
@@ -39,10 +40,10 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.parts import SURE
-from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, best_overlaps, shares_of_places, unite
+from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, overlaps, shares_of_places, unite
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.mesh_slicing import barred_shares
-from pipeline.geometry.portals import Portal, end_at_walls, portal_strips
+from pipeline.geometry.portals import Portal, end_at_walls, portal_strips, strips_before
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import doubt_plan
@@ -82,6 +83,12 @@ class FinalBuilding:
     named: tuple[NamedRoom, ...]
     grounds: Mapping[str, float]
     doubts: Floats
+
+    @cached_property
+    def features(self) -> Features:
+        """The grounds of the plan, and how doubtful they make it by the model of its kind, as features (F5)."""
+        doubt = doubt_plan(self.grounds, marked=self.level.sills)
+        return {**{f"plan_{name}": float(value) for name, value in self.grounds.items()}, "doubtful_plan": doubt}
 
 
 def add_confidences(planned: FinalBuilding) -> FinalBuilding:
@@ -128,13 +135,13 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
     inner = [(k, side) for k, portal in enumerate(portals) for side in (0, 1) if portal.sides[side] != OUTSIDE]
     of_passage = np.array([k for k, _ in inner], np.int64)
-    fronts = _fronts([portals[k] for k, _ in inner], [2 * side - 1 for _, side in inner])
+    fronts = strips_before([portals[k] for k, _ in inner], [2 * side - 1 for _, side in inner], SHOULDERS_M)
     blocked, floorless = (
         _most_of_each(of_passage, shares, len(portals))
         for shares in (shares_of_places(fronts, evidence.furniture), _shares_without_floor(fronts, level))
     )
     at_walls = end_at_walls(portals, layout.door)
-    of_plan, of_entrances, found = _of_plan(planned), _of_entrances(planned), []
+    of_entrances, found = _of_entrances(planned), []
     for k, (passage, portal) in enumerate(zip(spaces.passages, portals, strict=True)):
         within = [side for side in portal.sides if side != OUTSIDE]
         known = passage.closed_by in KNOWN
@@ -154,7 +161,7 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
                 "crowded": max(_ramp(ways[side] - CROWD[0], CROWD[1]) for side in within),
                 "scanned": float(evidence.scanned),
                 **of_entrances.get(k, {}),
-                **of_plan,
+                **planned.features,
             }
         )
     return found
@@ -178,16 +185,20 @@ def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
         portal = passages[k].portal
         room, side = (portal.sides[0], 1) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1)
         others = [p for j, p in enumerate(passages) if room in p.portal.sides and j != k]
-        before = _fronts([portal], [side])
-        ground = max(float(shares_of_places(before, what)[0]) for what in (level.floor or EMPTY, level.below or EMPTY))
         found[k] = {
             "barred": bar,
             "other_ways_out": _ramp(sum(p.leads_outside for p in others), GROUP),
             "only_way": float(all(p.kind == "cut" for p in others)),
             "upper": float(upper),
-            "air_before": (1.0 - ground) * float(upper and level.floor is not None),
+            "air_before": _air_before(portal, side, level) if upper and level.floor is not None else 0.0,
         }
     return found
+
+
+def _air_before(portal: Portal, side: int, level: Level) -> float:
+    """Return the share of the place before one side of an entrance where there is neither floor nor ground (F6)."""
+    before = strips_before([portal], [side], SHOULDERS_M)
+    return 1.0 - max(float(shares_of_places(before, what or EMPTY)[0]) for what in (level.floor, level.below))
 
 
 def _barred(portals: Sequence[Portal], level: Level, *, scanned: bool) -> Sequence[float]:
@@ -216,8 +227,8 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     home = shapely.STRtree(spaces.rooms).nearest(shapely.point_on_surface(places))
     floorless, filled = _shares_without_floor(places, level), shares_of_places(places, evidence.furniture)
     doubts = of_rooms(layout, planned.doubts, rooms)
-    unlike = 1.0 - best_overlaps(places, drawn) if drawn else np.zeros(len(rooms))
-    of_plan, found = _of_plan(planned), []
+    unlike = 1.0 - overlaps(tuple(rooms), tuple(drawn)).max(axis=1) if drawn else np.zeros(len(rooms))
+    found = []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
         ways = [p for p in spaces.passages if its in p.portal.sides]
         found.append(
@@ -239,7 +250,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
                 "scanned": float(evidence.scanned),
                 "alone": float(len(rooms) == 1),
                 "doubtful_space": float(doubts[k]),
-                **of_plan,
+                **planned.features,
             }
         )
     return found
@@ -259,22 +270,6 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
         "bare_cut": float(cut and passage.why in {NO_EVIDENCE, NO_WALL}),
         "unknown_cut": float(cut and passage.why == UNKNOWN),
     }
-
-
-def _of_plan(planned: FinalBuilding) -> Features:
-    """Return the grounds of the plan, and how doubtful they make it by the model of its kind, as features (F5)."""
-    doubt = doubt_plan(planned.grounds, marked=planned.level.sills)
-    each = {f"plan_{name}": float(value) for name, value in planned.grounds.items()}
-    return {**each, "doubtful_plan": doubt}
-
-
-def _fronts(portals: Sequence[Portal], sides: Sequence[int]) -> Shapes:
-    """Return the floor in front of passages (n,), each on one side, -1 or 1."""
-    ahead = [
-        replace(each, centre=each.centre + side * each.across * (each.depth + SHOULDERS_M) / 2, depth=SHOULDERS_M)
-        for each, side in zip(portals, sides, strict=True)
-    ]
-    return portal_strips(ahead)
 
 
 def _shares_without_floor(places: Shapes, level: Level) -> Floats:

@@ -57,7 +57,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     """Return the rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
-    named = unite([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
+    named = shapely.STRtree([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
@@ -68,7 +68,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         outside = OUTSIDE in portal.sides
         kind = _kind(candidate, portal, level, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        is_named = candidate.kind == "door" and bool(portal.strip().intersects(named))
+        is_named = candidate.kind == "door" and len(named.query(portal.strip(), predicate="intersects")) > 0
         wide = span > config.widest_m and not is_named
         beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
         if not outside and beside_door:

@@ -20,7 +20,6 @@ R6  A space that has the outline of its drawn room is that room: it does not beg
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,7 +98,6 @@ def _close(level: Level, walls: BaseGeometry, openings: Shapes, grown: Shapes) -
     is_room = _are_rooms(level, spaces, entered, ground)
     if is_room is None:
         return None
-    spaces = _as_drawn(spaces, [room.polygon for room in level.rooms if room.polygon is not None])
     laps = portal_strips(portals, deeper_m=LAP_M, wider_m=LAP_M)
     ways = tuple(
         ClosingCandidate(lap, "door" if each.has_door else "opening", portal)
@@ -128,16 +126,22 @@ def _are_shut_or_meet(openings: Shapes, walls: BaseGeometry) -> bool:
     return bool((one != other).any() or shapely.intersects(walls, openings).any())
 
 
-def _are_rooms(level: Level, spaces: Sequence[Polygon], entered: Bools, ground: BaseGeometry) -> Bools | None:
+def _are_rooms(level: Level, spaces: list[Polygon], entered: Bools, ground: BaseGeometry) -> Bools | None:
     """Return which of the spaces (n,) are rooms, or None if that is not as it is drawn (R2, R3).
 
-    ``entered`` (n,) says into which of them an opening leads.
+    ``entered`` (n,) says into which of them an opening leads. Spaces give way to the rooms that they are (R6).
     """
     places = np.array(spaces, np.object_)
     rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
     space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
-    shared = shapely.area(intersect_pairs(places[space], rooms[room]))
-    most = (shared > MOST * shapely.area(places)[space]) & (shared > MOST * shapely.area(rooms)[room])
+    edges, outlines = shapely.boundary(places)[space], shapely.boundary(rooms)[room]
+    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # R6
+    for k, j in zip(space[most].tolist(), room[most].tolist(), strict=True):
+        spaces[k] = rooms[j]
+    differ = np.flatnonzero(~most)
+    one, other = places[space[differ]], rooms[room[differ]]
+    shared = shapely.area(intersect_pairs(one, other))
+    most[differ] = (shared > MOST * shapely.area(one)) & (shared > MOST * shapely.area(other))
     is_drawn = np.bincount(space[most], minlength=len(spaces))
     if (is_drawn > 1).any() or len(np.unique(room[most])) < most.sum():
         return None
@@ -156,16 +160,6 @@ def _are_rooms(level: Level, spaces: Sequence[Polygon], entered: Bools, ground: 
         return None
     found[~found] = is_room
     return found
-
-
-def _as_drawn(spaces: list[Polygon], rooms: list[Polygon]) -> list[Polygon]:
-    """Return the spaces, those that have the outline of a room as it is drawn (R6)."""
-    places, drawn = np.array(spaces, np.object_), np.array(rooms, np.object_)
-    space, room = shapely.STRtree(drawn).query(places, predicate="intersects")
-    edges, outlines = shapely.boundary(places)[space], shapely.boundary(drawn)[room]
-    same = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M
-    places[space[same]] = drawn[room[same]]
-    return list(places)
 
 
 def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Portal] | None:

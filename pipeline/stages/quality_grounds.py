@@ -41,10 +41,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import (
+    EMPTY,
     OUTSIDE,
-    best_overlaps,
     buffer_mitred,
     intersect,
+    overlaps,
     polygons_of,
     shares_inside,
     subtract,
@@ -142,13 +143,28 @@ def _floors(
     """R4, R5."""
     if floor is None:
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
+    return {
+        "floorless_room": _floorless(floor, rooms, each),
+        "roomless_floor_share": 0.0 if refused else _share(_floor_between(floor, rooms, walls).area, rooms.area),
+    }
+
+
+def _floorless(floor: BaseGeometry, rooms: BaseGeometry, each: tuple[Polygon, ...]) -> float:
+    """R4."""
+    shapely.prepare(floor)
+    if shapely.covers(floor, each).all():
+        return 0.0
     missing = subtract(rooms, floor)
     shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    between = intersect(subtract(subtract(floor, buffer_mitred(rooms, CRACK_M)), walls), shapely.convex_hull(rooms))
-    return {
-        "floorless_room": float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0,
-        "roomless_floor_share": 0.0 if refused else _share(between.area, rooms.area),
-    }
+    return float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0
+
+
+def _floor_between(floor: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> BaseGeometry:
+    """Return the floor between the rooms that is neither room nor wall (R5)."""
+    rest = subtract(floor, rooms)
+    if shapely.covers(walls, rest):  # the floor of doorways
+        return EMPTY
+    return intersect(subtract(subtract(floor, buffer_mitred(rooms, CRACK_M)), walls), shapely.convex_hull(rooms))
 
 
 def walls_far_from_rooms(walls: BaseGeometry, rooms: Sequence[BaseGeometry]) -> BaseGeometry:
@@ -207,7 +223,7 @@ def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
     """R10."""
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     if drawn:
-        return 1.0 - float(best_overlaps(drawn, rooms).sum()) / len(drawn)
+        return 1.0 - float(overlaps(rooms, tuple(drawn)).max(axis=0).sum()) / len(drawn)
     if not level.room_count:
         return 0.0
     return _share(abs(len(rooms) - level.room_count), max(len(rooms), level.room_count))

@@ -27,7 +27,9 @@ def straighten_rooms(spaces: Spaces, config: RefineConfig) -> Spaces:
     """Straighten the rooms and fit the passages."""
     rooms = list(spaces.rooms)
     if not are_straight(rooms, max(config.offset_m, CRACK_M)):
-        straight = straighten_outlines(_without_spurs(rooms), offset_m=config.offset_m, angle_deg=config.angle_deg)  # R1
+        straight = straighten_outlines(
+            _without_spurs(rooms), offset_m=config.offset_m, angle_deg=config.angle_deg
+        )  # R1
         rooms = _disjoint(straight, rooms)
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])

@@ -142,7 +142,7 @@ def is_doubted(level: Level, layout: Layout) -> bool:
 
 def of_rooms(layout: Layout, of_spaces: Floats, rooms: Sequence[Polygon]) -> Floats:
     """Return for each room of a plan (m,) what its space has, of whose ``of_spaces`` (n,) it is one or a part."""
-    if not len(of_spaces) or not rooms:
+    if not of_spaces.any() or not rooms:
         return np.zeros(len(rooms))
     places = [room.representative_point() for room in rooms]
     return np.asarray(of_spaces[shapely.STRtree(layout.spaces).nearest(places)])

@@ -10,6 +10,7 @@ R3  A source room with a box only (SUNCG: the box of the room and its objects) n
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
-from pipeline.geometry.areas import areas_inside, intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import Floats, intersect, polygons_of, shared_areas, subtract, unite
 from pipeline.tolerances import PATCH_M2, SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
@@ -26,16 +27,16 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     """Return the rooms with labels and words, in the order of ``spaces.rooms``; parts of a divided room follow."""
     drawn = [r for r in level.rooms if r.polygon is not None]
     boxed = [r for r in level.rooms if r.polygon is None and r.box is not None]
-    rooms = [part for room in spaces.rooms for part in _divide_by_source(room, drawn)]
+    polygons = tuple(r.polygon for r in drawn if r.polygon is not None)
+    shared = shared_areas(spaces.rooms, polygons)
+    divided = [_divide_by_source(room, polygons, areas) for room, areas in zip(spaces.rooms, shared, strict=True)]
+    rooms = tuple(part for parts in divided for part in parts)
     named = [NamedRoom(room) for room in rooms]
-    for source in drawn:  # R2
-        if source.polygon is None:
-            continue
-        shares = areas_inside(rooms, source.polygon)
+    for source, shares in zip(drawn, shared_areas(rooms, polygons).T, strict=True):  # R2
         best = int(np.argmax(shares))
-        if shares[best] > SOME * source.polygon.area:
+        if shares[best] > SOME * shapely.area(source.polygon):
             named[best] = _with_name(named[best], source)
-    for source, k in _by_box(boxed, rooms):  # R3
+    for source, k in _by_box(boxed, list(rooms)):  # R3
         named[k] = _with_name(named[k], source)
     return tuple(named)
 
@@ -45,12 +46,12 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
     return replace(room, labels=labels, words=room.words + source.words)
 
 
-def _divide_by_source(room: Polygon, drawn: list[SourceRoom]) -> list[Polygon]:
-    """Return a space as its source divides it, or the space itself if the source does not (R1)."""
-    polygons = [s.polygon for s in drawn if s.polygon is not None]
-    inside = [
-        p for p, area in zip(polygons, areas_inside(polygons, room), strict=True) if area > max(PATCH_M2, SOME * p.area)
-    ]
+def _divide_by_source(room: Polygon, drawn: Sequence[Polygon], shared: Floats) -> list[Polygon]:
+    """Return a space as its source divides it, or the space itself if the source does not (R1).
+
+    ``shared`` (n,) are the areas that the space shares with the rooms (n,) that are drawn.
+    """
+    inside = [p for p, area in zip(drawn, shared.tolist(), strict=True) if area > max(PATCH_M2, SOME * p.area)]
     if len(inside) < 2:
         return [room]
     cores: list[Polygon] = []

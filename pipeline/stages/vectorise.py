@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.snapping import Points, enclosed_faces, snap_polygon
+from houseexpo.inference.snapping import Points, enclosed_faces, snap_polygons
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
@@ -40,12 +40,13 @@ def vectorise(
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
     shift = MARGIN_M - np.array(outline.bounds[:2])
-    verts, holes = snap_polygon(outline, shift)
-    pairs = enumerate(zip(tiles.rooms, tiles.named, strict=True))
-    rooms = [_room(k, shape, name, shift) for k, (shape, name) in pairs]
+    (verts, holes), *rings = snap_polygons([outline, *tiles.rooms, *tiles.doors], shift)
+    rooms = [_room(k, *shape, name) for k, (shape, name) in enumerate(zip(rings, tiles.named, strict=False))]
     doors = [
-        _door(k, p, shape, beside, shift)
-        for k, (p, shape, beside) in enumerate(zip(tiles.passages, tiles.doors, _rooms_beside(tiles), strict=True))
+        _door(k, p, ring, beside, shift)
+        for k, (p, (ring, _), beside) in enumerate(
+            zip(tiles.passages, rings[len(rooms) :], _rooms_beside(tiles), strict=True)
+        )
     ]
     return FloorPlan(
         id=level.id,
@@ -90,16 +91,16 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
 
     A room or a door that vanishes on the grid, narrower than a centimetre, is left out, and so are the ways into it.
     """
+    strips = portal_polygons([p.portal for p in spaces.passages], spaces.rooms)
     inner = [p for p in spaces.passages if not p.leads_outside]
-    openings = portal_polygons([p.portal for p in inner], spaces.rooms)
+    openings = [strip for strip, p in zip(strips, spaces.passages, strict=True) if not p.leads_outside]
     room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
     outline = polygons_of(unite([*room_shapes, *door_shapes]))[0]
     rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
-    entrances = [p for p in spaces.passages if p.leads_outside]
-    for entrance, strip in zip(entrances, portal_polygons([p.portal for p in entrances], spaces.rooms), strict=True):
-        if strip.distance(outline) < STAND_M:
-            passages.append(entrance)
+    for passage, strip in zip(spaces.passages, strips, strict=True):
+        if passage.leads_outside and strip.distance(outline) < STAND_M:
+            passages.append(passage)
             shapes.append(strip)
     tiles = _Tiles(outline, tuple(named[k] for k in rooms), [room_shapes[k] for k in rooms], passages, shapes)
     return _without_dead_ends(tiles) if any(shape.is_empty for shape in room_shapes) else tiles
@@ -127,7 +128,7 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         filled = Polygon(shape[0].exterior)
         near = tree.query_nearest(filled.centroid, max_distance=AROUND_M)
         room = int(near[0]) if len(near) else None
-        yield PlanObject(found, obstacle.word, room, snap_polygon(filled, shift)[0], round(obstacle.height_m, 2))
+        yield PlanObject(found, obstacle.word, room, snap_polygons([filled], shift)[0][0], round(obstacle.height_m, 2))
         found += 1
 
 
@@ -159,12 +160,11 @@ def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     return found[0] if found else Polygon()
 
 
-def _room(k: int, shape: Polygon, name: NamedRoom, shift: Points) -> Room:
-    polygon, holes = snap_polygon(shape, shift)
+def _room(k: int, ring: Points, holes: tuple[Points, ...], name: NamedRoom) -> Room:
     return Room(
         id=k,
         label=name.labels[0] if name.labels else UNLABELLED,
-        ring=polygon,
+        ring=ring,
         holes=holes,
         source_labels=name.words,
         confidence=name.confidence,
@@ -185,14 +185,14 @@ def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     return found
 
 
-def _door(k: int, passage: Passage, shape: Polygon, rooms: tuple[int, int | None], shift: Points) -> Door:
+def _door(k: int, passage: Passage, ring: Points, rooms: tuple[int, int | None], shift: Points) -> Door:
     a, b = np.round(passage.portal.segment + shift, 2)
     return Door(
         id=k,
         kind=passage.kind,
         segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
         width=round(float(np.hypot(*(b - a))), 2),
-        ring=snap_polygon(shape, shift)[0],
+        ring=ring,
         rooms=rooms,
         confidence=passage.confidence,
     )

@@ -15,7 +15,9 @@ from pipeline.geometry.areas import (
     enclosed_pieces,
     intersect,
     locate_points,
+    overlaps,
     polygons_of,
+    shared_areas,
     subtract,
     triangulate,
     unite,
@@ -35,6 +37,14 @@ def test_overlays_leave_neither_lines_nor_points_behind() -> None:
     mixed = shapely.GeometryCollection([a, shapely.LineString([(0, 0), (5, 5)]), shapely.MultiPolygon([b])])
     assert drop_lines_and_points(mixed).area == 2.0
     assert [p.area for p in polygons_of(shapely.MultiPolygon([a, shapely.box(5, 5, 8, 8)]))] == [9.0, 1.0]
+
+
+def test_what_each_of_some_areas_shares_with_each_of_others() -> None:
+    ones = (shapely.box(0, 0, 2, 2), shapely.box(3, 0, 4, 1))
+    others = (shapely.box(1, 0, 3, 2), shapely.box(3, 0, 4, 1), shapely.box(9, 9, 10, 10))
+    assert shared_areas(ones, others).tolist() == [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    assert overlaps(ones, others) == pytest.approx(np.array([[1 / 3, 0.0, 0.0], [0.0, 1.0, 0.0]]))
+    assert shared_areas(ones, ()).shape == (2, 0)
 
 
 def test_what_walls_close_all_round() -> None:

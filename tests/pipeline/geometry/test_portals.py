@@ -6,7 +6,16 @@ import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
-from pipeline.geometry.portals import Portal, distance_in_row, find_portals, free_intervals, join_portals_in_rows
+from pipeline.geometry.portals import (
+    Portal,
+    distance_in_row,
+    end_at_walls,
+    find_portals,
+    free_intervals,
+    join_portals_in_rows,
+    portal_strips,
+    strips_before,
+)
 from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms, portal_polygons
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.values import Passage, Spaces
@@ -138,6 +147,18 @@ def test_the_opening_follows_faces_that_are_not_parallel() -> None:
     (opening,) = portal_polygons([portal(4.13, 0.25)], [ROOMS[0], wedge])
     assert opening.area == pytest.approx(0.8 * (0.2 + 0.1 * 0.5), rel=0.01)
     assert opening.touches(wedge) or opening.intersection(wedge).area < 1e-6
+
+
+def test_strips_of_portals_and_the_floor_before_them() -> None:
+    between, outer = portal(4.1, 0.2), Portal(np.array([6.0, -0.1]), np.array([1.0, 0.0]), 1.0, 0.2, (OUTSIDE, 1))
+    strips = portal_strips([between, outer], deeper_m=0.1, wider_m=0.2)
+    assert strips[0].equals(between.strip(deeper_m=0.1, wider_m=0.2))
+    assert strips[1].symmetric_difference(shapely.box(5.3, -0.3, 6.7, 0.1)).area < 1e-9
+    left, inner = strips_before([between, outer], [1, 1], 0.6)
+    assert left.symmetric_difference(shapely.box(3.4, 1.1, 4.0, 1.9)).area < 1e-9
+    assert inner.symmetric_difference(shapely.box(5.5, 0.0, 6.5, 0.6)).area < 1e-9
+    assert end_at_walls([between, outer], UPPER.union(LOWER)).tolist() == [True, False]
+    assert len(portal_strips([])) == len(strips_before([], [], 0.6)) == len(end_at_walls([], UPPER)) == 0
 
 
 def test_a_house_without_passages_needs_no_fitting() -> None:

@@ -3,7 +3,7 @@ import pytest
 import shapely
 from shapely.affinity import rotate
 
-from pipeline.geometry.straighten import straighten_outlines
+from pipeline.geometry.straighten import are_straight, straighten_outlines
 
 ROOM = shapely.box(0, 0, 5, 4)
 L_ROOM = shapely.Polygon([(0, 0), (6, 0), (6, 2.5), (3, 2.5), (3, 5), (0, 5)])
@@ -22,6 +22,28 @@ def test_a_straight_room_stays_as_it_is(room: shapely.Polygon) -> None:
     (found,) = straight(room)
     assert found.hausdorff_distance(room) < 1e-6
     assert len(corners(found)) == len(corners(room))
+
+
+@pytest.mark.parametrize(
+    ("room", "known"),
+    [
+        (ROOM, True),
+        (L_ROOM, True),
+        (rotate(ROOM, 90), True),
+        (rotate(ROOM, 17), False),
+        (ROOM.union(shapely.box(4.9, 1.0, 5.02, 2.0)), False),  # a jog
+        (ROOM.difference(shapely.box(4.0, 1.0, 5.0, 1.02)), False),  # a slit
+    ],
+)
+def test_rooms_are_known_to_be_straight(room: shapely.Polygon, known: bool) -> None:
+    assert are_straight([room], 0.03) is known
+
+
+def test_rooms_with_faces_that_belong_on_one_line_are_not_straight() -> None:
+    other = shapely.box(5.2, 0.02, 8.0, 4.0)
+    assert not are_straight([ROOM, other], 0.03)
+    assert are_straight([ROOM, shapely.box(7.0, 0.02, 8.0, 4.0)], 0.03), "too far apart to be one wall"
+    assert are_straight([ROOM, other], 0.01)
 
 
 def test_a_room_a_degree_off_the_axes_is_turned_only_if_its_walls_are_short() -> None:
