@@ -129,6 +129,9 @@ def shared_areas(shapes: tuple[Polygon, ...], others: tuple[Polygon, ...]) -> np
     one, other = np.array(shapes, np.object_), np.array(others, np.object_)
     k, j = shapely.STRtree(other).query(one, predicate="intersects")
     found = np.zeros((len(one), len(other)))
+    found[k, j] = shapely.area(one)[k]
+    differ = one[k] != other[j]
+    k, j = k[differ], j[differ]
     found[k, j] = shapely.area(intersect_pairs(one[k], other[j]))
     found.flags.writeable = False
     return found

@@ -104,24 +104,25 @@ class Portal:
 
 def portal_strips(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
     """Return the ``strip`` of each portal (n,)."""
-    centre, along, sizes = _as_arrays(portals)
+    centre, along, sizes = portals_as_arrays(portals)
     return _rectangles(centre, along, sizes[:, :1] + wider_m, sizes[:, 1:] + deeper_m)
 
 
-def _as_arrays(portals: Sequence[Portal]) -> tuple[Vector, Vector, Vector]:
+def portals_as_arrays(portals: Sequence[Portal]) -> tuple[Vector, Vector, Vector]:
     """Return the centres, the directions, and half the widths and depths of portals, (n, 2) each."""
     each = [(portal.centre, portal.along, (portal.width / 2, portal.depth / 2)) for portal in portals]
     centre, along, sizes = np.array(each, np.float64).reshape(-1, 3, 2).transpose(1, 0, 2)
     return centre, along, sizes
 
 
-def _across(along: Vector) -> Vector:
+def turn_left(along: Vector) -> Vector:
+    """Return directions (n, 2) turned by a right angle, as ``Portal.across`` is."""
     return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
 def _rectangles(centre: Vector, along: Vector, half_width: Vector, half_depth: Vector) -> Shapes:
     """Return rectangles (n,) of centres and directions (n, 2), half as wide and deep as they are (n, 1)."""
-    long, half = along * half_width, _across(along) * half_depth
+    long, half = along * half_width, turn_left(along) * half_depth
     a, b = centre - long, centre + long
     return np.atleast_1d(shapely.polygons(np.stack([a - half, b - half, b + half, a + half], axis=1)))
 
@@ -129,7 +130,7 @@ def _rectangles(centre: Vector, along: Vector, half_width: Vector, half_depth: V
 def end_at_walls(portals: Sequence[Portal], door_plane: BaseGeometry) -> npt.NDArray[np.bool_]:
     """Return for each portal (n,) whether a wall stands at both ends, be it in line or crossing."""
     shapely.prepare(door_plane)
-    centre, along, sizes = _as_arrays(portals)
+    centre, along, sizes = portals_as_arrays(portals)
     half = along * sizes[:, :1]
     ends = np.stack([centre - half - along * STAND_M, centre + half + along * STAND_M], axis=1)
     return np.asarray(shapely.intersects_xy(door_plane, ends[:, :, 0], ends[:, :, 1]).all(axis=1), np.bool_)
@@ -137,8 +138,8 @@ def end_at_walls(portals: Sequence[Portal], door_plane: BaseGeometry) -> npt.NDA
 
 def strips_before(portals: Sequence[Portal], sides: Sequence[int], depth_m: float) -> Shapes:
     """Return the floor before one face of each portal (n,), on its side -1 or 1, as deep as ``depth_m``."""
-    centre, along, sizes = _as_arrays(portals)
-    off = np.array(sides, np.float64)[:, None] * _across(along) * (sizes[:, 1:] + depth_m / 2)
+    centre, along, sizes = portals_as_arrays(portals)
+    off = np.array(sides, np.float64)[:, None] * turn_left(along) * (sizes[:, 1:] + depth_m / 2)
     return _rectangles(centre + off, along, sizes[:, :1], np.full((len(portals), 1), depth_m / 2))
 
 

@@ -49,6 +49,7 @@ from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_wall
 from pipeline.quality import doubt_plan
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
+from pipeline.stages.quality_grounds import shares_without
 from pipeline.stages.room_doubt import of_rooms
 from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
@@ -136,9 +137,11 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     inner = [(k, side) for k, portal in enumerate(portals) for side in (0, 1) if portal.sides[side] != OUTSIDE]
     of_passage = np.array([k for k, _ in inner], np.int64)
     fronts = strips_before([portals[k] for k, _ in inner], [2 * side - 1 for _, side in inner], SHOULDERS_M)
+    floor = level.floor_with_rooms
+    bare = np.zeros(len(fronts)) if floor is None else 1.0 - shares_of_places(fronts, floor)
     blocked, floorless = (
         _most_of_each(of_passage, shares, len(portals))
-        for shares in (shares_of_places(fronts, evidence.furniture), _shares_without_floor(fronts, level))
+        for shares in (shares_of_places(fronts, evidence.furniture), bare)
     )
     at_walls = end_at_walls(portals, layout.door)
     of_entrances, found = _of_entrances(planned), []
@@ -225,7 +228,8 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     walled = _shares_along(edges, [layout.ground])
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest(shapely.point_on_surface(places))
-    floorless, filled = _shares_without_floor(places, level), shares_of_places(places, evidence.furniture)
+    floor, filled = level.floor_with_rooms, shares_of_places(places, evidence.furniture)
+    floorless = np.zeros(len(rooms)) if floor is None else shares_without(floor, tuple(rooms))
     doubts = of_rooms(layout, planned.doubts, rooms)
     unlike = 1.0 - overlaps(tuple(rooms), tuple(drawn)).max(axis=1) if drawn else np.zeros(len(rooms))
     found = []
@@ -270,12 +274,6 @@ def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
         "bare_cut": float(cut and passage.why in {NO_EVIDENCE, NO_WALL}),
         "unknown_cut": float(cut and passage.why == UNKNOWN),
     }
-
-
-def _shares_without_floor(places: Shapes, level: Level) -> Floats:
-    """Return the share of each place (n,) without floor; 0 if the source has no floor at all."""
-    floor = level.floor_with_rooms
-    return np.zeros(len(places)) if floor is None else 1.0 - shares_of_places(places, floor)
 
 
 def _shares_along(edges: Shapes, what: Sequence[BaseGeometry]) -> Floats:

@@ -33,6 +33,7 @@ from pipeline.geometry.areas import (
     EMPTY,
     OUTSIDE,
     WALL,
+    Floats,
     Shapes,
     are_too_narrow,
     areas_inside,
@@ -45,8 +46,8 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.closing_candidates import assign_sides
 from pipeline.geometry.doorways import boxes_around_polygons
-from pipeline.geometry.meshes import Box, footprint
-from pipeline.geometry.portals import Portal, portal_strips
+from pipeline.geometry.meshes import footprint
+from pipeline.geometry.portals import Portal, portal_strips, turn_left
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2, TWICE
@@ -168,28 +169,29 @@ def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> l
     One walks through an opening across its longer side, or along it through a wall that is deeper than the way is wide.
     """
     boxes = boxes_around_polygons(list(openings))
-    looks = np.array([[_before_faces(box, turned=turned) for turned in (False, True)] for box in boxes])
-    seen = locate_points(looks.reshape(-1, 2), spaces, ground).reshape(len(boxes), 2, 2, -1)
+    centre, along = np.array([box.centre for box in boxes]), np.array([box.along for box in boxes])
+    sizes = np.array([(box.width, box.thickness) for box in boxes])
+    ways = np.stack([along, turn_left(along)], axis=1)  # along the wall, if it is drawn along the longer side, or not
+    widths, depths = sizes, sizes[:, ::-1]
+    looks = _before_faces(centre, ways, widths, depths)
+    seen = locate_points(looks.reshape(-1, 2), spaces, ground).reshape(looks.shape[:-1])
     clear = ((seen == seen[..., :1]) & (seen != WALL)).all(axis=(2, 3))
     if not clear.any(axis=1).all():
         return None
     found = []
-    for k, box in enumerate(boxes):
-        turned = not clear[k, 0]
-        one, other = seen[k, int(turned), :, 0].tolist()
-        along, width, depth = _sides(box, turned=turned)
-        found.append(Portal(box.centre, along, width, depth, (one, other)))
+    for k, way in enumerate(np.where(clear[:, 0], 0, 1).tolist()):
+        one, other = seen[k, way, :, 0].tolist()
+        found.append(Portal(centre[k], ways[k, way], float(widths[k, way]), float(depths[k, way]), (one, other)))
     return found
 
 
-def _before_faces(box: Box, *, turned: bool) -> npt.NDArray[np.float64]:
-    """Three places (2, 3, 2) before each of the two faces of a box: the middle, and a crack from its ends."""
-    along, width, depth = _sides(box, turned=turned)
-    places = box.centre + along * np.array([[CRACK_M - width / 2], [0.0], [width / 2 - CRACK_M]])
-    off = np.array([-along[1], along[0]]) * (depth / 2 + CRACK_M)
-    return np.array([places - off, places + off])
+def _before_faces(centre: Floats, ways: Floats, widths: Floats, depths: Floats) -> Floats:
+    """Three places (n, 2, 2, 3, 2) before each of the two faces of strips that run one of two ways (n, 2, 2).
 
-
-def _sides(box: Box, *, turned: bool) -> tuple[npt.NDArray[np.float64], float, float]:
-    """Return the direction along the wall, the width and the depth of an opening."""
-    return (box.across, box.thickness, box.width) if turned else (box.along, box.width, box.thickness)
+    They are the middle of a face, and a crack from its ends. ``centre``, ``widths`` and ``depths`` are (n, 2).
+    """
+    ends = widths / 2 - CRACK_M
+    steps = np.stack([-ends, np.zeros_like(ends), ends], axis=2)
+    places = centre[:, None, None] + ways[:, :, None] * steps[..., None]
+    off = np.stack([-ways[..., 1], ways[..., 0]], axis=2) * (depths / 2 + CRACK_M)[..., None]
+    return np.stack([places - off[:, :, None], places + off[:, :, None]], axis=2)

@@ -32,6 +32,7 @@ R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -48,6 +49,7 @@ from pipeline.geometry.areas import (
     overlaps,
     polygons_of,
     shares_inside,
+    shares_of_places,
     subtract,
     unite,
 )
@@ -144,19 +146,21 @@ def _floors(
     if floor is None:
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
     return {
-        "floorless_room": _floorless(floor, rooms, each),
+        "floorless_room": _floorless(floor, each),
         "roomless_floor_share": 0.0 if refused else _share(_floor_between(floor, rooms, walls).area, rooms.area),
     }
 
 
-def _floorless(floor: BaseGeometry, rooms: BaseGeometry, each: tuple[Polygon, ...]) -> float:
+def _floorless(floor: BaseGeometry, rooms: tuple[Polygon, ...]) -> float:
     """R4."""
-    shapely.prepare(floor)
-    if shapely.covers(floor, each).all():
-        return 0.0
-    missing = subtract(rooms, floor)
-    shares = shapely.area(shapely.intersection(np.array(each), missing)) / shapely.area(each)
-    return float(shares.max()) if missing.area < (1 - MOST) * rooms.area else 0.0
+    shares, area = shares_without(floor, rooms), shapely.area(rooms)
+    return float(shares.max()) if (shares * area).sum() < (1 - MOST) * area.sum() else 0.0
+
+
+@lru_cache(maxsize=1)  # grounds and confidences ask for the same rooms
+def shares_without(floor: BaseGeometry, rooms: tuple[Polygon, ...]) -> Floats:
+    """Return the share of each of the rooms (n,) where the floor is missing."""
+    return 1.0 - shares_of_places(np.array(rooms, np.object_), floor)
 
 
 def _floor_between(floor: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> BaseGeometry:
@@ -176,7 +180,7 @@ def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, fa
     """Return the share of the walls that stand beside no room (R5)."""
     if walls.is_empty:
         return 0.0
-    if subtract(walls, buffer_mitred(rooms, THICK_WALL_M)).is_empty:
+    if shapely.covers(buffer_mitred(rooms, THICK_WALL_M), walls):
         return 0.0
     if far_walls is None:
         return _share(walls_far_from_rooms(walls, [rooms, *layout.rooms]).area, walls.area)

@@ -6,6 +6,7 @@ vertices; the faces between them are given back to the rooms and doors they came
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,6 +22,7 @@ from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
+from pipeline.geometry.portals import portals_as_arrays, turn_left
 from pipeline.geometry.rooms_and_passages import portal_polygons
 from pipeline.tolerances import AROUND_M, MOST, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
@@ -43,9 +45,9 @@ def vectorise(
     (verts, holes), *rings = snap_polygons([outline, *tiles.rooms, *tiles.doors], shift)
     rooms = [_room(k, *shape, name) for k, (shape, name) in enumerate(zip(rings, tiles.named, strict=False))]
     doors = [
-        _door(k, p, ring, beside, shift)
-        for k, (p, (ring, _), beside) in enumerate(
-            zip(tiles.passages, rings[len(rooms) :], _rooms_beside(tiles), strict=True)
+        _door(k, p, segment, ring, beside)
+        for k, (p, segment, (ring, _), beside) in enumerate(
+            zip(tiles.passages, _segments(tiles, shift), rings[len(rooms) :], _rooms_beside(tiles), strict=True)
         )
     ]
     return FloorPlan(
@@ -174,8 +176,10 @@ def _room(k: int, ring: Points, holes: tuple[Points, ...], name: NamedRoom) -> R
 def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     """Return the rooms at the two faces of each passage; the outside comes last, as None."""
     portals = [passage.portal for passage in tiles.passages]
-    looks = [b.centre + sign * b.across * (b.depth / 2 + 0.03) for b in portals for sign in (-1.0, 1.0)]
-    nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(np.array(looks).reshape(-1, 2)))
+    centre, along, sizes = portals_as_arrays(portals)
+    off = turn_left(along) * (sizes[:, 1:] + STAND_M)
+    looks = np.stack([centre - off, centre + off], axis=1)
+    nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(looks.reshape(-1, 2)))
     found: list[tuple[int, int | None]] = []
     for portal, (first, second) in zip(portals, nearest.reshape(-1, 2).tolist(), strict=True):
         if OUTSIDE in portal.sides:
@@ -185,13 +189,20 @@ def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     return found
 
 
-def _door(k: int, passage: Passage, ring: Points, rooms: tuple[int, int | None], shift: Points) -> Door:
-    a, b = np.round(passage.portal.segment + shift, 2)
+def _segments(tiles: _Tiles, shift: Points) -> list[list[list[float]]]:
+    """Return for each passage its ends on the centre line of the wall, in the plan's axes."""
+    centre, along, sizes = portals_as_arrays([passage.portal for passage in tiles.passages])
+    half = along * sizes[:, :1]
+    return np.round(np.stack([centre - half, centre + half], axis=1) + shift, 2).tolist()  # type: ignore[no-any-return]
+
+
+def _door(k: int, passage: Passage, segment: list[list[float]], ring: Points, rooms: tuple[int, int | None]) -> Door:
+    (ax, ay), (bx, by) = segment
     return Door(
         id=k,
         kind=passage.kind,
-        segment=((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))),
-        width=round(float(np.hypot(*(b - a))), 2),
+        segment=((ax, ay), (bx, by)),
+        width=round(math.hypot(bx - ax, by - ay), 2),
         ring=ring,
         rooms=rooms,
         confidence=passage.confidence,

@@ -109,6 +109,7 @@ class Level:
         if self.floor is None:
             return None
         drawn = [room.polygon for room in self.rooms if room.polygon is not None]
+        shapely.prepare(self.floor)
         return self.floor if shapely.covers(self.floor, drawn).all() else unite([self.floor, *drawn])
 
     @property

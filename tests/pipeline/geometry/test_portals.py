@@ -157,7 +157,7 @@ def test_strips_of_portals_and_the_floor_before_them() -> None:
     left, inner = strips_before([between, outer], [1, 1], 0.6)
     assert left.symmetric_difference(shapely.box(3.4, 1.1, 4.0, 1.9)).area < 1e-9
     assert inner.symmetric_difference(shapely.box(5.5, 0.0, 6.5, 0.6)).area < 1e-9
-    assert end_at_walls([between, outer], UPPER.union(LOWER)).tolist() == [True, False]
+    assert end_at_walls([between, outer], UPPER.union(shapely.box(4.0, 0.0, 4.2, 1.1))).tolist() == [True, False]
     assert len(portal_strips([])) == len(strips_before([], [], 0.6)) == len(end_at_walls([], UPPER)) == 0
 
 
