@@ -102,8 +102,8 @@ class Portal:
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
 
-def portal_strips(portals: Sequence[Portal], *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Shapes:
-    """Return the ``strip`` of each portal (n,)."""
+def portal_strips(portals: Sequence[Portal], *, deeper_m: float | Vector = 0.0, wider_m: float = 0.0) -> Shapes:
+    """Return the ``strip`` of each portal (n,); ``deeper_m`` may be one for each of them (n, 1)."""
     centre, along, sizes = portals_as_arrays(portals)
     return _rectangles(centre, along, sizes[:, :1] + wider_m, sizes[:, 1:] + deeper_m)
 

@@ -145,7 +145,7 @@ def _between_faces(portal: Portal, low: float, high: float) -> Portal:
 def portal_polygons(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Polygon]:
     """The area between the two faces of each portal, corner to corner, also where they are not quite parallel."""
     entrance = np.array([OUTSIDE in portal.sides for portal in portals], np.bool_)
-    strips = np.where(entrance, portal_strips(portals), portal_strips(portals, deeper_m=THIN_WALL_M))
+    strips = portal_strips(portals, deeper_m=np.where(entrance, 0.0, THIN_WALL_M)[:, None])
     rest = strips.copy()
     for k in (0, 1):
         inner = [i for i, portal in enumerate(portals) if portal.sides[k] != OUTSIDE]

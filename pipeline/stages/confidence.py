@@ -49,7 +49,7 @@ from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_wall
 from pipeline.quality import doubt_plan
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import load_models
-from pipeline.stages.quality_grounds import shares_without
+from pipeline.stages.quality_grounds import shares_without_floor
 from pipeline.stages.room_doubt import of_rooms
 from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
@@ -228,8 +228,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     walled = _shares_along(edges, [layout.ground])
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest(shapely.point_on_surface(places))
-    floor, filled = level.floor_with_rooms, shares_of_places(places, evidence.furniture)
-    floorless = np.zeros(len(rooms)) if floor is None else shares_without(floor, tuple(rooms))
+    floorless, filled = shares_without_floor(level, rooms), shares_of_places(places, evidence.furniture)
     doubts = of_rooms(layout, planned.doubts, rooms)
     unlike = 1.0 - overlaps(tuple(rooms), tuple(drawn)).max(axis=1) if drawn else np.zeros(len(rooms))
     found = []

@@ -19,6 +19,7 @@ R7  Where nothing leads into a single room, and what closes it lies between the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -33,7 +34,7 @@ from pipeline.geometry.areas import OUTSIDE, dot_product, drop_thin_parts, inter
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row
+from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
@@ -57,18 +58,18 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     """Return the rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
-    named = shapely.STRtree([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
     passages: list[Passage] = []
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
-    spans = _row_widths([portal for _, portal in strips], config.post_m)
-    for (candidate, portal), span in zip(strips, spans, strict=True):
+    portals = [portal for _, portal in strips]
+    spans = _row_widths(portals, config.post_m)
+    for (candidate, portal), span, at_door in zip(strips, spans, _lie_at_named_doors(portals, planes), strict=True):
         if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
         outside = OUTSIDE in portal.sides
         kind = _kind(candidate, portal, level, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        is_named = candidate.kind == "door" and len(named.query(portal.strip(), predicate="intersects")) > 0
+        is_named = candidate.kind == "door" and at_door
         wide = span > config.widest_m and not is_named
         beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
         if not outside and beside_door:
@@ -87,6 +88,14 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
+
+
+def _lie_at_named_doors(portals: Sequence[Portal], planes: Planes) -> list[bool]:
+    """Return for each portal (n,) whether a doorway lies there in which the source names a door."""
+    named = shapely.STRtree([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
+    found = np.zeros(len(portals), np.bool_)
+    found[named.query(portal_strips(portals), predicate="intersects")[0]] = True
+    return found.tolist()
 
 
 def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> bool:

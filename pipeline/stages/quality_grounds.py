@@ -32,7 +32,6 @@ R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -92,7 +91,7 @@ def measure_quality_grounds(
         "patch_share": _share(sum(c.portal is None for c in layout.candidates), len(layout.candidates)),
         "given_edge": float("boundary" in spaces.notes or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
-        **_floors(level.floor_with_rooms, rooms, layout.ground, spaces.rooms, refused=bool(level.no_rooms)),
+        **_floors(level, rooms, layout.ground, spaces.rooms),
         "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
@@ -134,33 +133,32 @@ def _cut_off(spaces: Spaces) -> float:
     return _share(len(by_cut), len(spaces.rooms))
 
 
-def _floors(
-    floor: BaseGeometry | None,
-    rooms: BaseGeometry,
-    walls: BaseGeometry,
-    each: tuple[Polygon, ...],
-    *,
-    refused: bool = False,
-) -> dict[str, float]:
+def _floors(level: Level, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[Polygon, ...]) -> dict[str, float]:
     """R4, R5."""
+    floor = level.floor_with_rooms
     if floor is None:
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
+    between = EMPTY if level.no_rooms else _floor_between(floor, rooms, walls)
     return {
-        "floorless_room": _floorless(floor, each),
-        "roomless_floor_share": 0.0 if refused else _share(_floor_between(floor, rooms, walls).area, rooms.area),
+        "floorless_room": _floorless(level, each),
+        "roomless_floor_share": _share(between.area, rooms.area),
     }
 
 
-def _floorless(floor: BaseGeometry, rooms: tuple[Polygon, ...]) -> float:
+def _floorless(level: Level, rooms: tuple[Polygon, ...]) -> float:
     """R4."""
-    shares, area = shares_without(floor, rooms), shapely.area(rooms)
+    shares, area = shares_without_floor(level, rooms), shapely.area(rooms)
     return float(shares.max()) if (shares * area).sum() < (1 - MOST) * area.sum() else 0.0
 
 
-@lru_cache(maxsize=1)  # grounds and confidences ask for the same rooms
-def shares_without(floor: BaseGeometry, rooms: tuple[Polygon, ...]) -> Floats:
-    """Return the share of each of the rooms (n,) where the floor is missing."""
-    return 1.0 - shares_of_places(np.array(rooms, np.object_), floor)
+def shares_without_floor(level: Level, rooms: Sequence[Polygon]) -> Floats:
+    """Return the share of each room (n,) without floor: 0 if the source has no floor, or draws just this room."""
+    found, floor = np.zeros(len(rooms)), level.floor_with_rooms
+    drawn = {id(room.polygon) for room in level.rooms}
+    rest = [k for k, room in enumerate(rooms) if id(room) not in drawn]
+    if floor is not None and rest:
+        found[rest] = 1.0 - shares_of_places(np.array(rooms, np.object_)[rest], floor)
+    return found
 
 
 def _floor_between(floor: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> BaseGeometry:

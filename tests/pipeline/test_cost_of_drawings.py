@@ -12,7 +12,7 @@ from pipeline.sources import find, reader
 from tests.builders.formats import published_plans as published
 
 COUNTED = ("buffer", "difference", "intersection", "union_all")
-MOST = 60
+MOST = 38
 """What two rooms with a door take today is a tenth less."""
 
 
