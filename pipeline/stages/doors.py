@@ -83,7 +83,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
     tall = _windows_to_the_floor(passages, level, planes, leaves)  # R5
     passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
-    if not passages and len(rooms) == 1:
+    if not (passages or level.sills) and len(rooms) == 1:
         passages = _ends_of_corridor(layout)  # R7
     given = {c.kind for c in layout.candidates} & {"room_edge", "floor_edge", "wall_ends"}
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}

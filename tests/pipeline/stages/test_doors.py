@@ -141,6 +141,7 @@ def test_the_open_ends_of_a_corridor_are_entrances_and_an_open_front_is_none(bac
     assert found.notes == {"boundary": "wall_ends"}
     assert kinds(found) == ["entrance"] * entrances
     assert all(each.portal.width == pytest.approx(2.0, abs=0.3) for each in found.passages)
+    assert kinds(doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])], sills=True)) == []
 
 
 def test_the_stage_alone_needs_a_layout_only() -> None:
