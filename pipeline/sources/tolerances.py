@@ -335,7 +335,9 @@ SWUNG_M: Final = 0.1  # a door's body that is wider than the door by this has it
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
 
-LOWEST_WALL_M: Final = 0.3  # walls of a drawn world that are lower than a room, but higher than this, are stretched
+LOWEST_WALL_M: Final = (
+    0.1  # walls of a drawn world from this height on stand for walls; those for vacuum cleaners are 0.15 m
+)
 BUILDING_SHARE: Final = 0.6  # share of the plan box of all that is fixed, from which one model is the building
 INSIDE_M: Final = 0.3  # what stands in the building reaches at most this far outside, and stays this far under its top
 ROUND_SIDES: Final = 24  # sides of a round body

@@ -156,13 +156,14 @@ def test_a_link_called_door_is_a_leaf_unless_its_model_is_furniture(tmp_path, na
     assert kinds(plan_of(level)) == ["door", "entrance"][: 1 + leaves]
 
 
-def test_low_walls_stand_for_walls_of_full_height_and_that_is_a_guess(tmp_path):
-    walls = [(x1, y1, 0.0, x2, y2, 1.0) for x1, y1, bottom, x2, y2, _ in WALLS if bottom == 0.0]
+@pytest.mark.parametrize("high", [0.15, 1.0])
+def test_low_walls_stand_for_walls_of_full_height_and_that_is_a_guess(tmp_path, high):
+    walls = [(x1, y1, 0.0, x2, y2, high) for x1, y1, bottom, x2, y2, _ in WALLS if bottom == 0.0]
     parts = "".join(part(k, wall) for k, wall in enumerate(walls))
     low = f"<model name='house'><static>true</static><link name='walls'>{parts}</link></model>"
-    level = one(tmp_path, low, cube("crate", "1 1 0.2 0 0 0", size=0.4))
+    level = one(tmp_path, low, cube("crate", "1 1 0.05 0 0 0", size=0.1))
     assert level.guesses == ("wall height",)
-    assert level.provenance["wall_height"] == "stretched from 1.00 m to 2.5 m"
+    assert level.provenance["wall_height"] == f"stretched from {high:.2f} m to 2.5 m"
     plan = plan_of(level)
     assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.01)
     assert kinds(plan) == ["opening"]
