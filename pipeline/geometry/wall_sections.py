@@ -39,6 +39,7 @@ from pipeline.tolerances import (
     CRACK_M,
     FOOT_M,
     HALF_CM_M,
+    LARGELY,
     LOOKS,
     MM_M,
     MOST,
@@ -63,7 +64,8 @@ from pipeline.tolerances import (
 #     round at this height, so nobody gets into it either;
 # R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a
 #     bottom lie over and under it (a room of sheets that look outwards has neither). Only what of it is thick is
-#     massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one;
+#     massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one. What lies
+#     in it among other bodies, along most of its edge, is a room: a closed cladding stands around the house's walls;
 # R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit
 #     between two sheets is no face;
 # R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
@@ -113,7 +115,15 @@ def section_from_segments(cut: SectionSegments, *, sheet_m: float, solid_m: floa
         return WallSection(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arrange(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    return WallSection(close_cracks(unite([thin, others.walls])), others.solids, others.closets)
+    within = intersect(thin, others.solids)
+    parts = np.array(polygons_of(subtract(others.solids, within)), np.object_)
+    hollow = parts[_are_hollow(parts, within)]
+    if not len(hollow):
+        return WallSection(close_cracks(unite([thin, others.walls])), others.solids, others.closets)
+    solids = subtract(others.solids, unite(hollow))
+    massive = drop_thin_parts(solids, solid_m)
+    lining = drop_thin_parts(subtract(solids, massive), CRACK_M)
+    return WallSection(close_cracks(unite([thin, others.walls, lining])), massive, others.closets)
 
 
 def section_from_bodies(bodies: Shapes, *, sheet_m: float, solid_m: float) -> WallSection:
@@ -185,6 +195,11 @@ def _arrange(
     thick = ~shapely.is_empty(buffer_mitred(faces, -solid_m / 2))
     solid = thick.copy()
     solid[thick] = _inside(shapely.point_on_surface(faces[thick]), cut)
+    if solid.any():
+        winds = winding_number(shapely.point_on_surface(faces), cut.ends)
+        for times in np.unique(winds[solid & (winds < winds.max())]):
+            which = np.flatnonzero(solid & (winds == times))
+            solid[which] = ~_are_hollow(faces[which], unite(faces[winds > times]))
     solids = unite(faces[solid])
     massive = drop_thin_parts(solids, solid_m)
     thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > CM_M)
@@ -198,6 +213,13 @@ def _arrange(
         loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
         walls = close_cracks(unite([body, thicken_lines(loose, sheet_m)]))
     return WallSection(walls, massive, find_closets(faces[thin], solids, cut.ends))
+
+
+def _are_hollow(faces: Shapes, within: BaseGeometry) -> npt.NDArray[np.bool_]:
+    """R2: return which solid faces lie among bodies that stand ``within`` the solid, along most of their edges."""
+    edges = shapely.boundary(faces)
+    beside = shapely.intersection(edges, buffer_mitred(within, POINT_M))
+    return np.asarray(shapely.length(beside) > LARGELY * shapely.length(edges), np.bool_)
 
 
 def thicken_lines(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:

@@ -72,6 +72,20 @@ def test_a_thick_body_is_solid_but_no_wall(parts: list[trimesh.Trimesh]) -> None
     assert not found.walls.intersects(shapely.box(10.1, 0.1, 11.4, 1.4))
 
 
+def test_a_closed_cladding_around_the_walls_fills_no_room() -> None:
+    cladding = box((-0.02, -0.02, 8.02, 6.02), -0.1, 2.6)
+    doorway = [box((4, 0, 4.2, 1), 0.0, 2.5), box((4, 2, 4.2, 6), 0.0, 2.5)]
+    found = cut([cladding, *OVERLAPPING[:4], *doorway])
+    assert found.solids.is_empty
+    assert found.walls.area == pytest.approx(8.04 * 6.04 - 7.6 * 5.6 + 0.2 * 4.6, abs=1e-2)
+
+
+def test_pillars_in_a_plinth_make_no_room_of_it() -> None:
+    pillars = [box((x, 1, x + 0.3, 1.3), 0.0, 2.5) for x in (1, 3)]
+    found = cut([box((0, 0, 5, 4), 0.0, 1.5), *pillars])
+    assert found.solids.area == pytest.approx(20.0, abs=0.2)
+
+
 def test_sheets_get_half_a_thickness_on_each_side() -> None:
     room = [
         *sheet_wall((0, 0), (5, 0)),
