@@ -116,7 +116,7 @@ def _of_building(
         cells=whole.cells,
     )
     yield StageResult("connectivity", spaces, level.id)
-    spaces = straighten_rooms(spaces, config.refine)
+    spaces = straighten_rooms(spaces, config.refine, (room.polygon for room in level.rooms))
     yield StageResult("refine", spaces, level.id)
     obstacles: tuple[Obstacle, ...] = ()
     if config.evidence.furniture:

@@ -4,11 +4,12 @@ R1  Spurs of millimetres go, and stair-steps become straight edges, axis-paralle
     is (``geometry.straighten``).
 R2  Passages are fitted anew between the straightened faces.
 R3  Rooms that meet without a wall go on meeting: what opens between them goes to the first.
+R4  Rooms that are all as the source draws them, and straight, stay to the last digit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import shapely
@@ -23,13 +24,13 @@ from pipeline.tolerances import CRACK_M, SLIVER_M
 from pipeline.values import Spaces
 
 
-def straighten_rooms(spaces: Spaces, config: RefineConfig) -> Spaces:
-    """Straighten the rooms and fit the passages."""
+def straighten_rooms(spaces: Spaces, config: RefineConfig, drawn: Iterable[Polygon | None] = ()) -> Spaces:
+    """Straighten the rooms and fit the passages; ``drawn`` are the rooms as the source draws them."""
     rooms = list(spaces.rooms)
-    if not are_straight(rooms, max(config.offset_m, CRACK_M)):
-        straight = straighten_outlines(
-            _without_spurs(rooms), offset_m=config.offset_m, angle_deg=config.angle_deg
-        )  # R1
+    as_drawn = {id(room) for room in rooms} <= {id(room) for room in drawn}
+    if not (as_drawn and are_straight(rooms, max(config.offset_m, CRACK_M))):  # R1, R4
+        whole = _without_spurs(rooms)
+        straight = straighten_outlines(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)
         rooms = _disjoint(straight, rooms)
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
