@@ -13,7 +13,7 @@ files of other people that a person has judged (the first half of the corpus, ``
 The fit sets the bias such that at least 98% of the real files with 0.8 or more are right, where each is scored by a
 model that saw nothing of its repository; and lower by 0.3, since other files are right less often than these. So a plan
 with log odds of 0 is right far more often than not. SPREAD undoes this: one that is as likely right as not has 0.5.
-``python -m research.quality_fit --corpus FOLDER`` fits them again and prints this table.
+``python -m research.weights_fit --corpus FOLDER`` fits them again and prints this table.
 ``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
 """
 

@@ -23,7 +23,7 @@ from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import FinalBuilding
-from pipeline.stages.quality_grounds import doubt_most_doubtful_room
+from pipeline.stages.quality_grounds import measure_quality_grounds
 from pipeline.stages.room_doubt import doubt_spaces
 from pipeline.stages.rooms import name_rooms
 from pipeline.values import Evidence, Layout, Level, RejectedLevel, Spaces
@@ -46,8 +46,7 @@ class Building:
     def rated(self, level: Level) -> FinalBuilding:
         """Return what confidences are measured on; how doubtful its spaces are is told by the models of today."""
         doubts = doubt_spaces(level, self.evidence, self.layout)
-        grounds = dict(self.plan.quality.grounds if self.plan.quality else {})
-        grounds["doubtful_space"] = doubt_most_doubtful_room(self.layout, doubts, self.spaces)
+        grounds = measure_quality_grounds(level, self.evidence, self.layout, self.spaces, doubts=doubts)
         named = name_rooms(level, self.spaces)
         return FinalBuilding(level, self.evidence, self.layout, self.spaces, named, grounds, doubts)
 

@@ -1,36 +1,29 @@
-"""Fit the models of ``pipeline.stages.confidence`` and write their table, ``weights.toml``.
+"""Gather what the models of ``weights.toml`` are fitted on, and fit those of confidences: see ``research.weights_fit``.
 
-::
-
-    python -m research.confidence_fit --members 6 --corpus checkouts --built built --write
-
-``--built`` keeps the houses as they were built (``research.built_houses``), and builds none that is there already.
-
-Made houses (every third one damaged) and the corpus's first half are what it learns from; real houses count as much as
+Made houses (every third one damaged) and the corpus's first half are what they learn from; real houses count as much as
 all made ones together. What is true of a real file says its drawn truth (``tests.corpus.truths``); where there is none,
 the marks that people have put on the parts of its plans (``tests.corpus.marks``); where there are none either, its
-verdict: of a right plan all parts but cuts are true, of a wrong one none. The second half is only counted, where
-``--both-halves`` asks for it. Where a
+verdict: of a right plan all parts but cuts are true, of a wrong one none. Where a
 truth names no entrance, what the plan has of them is not judged. A door is true where a passage of the truth has its
 middle within 0.35 m, a room where it overlaps one of the truth's by an IoU of 0.7, a space (``stages.room_doubt``)
-where half of it lies in the truth's rooms. The model of spaces is fitted first, since that of rooms rests on it.
+where half of it lies in the truth's rooms.
+
+A plan is right where the verdict on its file is, or where a made house meets the table of its kind.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeAlias, TypeVar, get_args
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 import shapely
-from rich.console import Console
 from rich.table import Table
 from scipy.optimize import minimize
 from shapely import Polygon
@@ -41,24 +34,23 @@ from pipeline.geometry.areas import intersect, unite
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.stages import confidence, room_doubt
-from pipeline.stages.logistic import LogisticModel, load_models
+from pipeline.stages.logistic import LogisticModel
 from pipeline.tolerances import MOST, SHEET_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 from research.built_houses import Building, built_file, built_member
 from tests.builders.judged import area_under_curve
-from tests.builders.kinds.measuring import SAME_FLOOR_M
-from tests.builders.kinds.registry import KINDS, RAW
+from tests.builders.kinds.measuring import SAME_FLOOR_M, paired
 from tests.builders.matching import which_near
+from tests.builders.shared import as_json
 from tests.corpus import manifest, marks, runs, truths
 
 Floats = npt.NDArray[np.float64]
 Found = TypeVar("Found")
-WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
-LIMITS = Limits(seconds=600.0, memory=8 << 30)
+LIMITS = Limits(seconds=1800.0, memory=8 << 30)
 """Far more than any of the houses takes: a fit that lost some would not be the same again."""
 SAME_IOU = 0.7
 RIDGE = 1.5
-"""How strongly weights are kept small: the likelier of 1.5 and 3 for entrances of files left out of the fit."""
+"""How strongly weights are kept small: the likelier of 1.5 and 5 for entrances of files left out of the fit."""
 SPACE = "space:"
 DRAWS = 1000
 """How often the calibration error of a model without fault is drawn."""
@@ -81,6 +73,30 @@ class Part(msgspec.Struct, frozen=True):
     features: dict[str, float]
 
 
+class PlanRow(msgspec.Struct, frozen=True):
+    """A plan: where it comes from, whether it is right (None: nobody knows), its grounds, and its parts.
+
+    ``spaces`` are the features of the spaces of its rooms; none if they are not doubted. ``file`` is "" for a made
+    house, whose name ``repository`` then is.
+    """
+
+    house: str
+    group: str
+    right: bool | None
+    grounds: dict[str, float]
+    spaces: list[dict[str, float]]
+    parts: list[Part]
+    repository: str = ""
+    file: str = ""
+
+
+class HouseRows(msgspec.Struct, frozen=True):
+    """The plans of a house, and the spaces of its levels as parts."""
+
+    plans: list[PlanRow]
+    spaces: list[Part]
+
+
 class Known(msgspec.Struct, frozen=True):
     """What a storey has, in the source's plan axes: middles of inner passages and of entrances, and room areas."""
 
@@ -89,33 +105,81 @@ class Known(msgspec.Struct, frozen=True):
     rooms: list[Polygon]
 
 
-def parts_of(
-    level: Level, buildings: Sequence[Building], known: Known | marks.Marked | bool, house: str, group: str
-) -> Iterator[Part]:
-    """Tell which parts of a level with its buildings are true; a level that is rejected has none."""
-    for building in buildings:
-        yield from _judge_parts(building.rated(level), known, house, group)
-    if buildings and room_doubt.is_doubted(level, buildings[0].layout):
-        yield from _judge_spaces(level, buildings[0], known, house, group)
+Told: TypeAlias = Known | marks.Marked | bool
+"""What somebody knows of a storey; of a right or a wrong one whether it is right."""
 
 
-def _judge_parts(
-    planned: confidence.FinalBuilding, known: Known | marks.Marked | bool, house: str, group: str
-) -> Iterator[Part]:
-    level, layout, spaces = planned.level, planned.layout, planned.spaces
-    features = confidence.passage_features(planned)
+class Origin(msgspec.Struct, frozen=True):
+    """Where a house comes from: what all rows of it share."""
+
+    house: str
+    group: str
+    repository: str
+    file: str = ""
+
+
+def rows_of(
+    storeys: Sequence[tuple[Level, Sequence[Building], Sequence[Told], Sequence[bool | None]]], origin: Origin
+) -> HouseRows:
+    """Return the rows of a house's storeys: level, buildings, what somebody knows of it, and which plans are right."""
+    plans: list[PlanRow] = []
+    spaces: list[Part] = []
+    for level, buildings, told, right in storeys:
+        doubted = bool(buildings) and room_doubt.is_doubted(level, buildings[0].layout)
+        of_spaces = _space_rows(level, buildings[0].evidence, buildings[0].layout) if doubted else []
+        for building, is_right in zip(buildings, right, strict=True):
+            plans.append(_plan_row(level, building, told, of_spaces, origin, right=is_right))
+        if doubted:
+            for known in told:
+                judged = _judge_spaces(level, buildings[0], known)
+                spaces += [
+                    _part("space", origin, true, row)
+                    for row, true in zip(of_spaces, judged, strict=True)
+                    if true is not None
+                ]
+    return HouseRows(plans, spaces)
+
+
+def _part(part: str, origin: Origin, true: bool, features: dict[str, float]) -> Part:
+    return Part(part, origin.house, origin.group, bool(true), features)
+
+
+def _plan_row(
+    level: Level,
+    building: Building,
+    told: Sequence[Told],
+    of_spaces: list[dict[str, float]],
+    origin: Origin,
+    *,
+    right: bool | None,
+) -> PlanRow:
+    planned = building.rated(level)
+    spaces = planned.spaces
     middles = truths.in_source(level, np.array([p.portal.centre for p in spaces.passages]).reshape(-1, 2))
     rooms = [_to_source(level, room.polygon) for room in planned.named]
-    for passage, row, true in zip(spaces.passages, features, _judge_ways(spaces, middles, known), strict=True):
-        if true is not None:
-            yield Part(confidence.model_for_passage(passage), house, group, bool(true), row)
-    of_spaces = _space_rows(level, planned.evidence, layout) if room_doubt.is_doubted(level, layout) else []
     numbers = np.arange(len(of_spaces), dtype=np.float64)
-    its = room_doubt.of_rooms(layout, numbers, [room.polygon for room in planned.named]).astype(int).tolist()
-    for k, (row, true) in enumerate(zip(confidence.room_features(planned), _judge_rooms(rooms, known), strict=True)):
-        if true is not None:
-            of_space = {SPACE + name: value for name, value in of_spaces[its[k]].items()} if of_spaces else {}
-            yield Part("room", house, group, bool(true), row | of_space)
+    its = room_doubt.of_rooms(planned.layout, numbers, [room.polygon for room in planned.named]).astype(int).tolist()
+    parts: list[Part] = []
+    of_passages, of_rooms = confidence.passage_features(planned), confidence.room_features(planned)
+    for known in told:
+        for passage, row, true in zip(spaces.passages, of_passages, _judge_ways(spaces, middles, known), strict=True):
+            if true is not None:
+                parts.append(_part(confidence.model_for_passage(passage), origin, true, row))
+        for k, (row, true) in enumerate(zip(of_rooms, _judge_rooms(rooms, known), strict=True)):
+            if true is not None:
+                of_space = {SPACE + name: value for name, value in of_spaces[its[k]].items()} if of_spaces else {}
+                parts.append(_part("room", origin, true, row | of_space))
+    in_plan = sorted(set(room_doubt.of_rooms(planned.layout, numbers, spaces.rooms).astype(int).tolist()))
+    return PlanRow(
+        origin.house,
+        origin.group,
+        right,
+        {name: round(float(value), 4) for name, value in planned.grounds.items()},
+        [of_spaces[k] for k in in_plan] if of_spaces else [],
+        parts,
+        origin.repository,
+        origin.file,
+    )
 
 
 def _space_rows(level: Level, evidence: Evidence, layout: Layout) -> list[dict[str, float]]:
@@ -124,27 +188,20 @@ def _space_rows(level: Level, evidence: Evidence, layout: Layout) -> list[dict[s
     return [{name: round(float(row[k]), 4) for name, row in table.items()} for k in range(len(layout.spaces))]
 
 
-def _judge_spaces(
-    level: Level, building: Building, known: Known | marks.Marked | bool, house: str, group: str
-) -> Iterator[Part]:
+def _judge_spaces(level: Level, building: Building, known: Told) -> Sequence[bool | None]:
     """Tell which spaces of a layout are indoors. Of a wrong plan that nobody has marked, nobody knows."""
-    evidence, layout = building.evidence, building.layout
+    layout = building.layout
     here = [_to_source(level, space).buffer(0) for space in layout.spaces]
-    told: Sequence[bool | None]
     if isinstance(known, bool):
         kept = unite(layout.rooms)
-        told = [intersect(space, kept).area > MOST * space.area if known else None for space in layout.spaces]
-    elif isinstance(known, marks.Marked):
-        told = known.judge_spaces(here)
-    else:
-        indoors = unite(room.buffer(SHEET_M) for room in known.rooms)
-        told = [intersect(space, indoors).area > MOST * space.area for space in here]
-    for row, true in zip(_space_rows(level, evidence, layout), told, strict=True):
-        if true is not None:
-            yield Part("space", house, group, true, row)
+        return [intersect(space, kept).area > MOST * space.area if known else None for space in layout.spaces]
+    if isinstance(known, marks.Marked):
+        return known.judge_spaces(here)
+    indoors = unite(room.buffer(SHEET_M) for room in known.rooms)
+    return [intersect(space, indoors).area > MOST * space.area for space in here]
 
 
-def _judge_ways(spaces: Spaces, middles: Floats, known: Known | marks.Marked | bool) -> list[bool | None]:
+def _judge_ways(spaces: Spaces, middles: Floats, known: Told) -> list[bool | None]:
     """Return which passages (n, 2) are ways; None where nobody knows."""
     if isinstance(known, bool):  # a right plan may have cuts where the source shows no door
         return [None if known and passage.kind == "cut" else known for passage in spaces.passages]
@@ -160,7 +217,7 @@ def _judge_ways(spaces: Spaces, middles: Floats, known: Known | marks.Marked | b
     return found
 
 
-def _judge_rooms(rooms: Sequence[Polygon], known: Known | marks.Marked | bool) -> list[bool | None]:
+def _judge_rooms(rooms: Sequence[Polygon], known: Told) -> list[bool | None]:
     """Return which rooms, in the source's plan axes, are like true ones; None where nobody knows."""
     if isinstance(known, bool):
         return [known] * len(rooms)
@@ -182,16 +239,19 @@ def _alike(true: Sequence[Polygon], found: Sequence[Polygon]) -> npt.NDArray[np.
     return right
 
 
-def of_member(task: tuple[str, int], seed: int, folder: Path, built: Path | None) -> list[Part]:
-    """Return the parts of a made house; every third one is damaged first."""
+def of_member(task: tuple[str, int], seed: int, folder: Path, built: Path | None) -> HouseRows:
+    """Return the rows of a made house; every third one is damaged first."""
     kind, number = task
     house = built_member(task, seed, folder, built)
-    found: list[Part] = []
+    plans = [as_json(building.plan) for _, buildings in house.storeys for building in buildings]
+    met = {score["plan"] for score in paired(house.truths, plans)[0] if "plan" in score and not score["failing"]}
+    right = iter([k in met for k in range(len(plans))])
+    storeys = []
     for level, buildings in house.storeys:
         here = of_storey(house.truths, level)
-        if here:
-            found += parts_of(level, buildings, _of_cases(here), f"{kind} {number}", kind)
-    return found
+        storeys.append((level, buildings, [_of_cases(here)] if here else [], [next(right) for _ in buildings]))
+    name = f"{kind} {number}"
+    return rows_of(storeys, Origin(name, kind, name))
 
 
 def of_storey(truths_: Sequence[Mapping[str, Any]], level: Level) -> list[Mapping[str, Any]]:
@@ -216,20 +276,24 @@ def _of_cases(truths_: Sequence[Mapping[str, Any]]) -> Known:
     return Known(np.reshape(inner, (-1, 2)), np.reshape(outer, (-1, 2)), rooms + zones)
 
 
-def of_file(name: str, folder: Path, built: Path | None) -> list[Part]:
-    """Return the parts of a file of the corpus: by what somebody has drawn, or marked, or else by its verdict."""
+def of_file(name: str, folder: Path, built: Path | None) -> HouseRows:
+    """Return the rows of a file of the corpus: by what somebody has drawn, or marked, or else by its verdict."""
     file = next(file for file in manifest.load() if file.name == name)
     house = built_file(file, folder, built)
-    storeys, (verdict, _) = house.storeys, runs.verdict_of(file, house.outcome)
-    truth, group = truths.load(name), f"corpus {file.half}"
-    known: list[tuple[Level, Sequence[Building], Known | marks.Marked | bool]] = []
-    if truth:
-        known = [(*each, _of_drawing(each[0], storey)) for each in storeys for storey in _drawn_of(truth, each[0])]
-    elif name in marks.load():
-        known = [(*each, marked) for each in storeys for marked in marks.load()[name] if marked.is_of(each[0])]
-    elif verdict in {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}:
-        known = [(*each, verdict is manifest.Verdict.RIGHT) for each in storeys]
-    return [part for level, buildings, told in known for part in parts_of(level, buildings, told, name, group)]
+    verdict, _ = runs.verdict_of(file, house.outcome)
+    truth, marked = truths.load(name), marks.load().get(name)
+    right = verdict is manifest.Verdict.RIGHT if verdict else None
+    storeys = []
+    for level, buildings in house.storeys:
+        told: list[Told] = []
+        if truth:
+            told += [_of_drawing(level, storey) for storey in _drawn_of(truth, level)]
+        elif marked is not None:
+            told += [storey for storey in marked if storey.is_of(level)]
+        elif verdict in {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}:
+            told.append(verdict is manifest.Verdict.RIGHT)
+        storeys.append((level, buildings, told, [right] * len(buildings)))
+    return rows_of(storeys, Origin(name, f"corpus {file.half}", file.repository.lower(), name))
 
 
 def _of_drawing(level: Level, storey: truths.Storey) -> Known:
@@ -318,36 +382,26 @@ def _calibration_error(scores: Floats, true: npt.NDArray[np.bool_]) -> float:
     return float(np.abs(sums).sum() / len(scores))
 
 
-def table_of(parts: Sequence[Part], fitted: Mapping[str, LogisticModel]) -> Table:
-    """Show how good the models are, a row for each part and group."""
-    table = Table(title="Confidence of doors, entrances and rooms")
+def table_of(scored: Sequence[tuple[Part, float]]) -> Table:
+    """Show how good the confidences of parts are, a row for each sort of part and group."""
+    table = Table(title="Confidence of spaces, doors, entrances and rooms")
     for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error", "by chance")):
         table.add_column(heading, justify="right" if k > 1 else "left")
-    for part in PARTS:
-        for group in sorted({each.group for each in parts}):
-            chosen = [each for each in parts if each.part == part and each.group == group]
+    for name in PARTS:
+        for group in sorted({part.group for part, _ in scored}):
+            chosen = [(part.true, score) for part, score in scored if (part.part, part.group) == (name, group)]
             if chosen:
-                true = np.array([each.true for each in chosen])
-                scores = np.array([fitted[part].confidence(each.features) for each in chosen])
+                true, scores = np.array([true for true, _ in chosen]), np.array([score for _, score in chosen])
                 found = measures(scores, true)
                 figures = [f"{x:.2f}" for x in (true.mean(), scores.mean(), *found.values())]
-                table.add_row(part, group, str(len(chosen)), *figures)
+                table.add_row(name, group, str(len(chosen)), *figures)
     return table
 
 
-def source_of(fitted: Mapping[str, LogisticModel]) -> str:
-    """Return the text of ``weights.toml``."""
-    lines = ["# Written by python -m research.confidence_fit; see pipeline/stages/confidence.py.", ""]
-    for part in PARTS:
-        lines += [f"[{part}]", f"bias = {fitted[part].bias}", f"[{part}.weights]"]
-        lines += [f"{name} = {weight}" for name, weight in sorted(fitted[part].weights.items())] + [""]
-    return "\n".join(lines[:-1]) + "\n"
-
-
-def collect_parts(
+def collect(
     kinds: Sequence[str], members: int, seed: int, corpus: Path | None, built: Path | None, *, both_halves: bool = False
-) -> list[Part]:
-    """Return the parts of made houses and of the corpus, of its first half only unless both are asked for.
+) -> list[HouseRows]:
+    """Return the rows of made houses and of the corpus, of its first half only unless both are asked for.
 
     ``built`` is where the houses are kept as they were built; None to keep none.
     """
@@ -355,34 +409,27 @@ def collect_parts(
         tasks = [(kind, number) for number in range(members) for kind in kinds]
         found = in_order(partial(of_member, seed=seed, folder=Path(folder), built=built), tasks)
     if corpus:
-        told = {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}
         files = [file for file in manifest.load() if (both_halves or file.half == 1) and file.is_in(corpus)]
-        names = [f.name for f in files if truths.load(f.name) or f.name in marks.load() or f.verdict in told]
-        found += in_order(partial(of_file, folder=corpus, built=built), names)
+        found += in_order(partial(of_file, folder=corpus, built=built), [file.name for file in files])
     return found
 
 
-def in_order(function: Callable[[Any], list[Found]], items: Sequence[Any]) -> list[Found]:
-    """Return what a function finds in items, in their order; raise HouseExpoError if one of them is lost."""
+def collect_parts(kinds: Sequence[str], members: int, seed: int) -> list[Part]:
+    """Return the parts of made houses, with the doubts that the models of today have of their spaces and plans."""
+    rows = collect(kinds, members, seed, None, None)
+    return [part for row in rows for plan in row.plans for part in plan.parts] + [p for row in rows for p in row.spaces]
+
+
+def in_order(function: Callable[[Any], Found], items: Sequence[Any]) -> list[Found]:
+    """Return what a function makes of items, in their order; raise HouseExpoError if one of them is lost."""
     results = dict(run(function, items, workers=2, limits=LIMITS))
     lost = [f"{item}: {results[item]}" for item in items if isinstance(results[item], Failure)]
     if lost:
         raise HouseExpoError(f"{len(lost)} of {len(items)} houses gave nothing: {'; '.join(lost)[:500]}")
-    return [each for item in items for each in results[item]]
+    return [results[item] for item in items]
 
 
-def _doubt_spaces(parts: Sequence[Part], model: LogisticModel) -> list[Part]:
-    """Return all parts, the rooms with the doubt of a model whether their spaces are indoors."""
-    return [_doubt_space(part, model) if part.part == "room" else part for part in parts]
-
-
-def _doubt_space(room: Part, model: LogisticModel) -> Part:
-    of_space = {name[len(SPACE) :]: np.array([v]) for name, v in room.features.items() if name.startswith(SPACE)}
-    doubt = float(model.doubt(of_space)[0]) if of_space else 0.0
-    return msgspec.structs.replace(room, features=room.features | {"doubtful_space": doubt})
-
-
-def _is_of_model(name: str, part: str) -> bool:
+def is_of_model(name: str, part: str) -> bool:
     """Whether the model of a part has a feature: doors weigh the grounds of the plan, others its quality (F5)."""
     if name.startswith(SPACE):
         return False
@@ -391,39 +438,3 @@ def _is_of_model(name: str, part: str) -> bool:
     if part == "entrance" and name in OF_ROOM:
         return False
     return part == "door" or not name.startswith("plan_")
-
-
-def main() -> None:
-    """Fit on what is for it, show what comes of it on what was left out, and write the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--members", type=int, default=6)
-    parser.add_argument("--kinds", default=",".join({**KINDS, **RAW}))
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--built", type=Path)
-    parser.add_argument("--corpus", type=Path)
-    parser.add_argument("--parts", default=",".join(PARTS), help="fit these models only, and keep the others")
-    parser.add_argument("--both-halves", action="store_true", help="count the corpus's second half too")
-    parser.add_argument("--write", action="store_true")
-    given = parser.parse_args()
-    corpus = given.corpus.absolute() if given.corpus else None
-    kinds = given.kinds.split(",")
-    parts = collect_parts(kinds, given.members, given.seed, corpus, given.built, both_halves=given.both_halves)
-    seen = [part for part in parts if part.group != "corpus 2"]
-    console = Console(width=120)
-    fitted = dict(load_models())
-    for part in [part for part in PARTS if part in given.parts.split(",")]:
-        if part == "room":
-            parts, seen = (_doubt_spaces(each, fitted["space"]) for each in (parts, seen))
-        its = [each for each in seen if each.part == part]
-        names = sorted({n for each in its for n, value in each.features.items() if value and _is_of_model(n, part)})
-        fitted[part] = fit(its, names)
-    console.print(table_of(parts, fitted))
-    text = source_of(fitted)
-    if given.write:
-        WEIGHTS.write_text(text, encoding="utf-8")
-    else:
-        console.print(text, highlight=False, markup=False)
-
-
-if __name__ == "__main__":
-    main()

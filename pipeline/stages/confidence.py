@@ -1,7 +1,7 @@
 """Rate each door, entrance and room of a plan with a probability, 0 to 1, by three logistic models of named features.
 
 The confidence of a door is the probability that a passage is there; that of a room is the probability that its outline
-is right. The models (``stages.logistic``) are fitted by ``python -m research.confidence_fit`` on made houses and on
+is right. The models (``stages.logistic``) are fitted by ``python -m research.weights_fit`` on made houses and on
 houses whose rooms and doors people have drawn or marked, so no weight is set by hand.
 
 F1  Every feature is between 0 and 1, and 0 where nothing is special.

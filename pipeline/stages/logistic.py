@@ -4,7 +4,7 @@ A model is a bias and one weight for each feature::
 
     probability = 1 / (1 + exp(-(bias + sum of weight * feature)))
 
-Each feature is between 0 and 1, and 0 where nothing is special. ``python -m research.confidence_fit`` writes the file.
+Each feature is between 0 and 1, and 0 where nothing is special. ``python -m research.weights_fit`` writes the file.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 A space is what walls and closing candidates enclose. ``stages.habitable`` decides by rules which of them are rooms.
 The model ``space`` of ``weights.toml`` looks at the same things, each as a feature of 0 to 1, and gives the probability
 that a space is a room. It is fitted on spaces of real houses that people have marked
-(``python -m research.confidence_fit``). Qualities and confidences rest on it.
+(``python -m research.weights_fit``). Qualities and confidences rest on it.
 
 F1  Floor: ``floorless``, the share of a space without one, where the source draws floors; ``over_void``, the share
     that lies over the floor of a lower level; ``low``, the share that a roof leaves too low to stand in.

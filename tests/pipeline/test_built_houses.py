@@ -6,9 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from research import built_houses
+from pipeline.quality import doubt_plan
+from pipeline.stages.logistic import LogisticModel
+from research import built_houses, weights_fit
 from research.built_houses import built_member
-from research.confidence_fit import of_member
+from research.confidence_fit import HouseRows, Part, PlanRow, of_member
+from tests.builders.shared import needs_shared
 
 TASK = ("artist_named", 0)
 
@@ -18,7 +21,9 @@ def test_a_kept_house_is_not_built_again_and_gives_the_same_parts(
 ) -> None:
     kept = tmp_path / "kept"
     first = of_member(TASK, 0, tmp_path, kept)
-    assert {part.part for part in first} >= {"door", "entrance", "room"}
+    assert {part.part for plan in first.plans for part in plan.parts} >= {"door", "entrance", "room"}
+    assert {part.part for part in first.spaces} == {"space"}
+    assert [plan.right for plan in first.plans] == [True]
     assert [file.name for file in kept.iterdir()] == ["made artist_named 0 0.pickle"]
     monkeypatch.setattr(built_houses, "make_member", None)
     assert of_member(TASK, 0, tmp_path, kept) == first
@@ -37,3 +42,32 @@ def test_grounds_that_rest_on_weights_are_measured_anew(tmp_path: Path) -> None:
     assert {name: round(value, 4) for name, value in grounds.items()} == pytest.approx(
         dict(building.plan.quality.grounds), abs=1e-4
     )
+
+
+def test_the_doubt_of_spaces_comes_from_the_model_that_is_fitted() -> None:
+    part = Part("room", "h", "corpus 1", true=True, features={"space:tiny": 1.0, "plan_doubtful_space": 0.9})
+    plan = PlanRow("h", "corpus 1", True, {"doubtful_space": 0.9, "sealed": 1.0}, [{"tiny": 1.0}], [part], "a/b", "h")
+    doubted = weights_fit.rated(plan, LogisticModel(0.0, {"tiny": -1.0}))
+    assert doubted.grounds == {"doubtful_space": 0.46, "sealed": 1.0}
+    assert doubted.parts[0].features == {
+        "space:tiny": 1.0,
+        "doubtful_space": 0.46,
+        "plan_doubtful_space": 0.46,
+        "plan_sealed": 1.0,
+        "doubtful_plan": doubt_plan(doubted.grounds),
+    }
+
+
+@needs_shared
+def test_all_weights_come_from_one_fit_and_are_the_same_each_time(tmp_path: Path) -> None:
+    made = [of_member((kind, 2), 0, tmp_path, None) for kind in ("artist_named", "solids")]
+    rows = [row for row in made for _ in range(3)]
+    first, again = (weights_fit.source_of(weights_fit.fit_all(rows)) for _ in range(2))
+    assert first == again
+    assert [line for line in first.splitlines() if line.startswith("[") and "." not in line] == [
+        "[space]",
+        "[door]",
+        "[entrance]",
+        "[room]",
+    ]
+    assert isinstance(rows[0], HouseRows)

@@ -1,0 +1,153 @@
+"""Fit all models of ``pipeline/stages/weights.toml``, spaces, doors, entrances and rooms, and that of the quality.
+
+::
+
+    python -m research.weights_fit --corpus checkouts --built built --write
+
+``--built`` keeps the houses as they were built (``research.built_houses``), and builds none that is there already: a
+run that was cut off goes on where it ended. Two runs over the same folder write the same bytes, whatever
+``weights.toml`` holds: the model of spaces is fitted first, and what rests on it is measured anew by it. The model of
+``pipeline.quality`` is printed, to be put there by hand. ``research.confidence_fit`` gathers what they learn from.
+
+It shows how good the models are on the first half: each repository is rated by models that saw nothing of it. The
+second half is only counted, where ``--both-halves`` asks for it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import zlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from rich.console import Console
+
+from pipeline.quality import doubt_plan, score_quality
+from pipeline.stages import confidence
+from pipeline.stages.logistic import LogisticModel
+from research import quality_fit
+from research.confidence_fit import PARTS, SPACE, HouseRows, Part, PlanRow, collect, fit, is_of_model, table_of
+from research.quality_fit import corpus_rows, quality_table
+from tests.builders import judged
+from tests.builders.judged import FOLDS, Judged
+from tests.builders.kinds.registry import KINDS
+
+WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
+SECOND = "corpus 2"
+Models = Mapping[str, LogisticModel]
+
+
+def fit_all(rows: Sequence[HouseRows]) -> Models:
+    """Fit all models of ``weights.toml`` on houses."""
+    space = _fit([part for row in rows for part in row.spaces], "space")
+    parts = [part for row in rows for plan in row.plans for part in rated(plan, space).parts]
+    return {"space": space} | {name: _fit(parts, name) for name in PARTS if name != "space"}
+
+
+def _fit(parts: Sequence[Part], name: str) -> LogisticModel:
+    its = [part for part in parts if part.part == name]
+    names = sorted({n for each in its for n, value in each.features.items() if value and is_of_model(n, name)})
+    return fit(its, names)
+
+
+def rated(plan: PlanRow, space: LogisticModel) -> PlanRow:
+    """Return a plan with the doubts that a model of spaces has of its rooms, in its grounds and its parts."""
+    doubtful = max((_doubt(space, features) for features in plan.spaces), default=0.0)
+    grounds = plan.grounds | {"doubtful_space": doubtful}
+    of_plan = {f"plan_{name}": value for name, value in grounds.items()} | {"doubtful_plan": doubt_plan(grounds)}
+    parts = []
+    for part in plan.parts:
+        features = part.features | of_plan
+        if part.part == "room":
+            of_space = {name[len(SPACE) :]: v for name, v in part.features.items() if name.startswith(SPACE)}
+            features["doubtful_space"] = _doubt(space, of_space) if of_space else 0.0
+        parts.append(msgspec.structs.replace(part, features=features))
+    return msgspec.structs.replace(plan, grounds=grounds, parts=parts)
+
+
+def _doubt(space: LogisticModel, features: Mapping[str, float]) -> float:
+    doubts = space.doubt({name: np.array([value]) for name, value in features.items()})
+    return float(np.atleast_1d(doubts)[0])
+
+
+def judged_plans(rows: Sequence[HouseRows], space: LogisticModel) -> list[Judged]:
+    """Return the plans of which somebody knows whether they are right, with the scores of today's model."""
+    plans = [rated(plan, space) for row in rows for plan in row.plans if plan.right is not None]
+    scores = [score_quality(plan.grounds).score for plan in plans]
+    return [
+        Judged(plan.repository, plan.group, bool(plan.right), score, plan.grounds, plan.file)
+        for plan, score in zip(plans, scores, strict=True)
+    ]
+
+
+def left_out(rows: Sequence[HouseRows]) -> list[tuple[Part, float]]:
+    """Rate the parts of files, each by models that were fitted without its repository's fold."""
+    real = [row for row in rows if _is_real(row)]
+    folds = np.array([zlib.crc32(row.plans[0].repository.encode()) % FOLDS for row in real])
+    scored: list[tuple[Part, float]] = []
+    for k in np.unique(folds):
+        out = [row for row, fold in zip(real, folds, strict=True) if fold == k]
+        these = {id(row) for row in out}
+        scored += score(out, fit_all([row for row in rows if id(row) not in these]))
+    return scored
+
+
+def score(rows: Sequence[HouseRows], models: Models) -> list[tuple[Part, float]]:
+    """Return the parts of houses with the confidences that models give them."""
+    parts = [part for row in rows for plan in row.plans for part in rated(plan, models["space"]).parts]
+    parts += [part for row in rows for part in row.spaces]
+    return [(part, models[part.part].confidence(part.features)) for part in parts]
+
+
+def _is_real(row: HouseRows) -> bool:
+    return any(plan.file for plan in row.plans)
+
+
+def source_of(models: Models) -> str:
+    """Return the text of ``weights.toml``."""
+    lines = [
+        "# Written by python -m research.weights_fit; see pipeline/stages/confidence.py.",
+        "",
+    ]
+    for name, model in models.items():
+        lines += [f"[{name}]", f"bias = {model.bias}", f"[{name}.weights]"]
+        lines += [f"{feature} = {weight}" for feature, weight in sorted(model.weights.items())] + [""]
+    return "\n".join(lines[:-1]) + "\n"
+
+
+def main() -> None:
+    """Fit, show what comes of it on what was left out, and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--members", type=int, default=3, help="so many made houses of each kind")
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--built", type=Path)
+    parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--both-halves", action="store_true", help="count the corpus's second half too")
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    corpus = given.corpus.absolute() if given.corpus else None
+    every = collect(
+        given.kinds.split(","), given.members, given.seed, corpus, given.built, both_halves=given.both_halves
+    )
+    second = [row for row in every if any(plan.group == SECOND for plan in row.plans)]
+    rows = [row for row in every if row not in second]
+    models = fit_all(rows)
+    text = source_of(models)
+    console = Console(width=120)
+    parts = score([row for row in rows if not _is_real(row)], models) + left_out(rows) + score(second, models)
+    console.print(table_of(parts))
+    plans, counted = (judged_plans(each, models["space"]) for each in (rows, second))
+    quality = judged.fit(plans)
+    console.print(quality_table(corpus_rows(plans, counted, quality)))
+    console.print(quality_fit.source_of(quality), highlight=False, markup=False)
+    if given.write:
+        WEIGHTS.write_text(text, encoding="utf-8")
+    else:
+        console.print(text, highlight=False, markup=False)
+
+
+if __name__ == "__main__":
+    main()
