@@ -117,6 +117,12 @@ def test_flat_spaces_are_the_floors_of_rooms_where_none_is_high(flat, tmp_path, 
     assert room.polygon.area == pytest.approx(3.8 * 5.6)
 
 
+def test_a_low_space_as_narrow_as_a_beam_is_no_floor_of_a_room(tmp_path):
+    house = Flat()
+    house.house.space(house.storey, (0.2, 0.2, 0, 4, 0.3, 0.1), "1", "a beam")
+    assert house.rooms(tmp_path) == ()
+
+
 def test_spaces_that_stand_apart_from_the_house_are_no_rooms(flat, tmp_path):
     for left in (30, 33):
         flat.house.space(flat.storey, (left, 0, 0, left + 3, 2, 2.5), str(left), "Typ A")
