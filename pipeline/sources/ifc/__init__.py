@@ -19,8 +19,8 @@ L7  A building with spaces and no wall at all, a study of its rooms, gets walls 
 L8  What lies under a slab, a roof or a plate above head height lies under cover.
 L10 Where spaces on a level are external, one is outside; but not where one of them covers a room, as a box around the
     whole building does.
-L11 Where no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates), but for those too
-    small for one.
+L11 Where no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates), but for those
+    too small for one.
 L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
     of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
