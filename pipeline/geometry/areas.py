@@ -106,8 +106,11 @@ def shares_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry | None)
 
 def areas_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry) -> npt.NDArray[np.float64]:
     """Return how much of each of the shapes (n,) lies in an area, m2."""
-    shared = intersect_pairs(np.array(shapes, np.object_), np.full(len(shapes), area, np.object_))
-    return np.asarray(shapely.area(shared), np.float64)
+    each, found = np.array(shapes, np.object_), np.zeros(len(shapes))
+    (x1, y1, x2, y2), boxes = area.bounds if not area.is_empty else (1.0, 1.0, 0.0, 0.0), shapely.bounds(each)
+    near = (boxes[:, 0] <= x2) & (boxes[:, 2] >= x1) & (boxes[:, 1] <= y2) & (boxes[:, 3] >= y1)
+    found[near] = shapely.area(intersect_pairs(each[near], np.full(int(near.sum()), area, np.object_)))
+    return found
 
 
 def shares_of_places(places: Shapes, area: BaseGeometry) -> npt.NDArray[np.float64]:
@@ -237,6 +240,27 @@ def drop_thin_parts_of_each(shapes: Sequence[BaseGeometry], width_m: float) -> S
     """``drop_thin_parts`` for each of the shapes."""
     given = np.array(shapes, dtype=np.object_)
     return intersect_pairs(buffer_mitred(buffer_mitred(given, -width_m / 2), width_m / 2 + 1e-6), given)
+
+
+def smooth_edges(shape: BaseGeometry, width_m: float) -> BaseGeometry:
+    """Return an area closed over gaps narrower than ``width_m``, and then without what is thinner than that.
+
+    Corners are kept square. Clipper, which Manifold holds, takes a tenth of the time of GEOS, and rounds to 1e-8 m.
+    """
+    rings = shapely.get_rings(shapely.orient_polygons(np.array(polygons_of(shape), np.object_)))
+    whole = manifold3d.CrossSection([shapely.get_coordinates(ring)[:-1] for ring in rings])
+    reach, mitred = width_m / 2, manifold3d.JoinType.Miter
+    closed = whole.offset(reach, mitred).offset(-reach, mitred)
+    opened = closed.offset(-reach, mitred).offset(reach + 1e-6, mitred) ^ closed
+    if opened.is_empty():
+        return EMPTY
+    found: list[Polygon] = []
+    for part in opened.decompose():
+        parts = [shapely.linearrings(ring) for ring in part.to_polygons()]
+        (outer,) = (ring for ring in parts if ring.is_ccw)
+        piece = Polygon(outer, [ring for ring in parts if not ring.is_ccw])
+        found += [piece] if piece.is_valid else polygons_of(_mend(piece))
+    return shapely.multipolygons(found)
 
 
 def are_too_narrow(shapes: Sequence[Polygon] | Shapes, width_m: float) -> npt.NDArray[np.bool_]:

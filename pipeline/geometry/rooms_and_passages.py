@@ -16,6 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan import DoorKind
 from pipeline.geometry.areas import (
     OUTSIDE,
+    Indices,
     drop_lines_and_points,
     polygons_of,
     subtract_pairs,
@@ -97,6 +98,12 @@ class Spaces:
 # ---------------------------------------------------------------------------------------------------------------------
 # Rooms that can be reached from each other.
 # ---------------------------------------------------------------------------------------------------------------------
+
+
+def rooms_inside(outlines: Sequence[Polygon], rooms: Sequence[Polygon]) -> tuple[Indices, Indices]:
+    """Return the pairs (n,) and (n,) of an outline and a room that lies in it, by a point of the room."""
+    found = shapely.STRtree(shapely.point_on_surface(np.array(rooms, np.object_))).query(outlines, predicate="contains")
+    return found[0], found[1]
 
 
 def connected_rooms(spaces: Spaces) -> list[list[int]]:

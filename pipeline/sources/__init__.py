@@ -125,4 +125,4 @@ def _readers(source: str) -> tuple[str, ...]:
         return ("reader_choice", "ifc", "mesh_file")
     if path.suffix.lower() == ".ifc":
         return ("ifc",)
-    return ("reader_choice",) if path.is_file() and (reader_for_file(path) or is_map_file(path)) else ("mesh_file",)
+    return ("reader_choice",) if path.is_file() and (is_map_file(path) or reader_for_file(path)) else ("mesh_file",)

@@ -18,13 +18,14 @@ from dataclasses import replace
 from typing import Final
 
 import networkx as nx
+import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import IsolatedConfig
-from pipeline.geometry.areas import intersect, polygons_of, subtract, unite
-from pipeline.geometry.rooms_and_passages import connected_rooms
+from pipeline.geometry.areas import Shapes, intersect, polygons_of, subtract, unite
+from pipeline.geometry.rooms_and_passages import connected_rooms, rooms_inside
 from pipeline.tolerances import AROUND_M, GROUP, HAND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
 
@@ -48,19 +49,25 @@ def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> 
     if len(groups) < 2:
         return _separate_dwellings(level, spaces) if config.dwellings else [(level, spaces)]
     groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2
+    outline_of, room_in = rooms_inside(outlines, spaces.rooms)
+    drawn, middles = _middles_of_rooms(level)
+    outline_at, drawn_in = shapely.STRtree(middles).query(outlines, predicate="intersects")
     found = []
     for number, group in enumerate(groups, start=1):
-        inside = [
-            k
-            for k, room in enumerate(spaces.rooms)
-            if any(outlines[g].contains(room.representative_point()) for g in group)
-        ]
+        inside = np.unique(room_in[np.isin(outline_of, group)]).tolist()
         if not inside:
             continue
         part = replace(spaces.keeping(inside), outlines=tuple(outlines[k] for k in group))
-        rooms = tuple(room for room in level.rooms if _lies_in(room, part))
+        rooms = tuple(drawn[k] for k in np.unique(drawn_in[np.isin(outline_at, group)]).tolist())
         found.append((with_floor_near(part.outlines, _level_of_building(level, number, rooms)), part))
     return found
+
+
+def _middles_of_rooms(level: Level) -> tuple[list[SourceRoom], Shapes]:
+    """Return those of the source's rooms of which the place is known, and their middles (n,)."""
+    placed = [room for room in level.rooms if room.polygon is not None or room.box is not None]
+    shapes = [shapely.box(*room.box) if room.polygon is None and room.box else room.polygon for room in placed]
+    return placed, np.asarray(shapely.centroid(np.array(shapes, np.object_)), np.object_)
 
 
 def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
@@ -144,8 +151,3 @@ def building_id(level_id: str, number: int) -> str:
     """Return the id of a building of a level: ``house_L1`` becomes ``house_B2_L1``."""
     base, storey = re.fullmatch(r"(.*?)(_L\d+)?", level_id).groups()  # type: ignore[union-attr]
     return f"{base}_B{number}{storey or ''}"
-
-
-def _lies_in(room: SourceRoom, part: Spaces) -> bool:
-    shape = room.polygon if room.polygon is not None else shapely.box(*room.box) if room.box is not None else None
-    return shape is not None and any(outline.intersects(shape.centroid) for outline in part.outlines)

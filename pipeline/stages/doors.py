@@ -170,8 +170,10 @@ def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes,
 
 def _row_widths(portals: list[Portal], post_m: float) -> list[float]:
     """Return for each portal the width of the row in which it stands, including the posts between the portals."""
-    rows = nx.Graph()
-    for i, j in combinations(range(len(portals)), 2):
+    rows, between = nx.Graph(), dict[frozenset[int], list[int]]()
+    for k, portal in enumerate(portals):
+        between.setdefault(frozenset(portal.sides), []).append(k)
+    for i, j in (pair for group in between.values() for pair in combinations(group, 2)):
         apart = distance_in_row(portals[i], portals[j])
         if apart is not None and apart <= post_m:
             rows.add_edge(i, j, apart=max(apart, 0.0))

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from pipeline.config import IsolatedConfig
+from pipeline.geometry.rooms_and_passages import rooms_inside
 from pipeline.values import Spaces
 
 
 def erase_isolated(spaces: Spaces, config: IsolatedConfig) -> Spaces:
     """Drop the rooms of parts that stand apart."""
-    inside = [
-        [k for k, room in enumerate(spaces.rooms) if outline.contains(room.representative_point())]
-        for outline in spaces.outlines
-    ]
+    outline_of, room_in = rooms_inside(spaces.outlines, spaces.rooms)
+    inside = [np.sort(room_in[outline_of == k]).tolist() for k in range(len(spaces.outlines))]
     area = [sum(spaces.rooms[k].area for k in rooms) for rooms in inside]
     main = max(range(len(area)), key=lambda k: area[k])
     apart = {

@@ -34,7 +34,14 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import buffer_mitred, dot_product, drop_lines_and_points, drop_thin_parts, polygons_of
+from pipeline.geometry.areas import (
+    buffer_mitred,
+    dot_product,
+    drop_lines_and_points,
+    drop_thin_parts,
+    polygons_of,
+    smooth_edges,
+)
 from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -286,9 +293,8 @@ def _largest(area: BaseGeometry, edges: _Edges) -> Polygon:
 
 def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
     """R1: an area without what noise does to its edge, and without small holes."""
-    narrow = edges.narrowest_m
-    closed = buffer_mitred(buffer_mitred(whole, narrow / 2), -narrow / 2)
-    parts = [shapely.simplify(part, edges.straight_m / 2) for part in polygons_of(drop_thin_parts(closed, narrow))]
+    smooth = polygons_of(smooth_edges(whole, edges.narrowest_m))
+    parts = [shapely.simplify(part, edges.straight_m / 2) for part in smooth]
     kept = [
         Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= edges.clutter_m2])
         for part in parts
@@ -299,7 +305,11 @@ def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
 def _flatten_doorways(
     slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]
 ) -> tuple[list[Polygon], list[Hole]]:
-    """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5)."""
+    """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5).
+
+    What a room has behind the face of the other one, as far as a step, is the other's: else a sliver of it would lie
+    between the doorway and the room into which that leads.
+    """
     rooms, holes = dict(rooms), list[tuple[_Slot, float, float]]()
     for slot in slots:
         if outside.issuperset(slot.rooms):
@@ -312,11 +322,13 @@ def _flatten_doorways(
         low, high = one[1], other[0]
         if high - low < WALL_M:  # R2
             low, high = (low + high - WALL_M) / 2, (low + high + WALL_M) / 2
-        wall = slot.between(low, high, JAMB_M)
-        for number, span in ((first, (one[0] - STEP_M, low)), (second, (high, other[1] + STEP_M))):
+        for number, span, beyond in (
+            (first, (one[0] - STEP_M, low), (low, high + STEP_M)),
+            (second, (high, other[1] + STEP_M), (low - STEP_M, high)),
+        ):
             step = slot.between(*span) if span[1] - span[0] > GRID_M else Polygon()
             with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=GRID_M))
-            whole = shapely.difference(with_step, wall, grid_size=GRID_M)
+            whole = shapely.difference(with_step, slot.between(*beyond, JAMB_M), grid_size=GRID_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
             low = high - OUTER_WALL_M - STEP_M  # R5: the wall that is put around the rooms, and a step out of it
@@ -426,24 +438,28 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     count = int(parts.label.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)
     is_room[[0, *parts.outside]] = 0
-    rooms = np.pad(parts.to_cells(is_room[parts.label], free.shape).view(bool), 1)
-    ring = cv2.dilate(rooms.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool) > (rooms | np.pad(free, 1))
+    rooms = _framed(parts.to_cells(is_room[parts.label], free.shape))
+    ring = cv2.dilate(rooms, np.ones((3, 3), np.uint8)) > (rooms | _framed(free.view(np.uint8)))
     reach = 2 * round(UNSEEN_M / cell_m) + 1
-    near = cv2.dilate(np.pad(occupied, 1).view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
-    unseen, edge = ring > near, int(np.count_nonzero(ring))
-    of_room = np.zeros((2, count), np.int64)
-    for k, cells in enumerate((unseen, ring)):
-        of_room[k] = _cells_beside_rooms(parts, cells)
+    near = cv2.dilate(_framed(occupied.view(np.uint8)), np.ones((reach, reach), np.uint8))
+    edge = np.flatnonzero(ring)
+    unseen, beside = near.ravel()[edge] == 0, _rooms_beside(parts, edge, ring.shape[1])
+    of_room = [np.bincount(each, minlength=count) for each in (beside[unseen], beside)]
     most = (of_room[0] > MOSTLY * of_room[1]) & (is_room > 0)
-    return float(np.count_nonzero(unseen) / max(edge, 1)), int(most.sum())
+    return float(np.count_nonzero(unseen) / max(len(edge), 1)), int(most.sum())
 
 
-def _cells_beside_rooms(parts: Segmentation, cells: Bools) -> npt.NDArray[np.int64]:
-    """Return how many of some cells lie beside each room, by its number: cells (rows + 2, cols + 2) of map and rim."""
+def _framed(cells: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Return cells (rows, cols) with a rim of zeros, one cell wide."""
+    return np.asarray(cv2.copyMakeBorder(cells, 1, 1, 1, 1, cv2.BORDER_CONSTANT), np.uint8)
+
+
+def _rooms_beside(parts: Segmentation, cells: npt.NDArray[np.int64], width: int) -> npt.NDArray[np.int64]:
+    """Return the number (n,) of a room beside each of some cells (n,), flat indices of a map with its rim."""
     rows, cols = parts.label.shape
-    row, col = np.argwhere(cells).T - 1
+    row, col = np.divmod(cells, width)
     beside = np.zeros(len(row), np.int64)
     for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
-        at = ((row + down) // parts.scale).clip(0, rows - 1), ((col + right) // parts.scale).clip(0, cols - 1)
+        at = ((row + down - 1) // parts.scale).clip(0, rows - 1), ((col + right - 1) // parts.scale).clip(0, cols - 1)
         beside = np.where(beside > 0, beside, parts.label[at])
-    return np.bincount(beside, minlength=int(parts.label.max(initial=0)) + 1)
+    return beside

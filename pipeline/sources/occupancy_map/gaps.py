@@ -61,10 +61,11 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
     also those under clutter; ``bare`` those that are free of it; ``seen`` those that are free or between rays.
     ``angle`` is the main direction of the walls, radians from -pi / 4 to pi / 4.
     """
-    cells, back = [free, seen, bare], None
+    cells, back, corner = [free, seen, bare], None, (0, 0)
     if abs(angle) > STRAIGHT_RAD:
         turned = [_turn_cells(each, angle) for each in cells]
-        cells, back = [each for each, _ in turned], turned[0][1]
+        cells, corner = _without_margin([each for each, _ in turned], round(REACH_M / cell_m) + 1)
+        back = turned[0][1]
     gaps, walls = [np.zeros((0, 2, 2))], [np.zeros((0, 2, 2))]
     for across in (False, True):
         grids = [cv2.transpose(each.view(np.uint8)).view(bool) if across else each for each in cells]
@@ -75,7 +76,7 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
             for ends, (first, end) in ((gaps, gap.gap), (walls, gap.wall)):
                 line = np.array([[(first - 1, gap.row), (end, gap.row)]], np.float64)
                 ends.append(line[..., ::-1] if across else line)
-    both = np.concatenate(gaps), np.concatenate(walls)
+    both = np.concatenate(gaps) + corner, np.concatenate(walls) + corner
     return both if back is None else (both[0] @ back[:, :2].T + back[:, 2], both[1] @ back[:, :2].T + back[:, 2])
 
 
@@ -87,6 +88,17 @@ def _turn_cells(free: Bools, angle: float) -> tuple[Bools, Floats]:
     turn[:, 2] += (side - cols) / 2, (side - rows) / 2
     shades = cv2.warpAffine(free.view(np.uint8) * np.uint8(255), turn, (side, side), flags=cv2.INTER_LINEAR)
     return shades > 127, np.asarray(cv2.invertAffineTransform(turn), np.float64)
+
+
+def _without_margin(grids: list[Bools], margin: int) -> tuple[list[Bools], tuple[int, int]]:
+    """Return what of grids (rows, cols) is near their true cells, and the (across, down) of its first cell.
+
+    The space between a turned map and the square around it is up to half of the square.
+    """
+    boxes = [cv2.boundingRect(each.view(np.uint8)) for each in grids]
+    left, top = (max(min(box[k] for box in boxes) - margin, 0) for k in (0, 1))
+    right, bottom = (max(box[k] + box[k + 2] for box in boxes) + margin for k in (0, 1))
+    return [each[top:bottom, left:right] for each in grids], (left, top)
 
 
 def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:

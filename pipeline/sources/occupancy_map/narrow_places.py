@@ -90,22 +90,24 @@ class NarrowPlaces:
 def find_basins(free: Bools, cell_m: float) -> Basins:
     """Return the basins of the free cells (rows, cols), joined by R1, and their narrow places."""
     clear = clearance_m(free, cell_m)
-    label = _climb(clear, free, cell_m)
-    count = int(label.max(initial=0)) + 1
-    cells = np.flatnonzero(label)
-    of_cells = label.ravel()[cells].astype(np.intp)
+    cells = np.flatnonzero(free)
+    framed = cells + 2 * (cells // free.shape[1]) + free.shape[1] + 3  # the same with a frame of one cell around
+    of_cells = _climb(clear, cells, framed, cell_m)
+    count = int(of_cells.max(initial=0)) + 1
     area = np.bincount(of_cells, minlength=count).astype(np.float64) * cell_m**2
     highest = np.zeros(count, clear.dtype)  # one type for all, or NumPy takes a hundred times as long
     np.maximum.at(highest, of_cells, clear.ravel()[cells])
     peak = highest.astype(np.float64)
-    sides, half, cell = _meetings(clear, label)
+    sides, half, cell = _meetings(clear, of_cells, cells, framed)
     root, peak = _merge_basins(sides, half, peak)
     area = np.asarray(np.bincount(root, weights=area, minlength=count), np.float64)
     sides = root[sides]
     apart = sides[:, 0] != sides[:, 1]
     sides, half, cell = sides[apart], half[apart], cell[apart]
     jambs = _jambs(free, cell, half / cell_m)
-    return Basins(root.astype(np.int32)[label], peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
+    label = np.zeros(free.shape, np.int32)
+    label.ravel()[cells] = root[of_cells]
+    return Basins(label, peak, area, _measure_narrows(free, sides, half, jambs, cell_m))
 
 
 def clearance_m(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
@@ -115,51 +117,57 @@ def clearance_m(free: Bools, cell_m: float) -> npt.NDArray[np.float32]:
     return np.asarray(found * np.float32(cell_m))
 
 
-def _climb(clear: npt.NDArray[np.float32], free: Bools, cell_m: float) -> Labels:
-    """Return the basin of each cell: the plateau that the steepest way up the smoothed clearance ends on."""
-    height = cv2.GaussianBlur(clear, (0, 0), max(SMOOTH_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
-    height[~free] = -1.0
-    rows, cols = free.shape
-    padded = np.pad(height, 1, constant_values=-1.0)
-    best, way = height.copy(), np.zeros(free.shape, np.uint8)
-    for k, (down, right) in enumerate(_NEIGHBOURS, 1):
-        there = padded[1 + down : 1 + down + rows, 1 + right : 1 + right + cols]
-        higher = there > best + 1e-6
-        np.copyto(best, there, where=higher)
-        np.copyto(way, np.uint8(k), where=higher)
-    cells = np.flatnonzero(free)
-    number = np.zeros(free.size, np.int32)
-    number[cells] = np.arange(len(cells), dtype=np.int32)
-    steps = np.array([0, *(down * cols + right for down, right in _NEIGHBOURS)])
-    up = number[cells + steps[way.ravel()[cells]]]
+def _climb(clear: npt.NDArray[np.float32], cells: Ints, framed: Ints, cell_m: float) -> Ints:
+    """Return the basin (n,) of each free cell: the plateau that the steepest way up the smoothed clearance ends on.
+
+    ``cells`` (n,) are the flat indices of the free cells, and ``framed`` (n,) those in a map with a frame of one cell.
+    """
+    rows, cols = clear.shape
+    smooth = cv2.GaussianBlur(clear, (0, 0), max(SMOOTH_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
+    height = np.full((rows + 2) * (cols + 2), -1.0, np.float32)
+    best = smooth.ravel()[cells]
+    height[framed] = best
+    top = framed.copy()
+    for down, right in _NEIGHBOURS:
+        there = framed + (down * (cols + 2) + right)
+        high = height[there]
+        higher = high > best + 1e-6
+        np.copyto(best, high, where=higher)
+        np.copyto(top, there, where=higher)
+    number = np.zeros(len(height), np.int32)
+    number[framed] = np.arange(len(cells), dtype=np.int32)
+    up = number[top].astype(np.intp)
     while True:
         further = up[up]
         if np.array_equal(further, up):
             break
         up = further
-    tops = np.zeros(free.shape, np.uint8)
+    tops = np.zeros((rows, cols), np.uint8)
     tops.ravel()[cells[up == np.arange(len(up))]] = 1
     _, plateau = cv2.connectedComponents(tops, connectivity=8)
-    label = np.zeros(free.size, np.int32)
-    label[cells] = plateau.ravel()[cells[up]]
-    return label.reshape(free.shape)
+    return np.asarray(plateau.ravel()[cells[up]].astype(np.intp))
 
 
-def _meetings(clear: npt.NDArray[np.float32], label: Labels) -> tuple[Ints, Floats, Ints]:
-    """Return for each pair of basins that meet: their labels (n, 2), the height and the flat index of the way."""
-    cols, found = label.shape[1], []
-    for step, here, there in (
-        (1, label[:, :-1], label[:, 1:]),
-        (cols, label[:-1], label[1:]),
-    ):
-        row, col = np.nonzero((here != there) & (here > 0) & (there > 0))
-        at = row.astype(np.int64) * cols + col
+def _meetings(clear: npt.NDArray[np.float32], of_cells: Ints, cells: Ints, framed: Ints) -> tuple[Ints, Floats, Ints]:
+    """Return for each pair of basins that meet: their labels (n, 2), the height and the flat index of the way.
+
+    The arguments are those of ``_climb`` and what it returns.
+    """
+    rows, cols = clear.shape
+    label = np.zeros((rows + 2) * (cols + 2), np.int32)
+    label[framed] = of_cells
+    found, beside = [], []
+    for step, framed_step in ((1, 1), (cols, cols + 2)):
+        there = label[framed + framed_step]
+        meets = (there != of_cells) & (there > 0)
+        at = cells[meets]
         found.append(np.stack([at, at + step], axis=1))
-    cells = np.concatenate(found)
-    pairs = np.sort(label.ravel()[cells].astype(np.int64), axis=1)
-    height = clear.ravel()[cells].min(axis=1).astype(float)
-    order = np.lexsort((cells[:, 0], -height, pairs[:, 1], pairs[:, 0]))
-    pairs, height, at = pairs[order], height[order], cells[order, 0]
+        beside.append(np.stack([of_cells[meets], there[meets]], axis=1))
+    both = np.concatenate(found)
+    pairs = np.sort(np.concatenate(beside), axis=1)
+    height = clear.ravel()[both].min(axis=1).astype(float)
+    order = np.lexsort((both[:, 0], -height, pairs[:, 1], pairs[:, 0]))
+    pairs, height, at = pairs[order], height[order], both[order, 0]
     first = np.ones(len(pairs), bool)
     first[1:] = (pairs[1:] != pairs[:-1]).any(axis=1)
     return pairs[first], height[first], at[first]

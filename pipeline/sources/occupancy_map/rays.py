@@ -13,7 +13,7 @@ R4  A cell that few rays passed is likely free, not surely. It belongs to the ro
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -76,10 +76,12 @@ def with_likely_cells(label: Labels, likely: Bools, occupied: Bools, cell_m: flo
 def _grow(label: Labels, through: Bools, cell_m: float) -> Labels:
     """Return the labels (rows, cols), grown by ``SCATTERED_M`` over cells ``through`` which they reach."""
     cross = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
-    grown, taken = label.astype(np.float32), ~through | (label > 0)
+    small = np.uint16 if label.max(initial=0) <= np.iinfo(np.uint16).max else np.float32  # what OpenCV dilates
+    grown: npt.NDArray[Any] = label.astype(small)
+    bare: npt.NDArray[Any] = (through & (label == 0)).astype(small)
     for step in range(round(SCATTERED_M / cell_m)):
         wider = cv2.dilate(grown, _SQUARE if step % 2 else cross)
-        wider[taken] = 0  # what has a label keeps it
+        np.multiply(wider, bare, out=wider)  # what has a label keeps it
         np.maximum(grown, wider, out=grown)
-        taken |= grown > 0
+        np.copyto(bare, 0, where=wider > 0)
     return grown.astype(np.int32)

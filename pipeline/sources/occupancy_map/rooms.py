@@ -512,5 +512,6 @@ def _sides(mask: Bools) -> tuple[int, int, int, int]:
         lines = every[every.any(axis=1)]
         first = lines.argmax(axis=1)
         last = lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
-        found += [int(np.quantile(first, EDGE_SHARE)), int(np.quantile(last, 1 - EDGE_SHARE))]
+        (low, _), (_, high) = np.quantile([first, last], (EDGE_SHARE, 1 - EDGE_SHARE), axis=1).T
+        found += [int(low), int(high)]
     return found[0], found[1], found[2], found[3]

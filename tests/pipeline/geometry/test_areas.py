@@ -10,6 +10,8 @@ from shapely import Polygon
 from pipeline.geometry.areas import (
     OUTSIDE,
     WALL,
+    areas_inside,
+    buffer_mitred,
     drop_lines_and_points,
     drop_thin_parts,
     enclosed_pieces,
@@ -18,6 +20,7 @@ from pipeline.geometry.areas import (
     overlaps,
     polygons_of,
     shared_areas,
+    smooth_edges,
     subtract,
     triangulate,
     unite,
@@ -123,3 +126,26 @@ def test_they_cover_the_polygon_once(polygon: Polygon) -> None:
 def test_where_geos_fails_the_other_way_is_taken() -> None:
     with pytest.raises(shapely.GEOSException):
         shapely.constrained_delaunay_triangles(shapely.orient_polygons(TOUCHING))
+
+
+def test_edges_are_smoothed_as_by_buffers_with_square_corners() -> None:
+    shape = shapely.union_all(
+        [
+            shapely.box(0, 0, 3, 2),
+            shapely.box(3.2, 0, 5, 2),  # beside a gap
+            shapely.box(2, 2, 2.2, 4),  # a spur
+            Polygon([(7, 0), (9, 0.5), (8.5, 2.5), (6.5, 2)]),  # askew, apart
+        ]
+    ).difference(shapely.box(1, 0.5, 2, 1.5))
+    closed = buffer_mitred(buffer_mitred(shape, 0.15), -0.15)
+    found = smooth_edges(shape, 0.3)
+    assert shapely.symmetric_difference(found, drop_thin_parts(closed, 0.3)).area < 1e-6
+    assert sorted(shapely.get_num_interior_rings(shapely.get_parts(found))) == [0, 1]
+    assert all(smooth_edges(each, 0.3).is_empty for each in (Polygon(), shapely.box(0, 0, 0.2, 5)))
+
+
+def test_shapes_far_from_an_area_share_nothing_with_it() -> None:
+    shapes = [shapely.box(0, 0, 2, 1), shapely.box(1, 0, 3, 1), shapely.box(8, 8, 9, 9)]
+    assert areas_inside(shapes, shapely.box(1, 0, 2, 5)).tolist() == [1.0, 1.0, 0.0]
+    assert areas_inside(shapes, Polygon()).tolist() == [0.0, 0.0, 0.0]
+    assert areas_inside([], shapely.box(0, 0, 1, 1)).tolist() == []

@@ -18,8 +18,10 @@ from houseexpo.grids.frame import source_points_from_plan
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
+from pipeline.sources.occupancy_map import _flatten_doorways, _Slot
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.rays import fill_between_rays
+from pipeline.sources.occupancy_map.rooms import RoomConnection
 from pipeline.stages.drawn_layout import read_drawn_layout
 from tests.builders.batch import likeness, plans_of
 from tests.builders.shared import DATA, needs_shared
@@ -449,3 +451,28 @@ def test_what_is_exported_as_a_map_comes_back(tmp_path: Path, number: int) -> No
     (back,) = plans_of(file)
     assert likeness(plan, back) > 0.9
     assert abs(len(back.rooms) - len(plan.rooms)) <= 1
+
+
+def test_no_sliver_of_a_room_lies_behind_its_doorway() -> None:
+    """The upper room goes on around the end of the wall, and back below it to a part of the doorway."""
+    below = shapely.union_all([shapely.box(0, 0, 4, 1.5), shapely.box(0, 1.5, 1.6, 2.0)])
+    above = shapely.union_all(
+        [shapely.box(0, 2.2, 4, 4), shapely.box(2.3, 1.9, 4, 2.2), shapely.box(1.9, 1.9, 2.3, 1.95)]
+    )
+    slot = _Slot.of(RoomConnection((1, 2), np.array([[10.0, 19.0], [20.0, 19.0]]), 1.0, 0.2), 0.1, 4.0)
+    (low, high), (hole,) = _flatten_doorways([slot], {1: below, 2: above}, frozenset())
+    assert not shapely.intersects(shapely.box(0.95, 1.96, 2.05, 1.99), high)
+    for room, y in ((low, 1.99), (high, 2.21)):
+        assert shapely.covers(room, shapely.LineString([(1.05, y), (1.95, y)]))
+    assert (
+        hole.shape.equals(shapely.box(1.0, 2.0, 2.0, 2.2))
+        or hole.shape.symmetric_difference(shapely.box(1.0, 2.0, 2.0, 2.2)).area < 1e-6
+    )
+
+
+def test_a_map_is_known_by_its_name_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To ask the readers of drawings would load all of them."""
+    np.save(tmp_path / "map.npy", np.zeros((60, 60), np.int8))
+    monkeypatch.setattr("pipeline.sources.reader_for_file", lambda path: pytest.fail(f"asked for {path}"))
+    (item,) = find(str(tmp_path / "map.npy"), resolution="0.05")
+    assert item.reader == "occupancy_map"
