@@ -23,8 +23,8 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
     source names is one, and one that lies for the most part where the source says that one is outside is none.
     What a person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), unless the stairs that
-     lead up through it take half of it or more (a stairwell).
+R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``). Where that leaves nothing
+     of the room, and the stairs that lead up through the void take half of it or more, the room is a stairwell.
 """
 
 from __future__ import annotations
@@ -297,8 +297,12 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     if covered < MOST * sum(room.area for room in rooms):
         return rooms
     named = unite([room.polygon for room in level.rooms if room.polygon is not None])
-    below = level.below if level.stairs is None else subtract(level.below, level.stairs)
-    return [part for room in rooms for part in subtract_floor_voids(room, level.floor, below, named)]
+    stairless = level.below if level.stairs is None else subtract(level.below, level.stairs)
+    found = []
+    for room in rooms:
+        landings = subtract_floor_voids(room, level.floor, level.below, named)
+        found += landings or subtract_floor_voids(room, level.floor, stairless, named)
+    return found
 
 
 def _is_named(room: Polygon, level: Level) -> bool:
