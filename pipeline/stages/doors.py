@@ -11,7 +11,7 @@ R4  A strip between a room and the outside is an ``entrance``; it stays closed. 
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
     reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, and
-    as no door's inside, and if there is another way out.
+    as no door's inside, and if there is another way out. The bays between a row of posts are ways, not windows.
 R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
     (a corridor), these are its entrances.
@@ -62,7 +62,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
     portals = [portal for _, portal in strips]
-    spans = _row_widths(portals, config.post_m)
+    spans, _ = _rows(portals, config.post_m)
     for (candidate, portal), span, at_door in zip(strips, spans, _lie_at_named_doors(portals, planes), strict=True):
         if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
@@ -81,7 +81,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
             continue
         elif portal.width >= config.narrowest_m:  # R1
             passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
-    tall = _windows_to_the_floor(passages, level, planes, leaves)  # R5
+    tall = _windows_to_the_floor(passages, level, planes, leaves, config.post_m)  # R5
     passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
     if not (passages or level.sills) and len(rooms) == 1:
         passages = _ends_of_corridor(layout)  # R7
@@ -147,10 +147,14 @@ def _ends_of_corridor(layout: Layout) -> list[Passage]:
     return [Passage(portal, "entrance", closed_by="wall_ends") for portal in portals]
 
 
-def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree) -> set[int]:
+def _windows_to_the_floor(
+    passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree, post_m: float
+) -> set[int]:
     """Return which of the passages are windows (R5)."""
     outer = [k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M]
-    hung = {k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"}
+    _, bays = _rows([each.portal for each in passages], post_m)
+    outer_lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
+    hung = {k for k in outer_lintels if bays[k] < GROUP}
     if level.sills or level.walls.is_cloud or not hung or len(outer) < 2:
         return set()
     windows = polygons_of(drop_thin_parts(subtract(planes.door, planes.tall), SLIVER_M))
@@ -164,12 +168,12 @@ def _windows_to_the_floor(passages: list[Passage], level: Level, planes: Planes,
         alone = as_high[~inside].sum() < GROUP or as_high[inside].any()
         if not alone and not len(leaves.query(passages[k].portal.strip(), predicate="dwithin", distance=BESIDE_M)):
             found.add(k)
-    others = [k for k in outer if k not in found and (k not in hung or np.isfinite(heads[k]))]
+    others = [k for k in outer if k not in found and (k not in outer_lintels or np.isfinite(heads[k]))]
     return found if others else set()
 
 
-def _row_widths(portals: list[Portal], post_m: float) -> list[float]:
-    """Return for each portal the width of the row in which it stands, including the posts between the portals."""
+def _rows(portals: list[Portal], post_m: float) -> tuple[list[float], list[int]]:
+    """Return for each portal the width of the row in which it stands, with the posts, and how many stand in it."""
     rows, between = nx.Graph(), dict[frozenset[int], list[int]]()
     for k, portal in enumerate(portals):
         between.setdefault(frozenset(portal.sides), []).append(k)
@@ -177,12 +181,12 @@ def _row_widths(portals: list[Portal], post_m: float) -> list[float]:
         apart = distance_in_row(portals[i], portals[j])
         if apart is not None and apart <= post_m:
             rows.add_edge(i, j, apart=max(apart, 0.0))
-    span = [portal.width for portal in portals]
+    span, count = [portal.width for portal in portals], [1] * len(portals)
     for row in nx.connected_components(rows):
         posts = nx.minimum_spanning_tree(rows.subgraph(row), weight="apart").size(weight="apart")
         for k in row:
-            span[k] = posts + sum(portals[i].width for i in row)
-    return span
+            span[k], count[k] = posts + sum(portals[i].width for i in row), len(row)
+    return span, count
 
 
 def _kind(candidate: ClosingCandidate, portal: Portal, level: Level, leaves: shapely.STRtree) -> DoorKind | None:

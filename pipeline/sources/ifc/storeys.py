@@ -11,6 +11,8 @@ N2  Rooms, and walls of 1.8 m, that stand on no storey's floor get storeys: one 
 N4  A wall or a space that cannot be in the storey that contains it counts as one without a storey where it stands on
     the floor of another: what ends at the elevation of its storey or lower; and, where one storey contains all walls of
     a file that names rooms or doors, what starts at the elevation of a higher one or above.
+N5  Where one storey contains all walls of a file, those that stand on a slab 1.8 m or more over its floor count as ones
+    without a storey, and so do that slab and the spaces on it: several storeys were drawn in one.
 N3  An element without a building belongs to the building of the file, if there is one only.
 
 **Height of a floor**: where people stand on a storey.
@@ -98,10 +100,13 @@ def assign_to_storeys(building: Building) -> Building:
 
 
 def _without_false_storeys(building: Building) -> Building:
-    """N4."""
+    """N4, N5."""
     storeys = {storey.key: storey for storey in building.storeys}
     named = bool(building.spaces) or any(hole.has_door for hole in building.holes)
-    in_one = named and len({part.storey for part in building.walls}) == 1
+    alone = len({part.storey for part in building.walls}) == 1
+    in_one = named and alone
+    feet = np.array([part.bottom for part in building.walls if alone and part.top - part.bottom >= CLEAR_M])
+    upper = [slab.top for slab in building.slabs if (np.abs(feet - slab.top) <= OFF_FLOOR_M).any()]
 
     def correct(part: ElementBody) -> ElementBody:
         storey = None if part.storey is None else storeys.get(part.storey)
@@ -112,11 +117,16 @@ def _without_false_storeys(building: Building) -> Building:
         lies_under = part.top <= storey.elevation_m + MARGIN_M
         higher = [each for each in others if each.elevation_m >= storey.elevation_m + CLEAR_M]
         lies_over = in_one and any(part.bottom >= each.elevation_m - MARGIN_M for each in higher)
-        if others and (lies_under or lies_over):
+        drawn_in_one = any(
+            abs(part.bottom - top) <= OFF_FLOOR_M and top >= storey.elevation_m + CLEAR_M for top in upper
+        )
+        if (others and (lies_under or lies_over)) or drawn_in_one:
             return replace(part, storey=None, building=storey.building)
         return part
 
-    return replace(building, walls=tuple(map(correct, building.walls)), spaces=tuple(map(correct, building.spaces)))
+    parts = (building.walls, building.spaces, building.slabs if upper else ())
+    walls, spaces, slabs = (tuple(map(correct, each)) for each in parts)
+    return replace(building, walls=walls, spaces=spaces, slabs=slabs or building.slabs)
 
 
 def is_made_storey(storey: Storey) -> bool:

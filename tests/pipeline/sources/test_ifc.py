@@ -256,6 +256,19 @@ def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
     assert upper.below.equals(shapely.box(5, 0, 8, 4))
 
 
+@pytest.mark.parametrize(("upper", "levels"), [(2.5, 2), (1.0, 1)])
+def test_storeys_that_are_drawn_in_one_are_told_apart_by_their_slabs(tmp_path, upper, levels):
+    house = TinyBuilding()
+    storey = house.storey("My Storey", 0.0)
+    house.element("IfcSlab", storey, (0, 0, -0.2, 8, 6, 0.0), "ground")
+    house.walls_around(storey, (0, 0, 0.0, 8, 6, 2.6))
+    house.element("IfcSlab", storey, (0, 0, 2.6, 8, 6, 2.8), "floor")
+    wall = house.walls_around(storey, (0, 0, 2.6, 8, 6, 2.6 + upper))[0]
+    house.opening(wall, (3, -0.5, 2.8, 4, 0.5, 3.5), "IfcWindow")
+    found = read(house.write(tmp_path / "house.ifc"))
+    assert [round(level.frame.floor, 2) for level in found] == [0.0, 2.8][:levels]
+
+
 def test_stairs_landings_and_ramps_lead_up_to_the_next_storey(tmp_path):
     house = TinyBuilding()
     for z in (0.0, 2.8, 5.6):
