@@ -10,8 +10,9 @@ R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
-    reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, and
-    as no door's inside, and if there is another way out. The bays between a row of posts are ways, not windows.
+    reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, if
+    doors inside hang from another height, and if there is another way out. The bays between a row of posts are ways,
+    not windows.
 R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
     (a corridor), these are its entrances.
@@ -162,6 +163,8 @@ def _windows_to_the_floor(
     places = np.concatenate([[each.portal.centre for each in passages], middles])
     heads = MeshSlicer(level.walls).caps.lowest_over(places, HEAD_M)
     inside = np.array([not each.leads_outside for each in passages] + [False] * len(windows), np.bool_)
+    if not np.isfinite(heads[inside]).any():
+        return set()
     found = set()
     for k in hung:
         as_high = np.abs(heads - heads[k]) <= CM_M if np.isfinite(heads[k]) else inside
