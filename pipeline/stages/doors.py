@@ -12,7 +12,7 @@ R4  A strip between a room and the outside is an ``entrance``; it stays closed. 
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
     reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, if
     doors inside hang from another height, and if there is another way out. The bays between a row of posts are ways,
-    not windows.
+    and so is what leads onto a floor (a terrace).
 R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
     (a corridor), these are its entrances.
@@ -103,12 +103,17 @@ def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> b
     """Return whether neither a floor nor a stair's void lies before an opening of an upper storey (R4)."""
     if level.sills or level.below is None or level.floor is None:
         return False
-    inner, way = (portal.sides[0], 1.0) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1.0)
+    inner = portal.sides[0] if portal.sides[1] == OUTSIDE else portal.sides[1]
     if intersect(rooms[inner], level.floor).area < MOST * rooms[inner].area:
         return False
+    return bool(intersect(_place_before(portal), unite([level.floor, level.below])).is_empty)
+
+
+def _place_before(portal: Portal) -> Polygon:
+    """Return where one stands who has come out of an opening to the outside."""
+    way = 1.0 if portal.sides[1] == OUTSIDE else -1.0
     away = portal.depth / 2 + HAND_M + SHOULDERS_M / 2
-    before = replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across)
-    return bool(intersect(before.strip(), unite([level.floor, level.below])).is_empty)
+    return replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across).strip()
 
 
 def _is_beside_door(portal: Portal, strips: list[tuple[ClosingCandidate, Portal]]) -> bool:
@@ -155,7 +160,8 @@ def _windows_to_the_floor(
     outer = [k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M]
     _, bays = _rows([each.portal for each in passages], post_m)
     outer_lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
-    hung = {k for k in outer_lintels if bays[k] < GROUP}
+    floor = unite([] if level.floor is None else [level.floor])
+    hung = {k for k in outer_lintels if bays[k] < GROUP and not _place_before(passages[k].portal).intersects(floor)}
     if level.sills or level.walls.is_cloud or not hung or len(outer) < 2:
         return set()
     windows = polygons_of(drop_thin_parts(subtract(planes.door, planes.tall), SLIVER_M))
