@@ -136,11 +136,14 @@ def end_at_walls(portals: Sequence[Portal], door_plane: BaseGeometry) -> npt.NDA
     return np.asarray(shapely.intersects_xy(door_plane, ends[:, :, 0], ends[:, :, 1]).all(axis=1), np.bool_)
 
 
-def strips_before(portals: Sequence[Portal], sides: Sequence[int], depth_m: float) -> Shapes:
-    """Return the floor before one face of each portal (n,), on its side -1 or 1, as deep as ``depth_m``."""
+def strips_before(portals: Sequence[Portal], sides: Sequence[int], depth_m: float, *, off_m: float = 0.0) -> Shapes:
+    """Return the floor before one face of each portal (n,), on its side -1 or 1, as deep as ``depth_m``.
+
+    It begins ``off_m`` from the face.
+    """
     centre, along, sizes = portals_as_arrays(portals)
-    off = np.array(sides, np.float64)[:, None] * turn_left(along) * (sizes[:, 1:] + depth_m / 2)
-    return _rectangles(centre + off, along, sizes[:, :1], np.full((len(portals), 1), depth_m / 2))
+    away = np.array(sides, np.float64)[:, None] * turn_left(along) * (sizes[:, 1:] + off_m + depth_m / 2)
+    return _rectangles(centre + away, along, sizes[:, :1], np.full((len(portals), 1), depth_m / 2))
 
 
 def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:

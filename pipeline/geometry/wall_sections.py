@@ -115,14 +115,10 @@ def section_from_segments(cut: SectionSegments, *, sheet_m: float, solid_m: floa
         return WallSection(thin, EMPTY)
     loose = replace(cut, ends=snapped[rest], body=body[rest])
     others = _arrange(loose, shapely.linestrings(snapped[rest]), sheet_m, solid_m, sheets=sheets)
-    within = intersect(thin, others.solids)
-    parts = np.array(polygons_of(subtract(others.solids, within)), np.object_)
-    hollow = parts[_are_hollow(parts, within)]
-    if not len(hollow):
+    hollow = _hollow_parts(others.solids, thin)
+    if hollow.is_empty:
         return WallSection(close_cracks(unite([thin, others.walls])), others.solids, others.closets)
-    solids = subtract(others.solids, unite(hollow))
-    massive = drop_thin_parts(solids, solid_m)
-    lining = drop_thin_parts(subtract(solids, massive), CRACK_M)
+    massive, lining = _split_solids(subtract(others.solids, hollow), solid_m)
     return WallSection(close_cracks(unite([thin, others.walls, lining])), massive, others.closets)
 
 
@@ -137,8 +133,7 @@ def section_from_bodies(bodies: Shapes, *, sheet_m: float, solid_m: float) -> Wa
     if thin.all() and not narrow:
         return WallSection(close_cracks(filled), EMPTY)
     solids = unite(walls[~thin])
-    massive = EMPTY if solids.is_empty else drop_thin_parts(solids, solid_m)
-    rest = drop_thin_parts(subtract(solids, massive), CRACK_M)
+    massive, rest = _split_solids(solids, solid_m)
     standing = close_cracks(unite([*walls[thin], *narrow, rest]))
     closets = [space for space, is_slim in zip(narrow, are_too_narrow(narrow, WALL_M), strict=True) if not is_slim]
     return WallSection(standing, massive, unite(closets))
@@ -201,9 +196,9 @@ def _arrange(
             which = np.flatnonzero(solid & (winds == times))
             solid[which] = ~_are_hollow(faces[which], unite(faces[winds > times]))
     solids = unite(faces[solid])
-    massive = drop_thin_parts(solids, solid_m)
+    massive, rest = _split_solids(solids, solid_m)
     thin = ~thick & (2 * shapely.area(faces) / shapely.length(faces) > CM_M)
-    body = unite([*_not_too_slim(faces[thin], sheet_m), drop_thin_parts(subtract(solids, massive), CRACK_M)])
+    body = unite([*_not_too_slim(faces[thin], sheet_m), rest])
     if not sheets:
         return WallSection(close_cracks(body), massive)
     if are_edges_of(faces[thin | solid], lines):
@@ -213,6 +208,23 @@ def _arrange(
         loose = shapely.difference(shapely.multilinestrings(lines), shapely.buffer(closed, 2 * POINT_M))
         walls = close_cracks(unite([body, thicken_lines(loose, sheet_m)]))
     return WallSection(walls, massive, find_closets(faces[thin], solids, cut.ends))
+
+
+def _split_solids(solids: BaseGeometry, solid_m: float) -> tuple[BaseGeometry, BaseGeometry]:
+    """R2: return what of solid bodies is massive, and the thin rest of them, which is wall."""
+    if solids.is_empty:
+        return EMPTY, EMPTY
+    massive = drop_thin_parts(solids, solid_m)
+    return massive, drop_thin_parts(subtract(solids, massive), CRACK_M)
+
+
+def _hollow_parts(solids: BaseGeometry, bodies: BaseGeometry) -> BaseGeometry:
+    """R2: return what of the solids lies among bodies that stand within them."""
+    within = intersect(bodies, solids)
+    if within.is_empty:
+        return EMPTY
+    parts = np.array(polygons_of(subtract(solids, within)), np.object_)
+    return unite(parts[_are_hollow(parts, within)])
 
 
 def _are_hollow(faces: Shapes, within: BaseGeometry) -> npt.NDArray[np.bool_]:

@@ -31,11 +31,20 @@ from shapely import Polygon
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
-from pipeline.geometry.areas import OUTSIDE, dot_product, drop_thin_parts, intersect, polygons_of, subtract, unite
+from pipeline.geometry.areas import (
+    OUTSIDE,
+    Shapes,
+    dot_product,
+    drop_thin_parts,
+    intersect,
+    polygons_of,
+    subtract,
+    unite,
+)
 from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips
+from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips, strips_before
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
@@ -106,14 +115,14 @@ def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> b
     inner = portal.sides[0] if portal.sides[1] == OUTSIDE else portal.sides[1]
     if intersect(rooms[inner], level.floor).area < MOST * rooms[inner].area:
         return False
-    return bool(intersect(_place_before(portal), unite([level.floor, level.below])).is_empty)
+    (before,) = _places_before([portal])
+    return bool(intersect(before, unite([level.floor, level.below])).is_empty)
 
 
-def _place_before(portal: Portal) -> Polygon:
-    """Return where one stands who has come out of an opening to the outside."""
-    way = 1.0 if portal.sides[1] == OUTSIDE else -1.0
-    away = portal.depth / 2 + HAND_M + SHOULDERS_M / 2
-    return replace(portal, depth=SHOULDERS_M, centre=portal.centre + way * away * portal.across).strip()
+def _places_before(portals: Sequence[Portal]) -> Shapes:
+    """Return where one stands (n,) who has come out of each of some openings to the outside."""
+    sides = [1 if portal.sides[1] == OUTSIDE else -1 for portal in portals]
+    return strips_before(portals, sides, SHOULDERS_M, off_m=HAND_M)
 
 
 def _is_beside_door(portal: Portal, strips: list[tuple[ClosingCandidate, Portal]]) -> bool:
@@ -158,27 +167,30 @@ def _windows_to_the_floor(
 ) -> set[int]:
     """Return which of the passages are windows (R5)."""
     outer = [k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M]
-    _, bays = _rows([each.portal for each in passages], post_m)
-    outer_lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
-    floor = unite([] if level.floor is None else [level.floor])
-    hung = {k for k in outer_lintels if bays[k] < GROUP and not _place_before(passages[k].portal).intersects(floor)}
-    if level.sills or level.walls.is_cloud or not hung or len(outer) < 2:
+    lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
+    inside = [k for k, each in enumerate(passages) if not each.leads_outside]
+    if level.sills or level.walls.is_cloud or not lintels or not inside or len(outer) < 2:
         return set()
     windows = polygons_of(drop_thin_parts(subtract(planes.door, planes.tall), SLIVER_M))
     middles = shapely.get_coordinates(shapely.point_on_surface(windows)) if windows else np.empty((0, 2))
     places = np.concatenate([[each.portal.centre for each in passages], middles])
     heads = MeshSlicer(level.walls).caps.lowest_over(places, HEAD_M)
-    inside = np.array([not each.leads_outside for each in passages] + [False] * len(windows), np.bool_)
-    if not np.isfinite(heads[inside]).any():
+    of_doors, of_others = heads[inside], np.delete(heads, inside)
+    if not np.isfinite(of_doors).any():
         return set()
+    portals = [passages[k].portal for k in lintels]
+    on_floor = shapely.intersects(_places_before(portals), unite([] if level.floor is None else [level.floor]))
+    beside_leaf = set(leaves.query(portal_strips(portals), predicate="dwithin", distance=BESIDE_M)[0].tolist())
+    _, bays = _rows([each.portal for each in passages], post_m)
+    measured = {k for k in lintels if np.isfinite(heads[k])}
     found = set()
-    for k in hung:
-        as_high = np.abs(heads - heads[k]) <= CM_M if np.isfinite(heads[k]) else inside
-        alone = as_high[~inside].sum() < GROUP or as_high[inside].any()
-        if not alone and not len(leaves.query(passages[k].portal.strip(), predicate="dwithin", distance=BESIDE_M)):
+    for i, k in enumerate(lintels):
+        if k not in measured or bays[k] >= GROUP or on_floor[i] or i in beside_leaf:
+            continue
+        as_windows = np.count_nonzero(np.abs(of_others - heads[k]) <= CM_M) >= GROUP
+        if as_windows and not (np.abs(of_doors - heads[k]) <= CM_M).any():
             found.add(k)
-    others = [k for k in outer if k not in found and (k not in outer_lintels or np.isfinite(heads[k]))]
-    return found if others else set()
+    return found if any(k not in found and (k in measured or k not in lintels) for k in outer) else set()
 
 
 def _rows(portals: list[Portal], post_m: float) -> tuple[list[float], list[int]]:
