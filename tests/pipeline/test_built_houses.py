@@ -16,6 +16,7 @@ from tests.builders.shared import needs_shared
 TASK = ("artist_named", 0)
 
 
+@needs_shared
 def test_a_kept_house_is_not_built_again_and_gives_the_same_parts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
