@@ -12,7 +12,7 @@ GROUNDS: Final[Mapping[str, str]] = {
     "cut_off_share": "rooms that only cuts lead into",
     "patch_share": "walls closed by a guess where they have holes",
     "given_edge": "an open house, its edge taken from floor or walls",
-    "guesses": "levels, units, scale or axis guessed",
+    "guesses": "levels, units, scale, axis or edges of rooms guessed",
     "floorless_room": "a room without a floor in a house with floors",
     "roomless_floor_share": "floor between the rooms that is in none",
     "roomless_wall_share": "walls that stand beside no room",

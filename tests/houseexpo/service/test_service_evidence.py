@@ -42,7 +42,7 @@ def test_evidence_is_said_in_words() -> None:
     found = plan_evidence(replace(plan, doors=(cut,), provenance=told, quality=quality))
     assert found.quality == "Quality 0.74: doubtful, since it is below 0.8. 3 of 4 possible faults were found."
     assert found.grounds == [
-        ("levels, units, scale or axis guessed", 0.75),
+        ("levels, units, scale, axis or edges of rooms guessed", 0.75),
         ("doors that are cuts, not evidence", 0.5),
         ("new ground", 0.1),
     ]
