@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import re
 from collections.abc import Generator, Iterator
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +19,12 @@ SIMULATOR: Final = "tests/houseexpo/pseudoslam/"
 KERNELS_TOO: Final = (
     *("tests/houseexpo/commands/", "tests/houseexpo/service/", "tests/test_"),
     *("tests/properties/test_obstacle_properties", "tests/properties/test_pseudoslam_properties"),
+)
+OF_WORKERS: Final = (
+    "tests.builders.batch",
+    "pipeline.sources.mesh_file",
+    "pipeline.sources.generated",
+    "pipeline.sources.reader_choice",
 )
 
 
@@ -106,4 +113,16 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Tests, and the commands that they run, leave the user's cache alone."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HOUSEEXPO_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _workers_share_imports() -> Iterator[None]:
+    """Let the fork server of builds import what the workers of small builds need, once for all of them.
+
+    Otherwise each worker imports the readers, and the planner's module with pytest: half a second for each of hundreds.
+    """
+    true = forkserver.set_forkserver_preload
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(forkserver, "set_forkserver_preload", lambda names: true([*names, *OF_WORKERS]))
         yield
