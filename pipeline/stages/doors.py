@@ -17,7 +17,9 @@ R6  Known doors side by side, without a post between them, are the leaves of one
 R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
     (a corridor), these are its entrances.
 R8  Between two rooms, what closes a straight gap no wider than a door as the end of walls or of the floor is an
-    ``opening``: nothing stands there.
+    ``opening``: nothing stands there. In a house of several rooms the open end of a corridor, broad enough for
+    a person, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void within
+    the house, and where it leads into the air (R4).
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ import networkx as nx
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind
 from pipeline.config import DoorsConfig
@@ -38,6 +41,7 @@ from pipeline.geometry.areas import (
     Shapes,
     dot_product,
     drop_thin_parts,
+    fill_enclosed,
     intersect,
     polygons_of,
     subtract,
@@ -47,6 +51,8 @@ from pipeline.geometry.closing_candidates import GAPS, assign_sides
 from pipeline.geometry.doorways import box_around_polygon, boxes_around_polygons
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips, strips_before
+from pipeline.geometry.prisms import Prisms
+from pipeline.geometry.scan_columns import is_scan
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
@@ -54,6 +60,7 @@ from pipeline.tolerances import (
     HAND_M,
     HEAD_M,
     LAP_M,
+    LARGELY,
     MOST,
     NEARLY_ALL,
     PARALLEL,
@@ -100,7 +107,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     if not (passages or level.sills) and len(rooms) == 1:
         passages = _ends_of_corridor(layout)  # R7
     if not level.sills:  # all passages of SUNCG have sills
-        passages += _openings_at_guessed_edges(layout, config)
+        passages += _openings_at_guessed_edges(level, layout, config)
     given = {c.kind for c in layout.candidates} & (ENDS | {"room_edge"})
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
@@ -168,8 +175,8 @@ def _ends_of_corridor(layout: Layout) -> list[Passage]:
     return [Passage(portal, "entrance", closed_by="wall_ends") for portal in portals]
 
 
-def _openings_at_guessed_edges(layout: Layout, config: DoorsConfig) -> list[Passage]:
-    """Return the openings where only a guess closes a gap between two rooms (R8)."""
+def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Passage]:
+    """Return the openings and entrances where only a guess closes a gap (R8)."""
     bands = [c for c in layout.candidates if c.kind in ENDS and c.portal is None and c.polygon.area > 0]
     boxes = boxes_around_polygons([c.polygon for c in bands]) if bands else []
     straight = [
@@ -180,7 +187,31 @@ def _openings_at_guessed_edges(layout: Layout, config: DoorsConfig) -> list[Pass
     ]
     placed = assign_sides(straight, list(layout.rooms), layout.ground)
     portals = [(c.portal, c.kind) for c in placed if c.portal is not None and c.portal.sides[0] != c.portal.sides[1]]
-    return [Passage(portal, "opening", closed_by=kind) for portal, kind in portals if OUTSIDE not in portal.sides]
+    found = [Passage(portal, "opening", closed_by=kind) for portal, kind in portals if OUTSIDE not in portal.sides]
+    outer = [(portal, kind) for portal, kind in portals if OUTSIDE in portal.sides and portal.width >= SHOULDERS_M]
+    if not outer or len(layout.rooms) < 2 or level.named_openings or _is_scanned(level):
+        return found
+    house = fill_enclosed(layout.ground)
+    walls = shapely.buffer(layout.ground, BESIDE_M, quad_segs=2)
+    before = shapely.intersects(house, shapely.centroid(_places_before([portal for portal, _ in outer])))
+    rooms = list(layout.rooms)
+    ways = [
+        (portal, kind)
+        for (portal, kind), is_inside in zip(outer, before, strict=True)
+        if not is_inside and _ends_corridor(portal, walls) and not _leads_into_the_air(portal, rooms, level)
+    ]
+    return found + [Passage(portal, "entrance", closed_by=kind) for portal, kind in ways]
+
+
+def _ends_corridor(portal: Portal, walls: BaseGeometry) -> bool:
+    """Return whether walls go on into the house from both ends of an opening, for as far as it is wide (R8)."""
+    inward = portal.width * (portal.across if portal.sides[0] == OUTSIDE else -portal.across)
+    sides = shapely.linestrings([[end, end + inward] for end in portal.segment])
+    return bool((shapely.length(shapely.intersection(sides, walls)) > LARGELY * portal.width).all())
+
+
+def _is_scanned(level: Level) -> bool:
+    return not isinstance(level.walls, Prisms) and (level.walls.is_cloud or is_scan(level.walls))
 
 
 def _windows_to_the_floor(

@@ -1,8 +1,9 @@
 """Decide which spaces between walls are rooms, and which part of them is floor (rules R9 and R10 of the layout).
 
 R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all
-    round (a stairwell, a room whose floor nobody drew), or walls and lintels do and several known doors lead into
-    it, or one and nothing else joins what it joins (a corridor). What has neither a floor nor anything above it, nor
+    round (a stairwell, a room whose floor nobody drew), or walls, lintels and gaps do and several known doors lead
+    into it, or one and nothing else joins what it joins (a corridor). Where no door is known, gaps and lintels no wider
+    than a door are the doors of a corridor. What has neither a floor nor anything above it, nor
     a way in, is no stairwell where the others have all three, and the source names no walls: it is the inside of a
     thick wall that only its faces show. Nor is
     one without a door that a railing bounds for the most part (a roof terrace), or at the outside of the house for
@@ -55,7 +56,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
-from pipeline.geometry.room_shapes import subtract_floor_voids
+from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2, subtract_floor_voids
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
@@ -68,6 +69,7 @@ from pipeline.tolerances import (
     MOSTLY,
     NEARLY_ALL,
     OPEN_EDGE,
+    PASSABLE_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
     SOME,
@@ -99,8 +101,10 @@ def keep_habitable_spaces(
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
     doors = [c.polygon for c in candidates if c.kind in KNOWN]
     lintels = [c.polygon for c in candidates if c.kind == "lintel"]
+    ways = [c for c in candidates if _is_way_inside(c)]
     walls = cache(lambda: shapely.buffer(unite([planes.door, *doors]), CRACK_M, quad_segs=2))
-    over = cache(lambda: shapely.buffer(unite([planes.door, *doors, *lintels]), CRACK_M, quad_segs=2))
+    passed = [*doors, *lintels, *(c.polygon for c in ways)]
+    over = cache(lambda: shapely.buffer(unite([planes.door, *passed]), CRACK_M, quad_segs=2))
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(unite([planes.door, planes.rails, *rooms]))
     outer = intersect(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
@@ -121,10 +125,12 @@ def keep_habitable_spaces(
     outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
     refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
+    leading = [c for c in candidates if c.kind == "door"] or ways
     into = np.bincount(
-        [s for c in candidates if c.kind == "door" and c.portal for s in c.portal.sides if s != OUTSIDE],
-        minlength=len(rooms),
+        [side for c in leading if c.portal for side in c.portal.sides if side != OUTSIDE], minlength=len(rooms)
     )
+    if leading is ways:
+        into[area < SMALLEST_ROOM_M2] = 0  # a doorway through a thick wall
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
         if room.intersects(refused):
             continue
@@ -134,6 +140,14 @@ def keep_habitable_spaces(
         if (floored and low[k] <= LARGELY and k not in outdoors) or _is_named(room, level):
             kept.append(room)
     return kept
+
+
+def _is_way_inside(candidate: ClosingCandidate) -> bool:
+    """Return whether a gap or a lintel, no wider than a door, leads from one space to another."""
+    portal = candidate.portal
+    if portal is None or candidate.kind not in {"gap", "lintel"} or OUTSIDE in portal.sides:
+        return False
+    return portal.sides[0] != portal.sides[1] and PASSABLE_M <= portal.width <= DOORWAY_M[1]
 
 
 def _solids(

@@ -7,6 +7,9 @@ R18 Where the source names its openings, or its doors, what hangs or stands righ
     along the wall, a frame deeper than the wall) does not close it: the doorway does.
 R21 A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
     room that is most of what the source draws may be the floor of a storey, and says nothing.
+R24 A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside where only such gaps open a place
+    that walls bound for ``MOSTLY`` of its edge: under a roof, or in a house without roofs if ``GROUP`` ways lead into
+    it from rooms, or two into one that is most of the house. It is no court then, but a hall with a wide entrance.
 R19 Cracks of a hand's breadth between walls that nearly meet are closed, and so are points in which walls touch.
 R2  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
 R17 A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
@@ -73,6 +76,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.closing_candidates import (
+    WallEnd,
     are_rooms_half_of_house,
     assign_sides,
     bands_across_hall_openings,
@@ -107,6 +111,7 @@ from pipeline.tolerances import (
     DOORWAY_M,
     GROUP,
     HAIR_M,
+    HALL_M,
     HAND_M,
     LAP_M,
     LARGELY,
@@ -484,7 +489,8 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
         cracks += contact_fillings(unite([*filled, *found, *cracks]) if cracks else standing)
     candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
     candidates += [ClosingCandidate(gap, "gate") for gap in gates]
-    return candidates + _gates_of_railings(level, planes, candidates, config)
+    candidates += _gates_of_railings(level, planes, candidates, config)
+    return candidates + _wide_gates(level, planes, candidates, ends, config)
 
 
 def _before_doorways(doorways: Sequence[Doorway]) -> BaseGeometry:
@@ -532,6 +538,48 @@ def _gates_of_railings(
     return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
 
 
+def _wide_gates(
+    level: Level,
+    planes: Planes,
+    pieces: list[ClosingCandidate],
+    ends: list[WallEnd],
+    config: LayoutConfig,
+) -> list[ClosingCandidate]:
+    """Return the wide openings of walls that alone leave a place of the house open (R24)."""
+    if level.sills:
+        return []
+    standing = [planes.door, *(piece.polygon for piece in pieces)]
+    found = [
+        gap
+        for gap in gap_fillings(planes.tall, standing, HALL_M, ends=ends)
+        if box_around_polygon(gap).width > config.entrance_m
+    ]
+    if not found:
+        return []
+    ground, closed = enclosed_pieces(close_plane(planes.door, pieces))
+    known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
+    house, spanned = shapely.buffer(ground, BESIDE_M, quad_segs=2), shapely.convex_hull(planes.door).area
+    new = [
+        place
+        for place in enclosed_pieces(unite([ground, *grow_to_overlap(found)]))[1]
+        if place.area >= config.area_m2
+        and not place.representative_point().intersects(known)
+        and shapely.intersection(place.exterior, house).length > MOSTLY * place.length
+        and (_is_covered(place, level) or (roofless and _has_ways(place, pieces, known, MOST * spanned)))
+    ]
+    if not new:
+        return []
+    around = shapely.buffer(unite(new), BESIDE_M)
+    return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
+
+
+def _has_ways(place: Polygon, pieces: list[ClosingCandidate], rooms: BaseGeometry, main_m2: float) -> bool:
+    """Return whether ``GROUP`` ways lead from rooms into a place, or two into one of more than ``main_m2`` (R24)."""
+    near = [shapely.buffer(piece.polygon, BESIDE_M) for piece in pieces if not _is_crack(piece)]
+    ways = sum(bool(each.intersects(place) and each.intersects(rooms)) for each in near)
+    return ways >= GROUP or (ways > 1 and place.area > main_m2)
+
+
 def _is_covered(room: Polygon, level: Level) -> bool:
     return bool(intersect(room, part_under_cover(room, level)).area > MOST * room.area)
 
@@ -562,9 +610,16 @@ def _lies_in_room(gap: Polygon, level: Level) -> bool:
     box = box_around_polygon(gap)
     if box.thickness < MOSTLY * box.width:
         gap = box_polygon(box, depth=box.thickness + 2 * BESIDE_M)
-    return any(
-        intersect(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
-    )
+    return any(intersect(gap, room).area > NEARLY_ALL * gap.area for room in _drawn_rooms(level))
+
+
+def _drawn_rooms(level: Level) -> list[Polygon]:
+    """Return the outlines of the rooms that the source draws; all of the floor of a mesh is the house (R21)."""
+    rooms = [room.polygon for room in level.rooms if room.polygon is not None]
+    if len(rooms) == 1 and level.floor is not None and not level.only_walls:
+        covered = intersect(level.floor, rooms[0]).area
+        return [] if covered > NEARLY_ALL * level.floor.area else rooms
+    return rooms
 
 
 def _is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level) -> bool:

@@ -156,6 +156,19 @@ def test_a_gap_between_two_rooms_that_only_a_guess_closes_is_an_opening(width: f
     assert doors([*hall, *front, *corner], sills=True).passages == ()
 
 
+@pytest.mark.parametrize(("level_values", "found"), [({}, 1), ({"named_openings": True}, 0), ({"upper": True}, 0)])
+def test_the_open_end_of_a_corridor_is_an_entrance(level_values: dict[str, bool], found: int) -> None:
+    """A corridor of 2 m between two rooms of 6 m, with a floor up to its open end; in an upper storey a window."""
+    walls = [*wall((-0.2, -0.2, 6.2, 0.0)), *wall((-0.2, 8.0, 6.2, 8.2)), *wall((6.0, 0.0, 6.2, 8.0))]
+    walls += [*wall((0.0, 2.9, 6.0, 3.0), gap(2.0, 3.0)), *wall((0.0, 5.0, 6.0, 5.1), gap(2.0, 3.0))]
+    walls += [*wall((-0.2, 0.0, 0.0, 3.0)), *wall((-0.2, 5.0, 0.0, 8.0))]
+    values = dict(level_values)
+    below = shapely.box(20, 0, 24, 4) if values.pop("upper", False) else None
+    spaces = doors(walls, floor=shapely.box(-0.2, -0.2, 6.2, 8.2), below=below, **values)
+    ways = [each for each in spaces.passages if each.kind == "entrance"]
+    assert [(each.closed_by, round(each.portal.width)) for each in ways] == [("floor_edge", 2)] * found
+
+
 def test_the_stage_alone_needs_a_layout_only() -> None:
     house = level(two_rooms(Hole(1, 1.9)))
     made = stage_values(house)

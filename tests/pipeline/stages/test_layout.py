@@ -208,6 +208,15 @@ def test_one_room_of_the_source_has_no_mouth() -> None:
     assert len(layout(_hall_and_chamber(2.4), rooms=named).rooms) == 1
 
 
+@pytest.mark.parametrize(("only_walls", "rooms"), [(False, 2), (True, 1)])
+def test_a_mesh_whose_only_room_is_all_of_its_floor_has_mouths(only_walls: bool, rooms: int) -> None:
+    """A file's part named "room" is the whole house; where the source names its walls, it draws its rooms, too."""
+    whole = shapely.box(0, 0, 12, 6)
+    named = (SourceRoom(("Room",), (), whole),)
+    found = layout(_hall_and_chamber(2.4), rooms=named, floor=whole, only_walls=only_walls)
+    assert len(found.rooms) == rooms
+
+
 @pytest.mark.parametrize(
     ("drawn", "rooms"),
     [
@@ -419,6 +428,28 @@ def test_a_hall_that_joins_three_rooms_is_closed_at_its_wide_opening(doors: int,
     house += [*wall((3.0, 0.0, 3.2, 6.0), Hole(2, 3)), *wall((8.2, 0.0, 8.4, 6.0), Hole(2, 3))]
     house += wall((3.2, 6.0, 8.2, 6.2), *[Hole(4, 5)][: doors - 2])
     assert len(layout(house).rooms) == rooms
+
+
+@pytest.mark.parametrize(("ways", "rooms"), [(3, 4), (2, 3)])
+def test_a_hall_with_a_wide_entrance_is_a_room_where_three_ways_lead_into_it(ways: int, rooms: int) -> None:
+    """Three rooms of 4 x 6 m in a row, and a hall of 4 m before them, whose front is open by 4.5 m in its middle."""
+    house = [*wall((-0.2, 4.0, 12.2, 4.2), *[gap(1.5 + 4 * k, 2.6 + 4 * k) for k in range(ways)])]
+    house += [*wall((-0.2, 10.2, 12.2, 10.4)), *wall((-0.2, -0.2, 12.2, 0.0), gap(4.0, 8.5))]
+    house += [*wall((-0.2, 0.0, 0.0, 10.2)), *wall((12.0, 0.0, 12.2, 10.2))]
+    house += [part for x in (3.9, 8.1) for part in wall((x, 4.2, x + 0.2, 10.2), Hole(6, 7))]
+    found = layout(house)
+    assert len(found.rooms) == rooms
+    gates = [c.portal for c in found.candidates if c.kind == "gate" and c.portal and OUTSIDE in c.portal.sides]
+    assert [portal.width for portal in gates] == pytest.approx([4.5] if rooms == 4 else [], abs=0.02)
+
+
+def test_a_corridor_without_a_floor_is_a_room_where_gaps_lead_into_it() -> None:
+    """Four rooms with floors along a corridor that has none, and no door anywhere."""
+    gaps = [gap(x, x + 1.2) for x in (1.0, 4.0)]
+    house = [*shell((0, 0, 6.2, 7.7)), *wall((0, 3.0, 6.2, 3.1), *gaps), *wall((0, 4.6, 6.2, 4.7), *gaps)]
+    house += [*wall((3.0, 0, 3.1, 3.0)), *wall((3.0, 4.7, 3.1, 7.7))]
+    floor = shapely.union_all([shapely.box(0, 0, 6.2, 3.0), shapely.box(0, 4.7, 6.2, 7.7)])
+    assert [round(area) for area in areas(layout(house, floor=floor))] == [9, 9, 9, 9, 9]
 
 
 def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
