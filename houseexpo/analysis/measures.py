@@ -162,16 +162,20 @@ def _doors_per_room(plan: PlanData) -> list[int]:
     """Return the number of doors of each room, entrances included."""
     if not plan.rooms:
         return []
-    graph = rooms_graph(plan, outside=True)
-    return [graph.degree(room.id) for room in plan.rooms]
+    ends = Counter(room for door in plan.doors for room in door.rooms)
+    return [ends[room.id] for room in plan.rooms]
 
 
 def _neighbours(plan: PlanData) -> list[int]:
     """Return the number of other rooms that the doors of each room lead to: its degree."""
     if not plan.rooms:
         return []
-    graph = rooms_graph(plan)
-    return [len(set(graph[room.id]) - {room.id}) for room in plan.rooms]
+    found: dict[int | None, set[int | None]] = {room.id: set() for room in plan.rooms}
+    for one, other in (door.rooms for door in plan.doors):
+        if one != other and None not in (one, other):
+            found[one].add(other)
+            found[other].add(one)
+    return [len(found[room.id]) for room in plan.rooms]
 
 
 def _loops(plan: PlanData) -> int | None:

@@ -221,7 +221,7 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines 
     stack = name.split(" / ") if " / " in name else name.split(" ")
     layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
 
-    length = {line: load_font(size).getlength(line) for lines in layouts for line in lines}
+    length = {line: _text_length(line, size) for lines in layouts for line in lines}
 
     def fits(lines: tuple[str, ...]) -> float:
         longest = max(length[line] for line in lines)
@@ -229,6 +229,11 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines 
 
     lines = next((found for found in layouts if fits(found) >= 0.85 * size), None) or max(layouts, key=fits)
     return TextLines(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
+
+
+@lru_cache(maxsize=4096)  # plans have the same few names
+def _text_length(text: str, size: float) -> float:
+    return load_font(size).getlength(text)
 
 
 def _middle(shape: Polygon) -> tuple[Point, float]:

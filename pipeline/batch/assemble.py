@@ -6,9 +6,12 @@ import hashlib
 import io
 import logging
 import os
+import signal
+import threading
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from importlib.metadata import version
@@ -153,6 +156,23 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
         entries=tuple(parts.entries),
         duplicates=tuple(dropped),
     )
+
+
+def load_while_workers_start() -> None:
+    """Begin to load, in a thread, the libraries and kernels that ``assemble`` needs.
+
+    That takes a second, and so does the start of the workers, which this process only waits for.
+    """
+    threading.Thread(target=_load_for_assembling, daemon=True).start()
+
+
+def _load_for_assembling() -> None:
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is the main thread's business
+    with suppress(Exception):  # what is wrong shows where it is needed
+        new_summaries()
+        index_table([])
+        square = np.ones((4, 4), bool)
+        find_similar_pairs(lambda _: square, 2)
 
 
 def _is_unchanged(folder: DataSetFolder, finished: FinishedBuild) -> bool:

@@ -23,6 +23,7 @@ from pipeline.batch.assemble import (
     Rights,
     assemble,
     common_rights,
+    load_while_workers_start,
     names_without_folders,
     rights_by_source,
     stated_licences,
@@ -105,9 +106,8 @@ def build(
             for entry in known:
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
-            planning = Planning(
-                listing, journal, PlanStore(FolderStore(out.absolute())), overrides, rehash, ended=ended
-            )
+            plans = PlanStore(FolderStore(out.absolute()))
+            planning = Planning(listing, journal, plans, overrides, rehash, ended=ended, begins=load_while_workers_start)
             own = Rights(config.build.licence, config.build.credit)
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
             batch = _Batch(planning, journal, beside, common_rights(rights))

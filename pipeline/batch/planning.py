@@ -60,8 +60,9 @@ class OutcomeStore(Protocol):
 class Planning:
     """The inputs of a shard, and what is known of them.
 
-    ``ended`` hears what came of each that was at work; ``listed`` are those that were come across, ``unfinished`` those
-    that a transient fault kept from being done.
+    ``begins`` is called when the first of them is about to be planned, if there is one; ``ended`` hears what came of
+    each that was at work; ``listed`` are those that were come across, ``unfinished`` those that a transient fault kept
+    from being done.
     """
 
     listing: Listing
@@ -71,6 +72,7 @@ class Planning:
     rehash: bool = False
     shard: Shard = WHOLE
     ended: Callable[[Entry], None] = ignore_outcome
+    begins: Callable[[], None] = lambda: None
     listed: set[str] = field(default_factory=set)
     unfinished: dict[str, Entry] = field(default_factory=dict)
 
@@ -91,6 +93,7 @@ class Planning:
                 yield job
 
         if first is not None:  # else all is done, and no worker need start
+            self.begins()
             function = partial(run_job, self._settings(plan))
             for job, result in execute(function, hand_over(), limits=limits, preload=["pipeline.algorithm", __name__]):
                 self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)

@@ -34,6 +34,7 @@ R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the sourc
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -174,8 +175,13 @@ def shares_without_floor(level: Level, rooms: Sequence[Polygon]) -> Floats:
     drawn = {id(room.polygon) for room in level.rooms}
     rest = [k for k, room in enumerate(rooms) if id(room) not in drawn]
     if floor is not None and rest:
-        found[rest] = 1.0 - shares_of_places(np.array(rooms, np.object_)[rest], floor)
+        found[rest] = _shares_off(floor, tuple(rooms[k] for k in rest))
     return found
+
+
+@lru_cache(maxsize=1)  # grounds and confidences ask for the same rooms
+def _shares_off(floor: BaseGeometry, rooms: tuple[Polygon, ...]) -> Floats:
+    return 1.0 - shares_of_places(np.array(rooms, np.object_), floor)
 
 
 def _floor_between(floor: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> BaseGeometry:

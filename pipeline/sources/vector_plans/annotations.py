@@ -36,7 +36,7 @@ from pipeline.sources.tolerances import (
     SHEET_M,
     STOREY_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, named_room, passage_rectangle
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, named_room, passage_rectangles
 from pipeline.values import SourceRoom
 
 _MM = 0.001
@@ -113,7 +113,7 @@ def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
 def _across(shape: Any, low: float, top: float) -> Hole | None:
     if isinstance(shape, LineString):
         shape = shape.buffer(SHEET_M / 2, cap_style="flat")
-    found = passage_rectangle(shape)
+    (found,) = passage_rectangles([shape])
     return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
 

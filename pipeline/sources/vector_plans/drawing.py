@@ -129,19 +129,22 @@ def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
 
 
-def passage_rectangle(shape: BaseGeometry) -> tuple[Polygon, Point] | None:
-    """Return the smallest turned rectangle round a passage, and the direction, of length 1, in which one walks through.
+def passage_rectangles(shapes: Sequence[BaseGeometry]) -> list[tuple[Polygon, Point] | None]:
+    """Return of each passage the smallest turned rectangle round it, and the way, of length 1, on which one walks.
 
-    One walks along the shorter side. None if the shape has no area.
+    One walks along the shorter side. None if a shape has no area.
     """
-    box = shapely.minimum_rotated_rectangle(shape)
-    if not isinstance(box, Polygon):
-        return None
-    corners = shapely.get_coordinates(box)[:4]
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.hypot(*sides.T)
-    x, y = sides[int(np.argmin(lengths))] / max(float(lengths.min()), TINY)
-    return box, (float(x), float(y))
+    boxes = np.atleast_1d(shapely.minimum_rotated_rectangle(np.array(shapes, np.object_)))
+    areal = np.flatnonzero(shapely.get_type_id(boxes) == shapely.GeometryType.POLYGON)
+    corners = shapely.get_coordinates(boxes[areal]).reshape(-1, 5, 2)
+    sides = corners[:, 1:] - corners[:, :4]
+    lengths = np.hypot(sides[..., 0], sides[..., 1])
+    short = sides[np.arange(len(areal)), np.argmin(lengths, axis=1)]
+    ways = (short / np.maximum(lengths.min(axis=1), TINY)[:, None]).tolist()
+    found: list[tuple[Polygon, Point] | None] = [None] * len(boxes)
+    for k, (x, y) in zip(areal.tolist(), ways, strict=True):
+        found[k] = boxes[k], (x, y)
+    return found
 
 
 def door_hole(
@@ -181,7 +184,7 @@ def deepen_to_walls(holes: Sequence[Hole], walls: Sequence[Polygon]) -> list[Hol
     corners = middle + (corners - middle) * (1.0 - SAME_M / 10)  # a wall that ends at a jamb only touches the lane
     step = DEEPEST_WALL_M * across[hole]
     ends = np.stack([corners - step, corners + step], axis=1).reshape(-1, 2)
-    lanes = shapely.convex_hull(shapely.multipoints(ends, indices=np.repeat(hole, 2)))
+    lanes = shapely.convex_hull(shapely.linestrings(ends, indices=np.repeat(hole, 2)))
     reached = set(shapely.STRtree(lanes).query(walls, predicate="intersects")[1].tolist())
     return [deepen_to_wall(each, walls) if k in reached else each for k, each in enumerate(holes)]
 

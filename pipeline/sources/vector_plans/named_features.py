@@ -50,7 +50,7 @@ from pipeline.sources.vector_plans.drawing import (
     Point,
     deepen_to_walls,
     door_hole,
-    passage_rectangle,
+    passage_rectangles,
     walls_along_lines,
     walls_between_faces,
 )
@@ -117,8 +117,7 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, SHEET_M), *bodies]
     walls = walls_between_faces(shapes) if lines or panes else shapes
     walls = [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
-    passages = [hole for area, leaf in drawn.door_areas if (hole := _of_area(area, leaf)) is not None]
-    holes = deepen_to_walls(passages, walls)
+    holes = deepen_to_walls(_of_areas(drawn.door_areas), walls)
     holes += [hole for a, b, leaf in drawn.door_lines if (hole := door_hole(a, b, walls, has_door=leaf)) is not None]
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
     return DrawnStorey(
@@ -162,12 +161,10 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
     outlines: list[Polygon] = []
     side_by_side = _side_by_side(rings)
     for wall in nest_rings(drawn.wall_areas):
-        wide = _wide_part(wall, MASSIVE_WALL_M)
         at = wall.representative_point()
         around = next((ring for ring in rings if ring.contains(at)), wall)
         in_house = len(named.query(around, "contains")) > 1
-        says_so = in_house or len(tree.query(wide, "contains")) > 0
-        is_outline = (wide.area > 0.5 * wall.area and says_so) or _is_beside(wall, side_by_side)
+        is_outline = _is_wide_round(wall, None if in_house else tree) or _is_beside(wall, side_by_side)
         (outlines if is_outline else bodies).append(wall)
     whole = shapely.union_all(outlines)
     sides: list[tuple[Point, Point]] = []
@@ -187,8 +184,18 @@ def _ring_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
     ]
 
 
+def _is_wide_round(wall: Polygon, things: shapely.STRtree | None) -> bool:
+    """R5: return whether a ring is wide inside, and has one of some things there; None: whatever it has there."""
+    if things is not None and not len(things.query(wall, "contains")):  # of most walls that is all that is asked
+        return False
+    wide = _wide_part(wall, MASSIVE_WALL_M)
+    return bool(wide.area > 0.5 * wall.area and (things is None or len(things.query(wide, "contains"))))
+
+
 def _side_by_side(rings: Sequence[Polygon]) -> list[Polygon]:
     """Return the rings that are wider than any wall, have no other such ring in them, and have one beside them (R5)."""
+    if len(rings) < 2:
+        return []
     wide = [ring for ring in rings if _is_wide(ring, MASSIVE_WALL_M)]
     tree = shapely.STRtree(wide)
     inner = [ring for ring in wide if len(tree.query(ring, "contains")) <= 1]  # it contains itself
@@ -256,10 +263,14 @@ def _rooms(drawn: DrawnFeatures, areas: Sequence[NamedArea]) -> tuple[SourceRoom
     return tuple(rooms)
 
 
-def _of_area(area: Polygon, has_leaf: bool) -> Hole | None:
+def _of_areas(areas: Sequence[tuple[Polygon, bool]]) -> list[Hole]:
     """R3: one walks through the shorter way."""
-    found = passage_rectangle(area)
-    return None if found is None else Hole(area, 0.0, DOOR_M, has_leaf, found[1])
+    ways = passage_rectangles([area for area, _ in areas])
+    return [
+        Hole(area, 0.0, DOOR_M, has_leaf, way[1])
+        for (area, has_leaf), way in zip(areas, ways, strict=True)
+        if way is not None
+    ]
 
 
 def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon]) -> Hole | None:
