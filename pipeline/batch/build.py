@@ -107,7 +107,9 @@ def build(
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
             plans = PlanStore(FolderStore(out.absolute()))
-            planning = Planning(listing, journal, plans, overrides, rehash, ended=ended, begins=load_while_workers_start)
+            planning = Planning(
+                listing, journal, plans, overrides, rehash, ended=ended, begins=load_while_workers_start
+            )
             own = Rights(config.build.licence, config.build.credit)
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
             batch = _Batch(planning, journal, beside, common_rights(rights))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
-import scipy.ndimage
 
 from pipeline.geometry.meshes import Mesh
 from pipeline.tolerances import (
@@ -171,6 +170,8 @@ def raster_around_points(plan: Floats, along: Floats, cell_m: float) -> Raster:
 
 def _main_direction(ends: Floats) -> Floats:
     """Return the direction that most of the segments' length follows, modulo a right angle."""
+    import scipy.ndimage
+
     d = ends[:, 1] - ends[:, 0]
     length = np.hypot(*d.T)
     turns = 4.0 * np.arctan2(d[:, 1], d[:, 0])
@@ -217,7 +218,7 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
     inside = (at >= 0) & (at < raster.shape[0] * raster.shape[1])
     seen = np.zeros(raster.shape, bool)
     seen.reshape(-1)[at[inside]] = True
-    return np.asarray(scipy.ndimage.binary_dilation(seen, np.ones((3, 3), bool)))
+    return cv2.dilate(seen.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
-import scipy.ndimage
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -403,6 +402,8 @@ def _has_ground(air: Bools, columns: Columns) -> bool:
 
 def _unseen_cells(air: Bools, columns: Columns) -> Bools:
     """R5; where little ground was seen at all, it says nothing."""
+    import scipy.ndimage
+
     if not _has_ground(air, columns):
         return np.zeros_like(air)
     count, label = cv2.connectedComponents(air.view(np.uint8), connectivity=4)

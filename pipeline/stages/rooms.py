@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
 from pipeline.geometry.areas import Floats, intersect, polygons_of, shared_areas, subtract, unite
@@ -72,6 +71,8 @@ def _divide_by_source(room: Polygon, drawn: Sequence[Polygon], shared: Floats) -
 def _by_box(boxed: list[SourceRoom], rooms: list[Polygon]) -> list[tuple[SourceRoom, int]]:
     if not boxed or not rooms:
         return []
+    from scipy.optimize import linear_sum_assignment  # a tenth of a second, of drawings for nothing
+
     boxes = np.array([s.box for s in boxed])
     bounds = shapely.bounds(rooms)
     low = np.maximum(boxes[:, None, :2], bounds[None, :, :2])

@@ -159,7 +159,7 @@ def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Poly
 def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
     """Return the faces of one shape in one piece; a shape without faces is rounded, and empty if it vanishes so."""
     if len(faces) == 1:  # as most are
-        return faces[0]  # type: ignore[no-any-return]
+        return faces[0]
     found = polygons_of(unite(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
     return found[0] if found else Polygon()
 

@@ -26,6 +26,11 @@ def test_importing_pulls_in_nothing_heavy(code):
     assert not modules_after(code) & HEAVY
 
 
+def test_what_every_worker_loads_leaves_out_what_few_houses_need():
+    found = modules_after("import pipeline.algorithm, pipeline.batch.planning")
+    assert not found & {"scipy", "numba", "matplotlib", "pandas"}
+
+
 DOCUMENTED = {
     "houseexpo": [
         *("LABELS", "UNLABELLED", "canonical", "Dataset", "open_dataset", "contact_sheet", "draw_plan", "svg"),

@@ -38,6 +38,16 @@ def test_what_is_done_is_not_done_again(street: Path, tmp_path: Path) -> None:
     assert contents(out) == before
 
 
+def test_what_assembling_needs_is_loaded_early_only_where_something_is_to_be_planned(
+    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loads = list[str]()
+    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda: loads.append("once"))
+    for _ in range(2):
+        run_build([street], tmp_path / "out")
+    assert loads == ["once"]
+
+
 def test_an_input_that_changed_is_done_again(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)

@@ -18,7 +18,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
 from pipeline.sources.vector_plans import geojson
-from pipeline.sources.vector_plans.drawing import deepen_to_wall, deepen_to_walls
+from pipeline.sources.vector_plans.drawing import deepen_to_wall, deepen_to_walls, passage_rectangles
 from pipeline.sources.vector_plans.scene_bodies import (
     body_from_box,
     body_from_many_triangles,
@@ -366,6 +366,20 @@ def test_a_door_in_a_gap_stays_as_it_is_and_one_in_the_wall_goes_through_it():
     assert deep.shape.bounds == pytest.approx((4, 0, 4.9, 0.3))
     assert [each.shape.wkt for each in (same, deep)] == [deepen_to_wall(each, walls).shape.wkt for each in (gap, thin)]
     assert deepen_to_walls([gap], []) == [gap]
+
+
+def test_passages_are_measured_together_as_they_are_alone():
+    turned = shapely.affinity.rotate(shapely.box(0, 0, 0.9, 0.3), 30)
+    shapes = [shapely.box(2, 0, 2.9, 0.3), shapely.LineString([(0, 0), (1, 0)]), turned, shapely.box(4, 0, 4.3, 0.9)]
+    found = passage_rectangles(shapes)
+    assert found == [each for shape in shapes for each in passage_rectangles([shape])]
+    assert [each and tuple(map(abs, each[1])) for each in found] == [
+        pytest.approx((0, 1), abs=1e-9),
+        None,
+        pytest.approx((0.5, 3**0.5 / 2)),
+        pytest.approx((1, 0), abs=1e-9),
+    ]
+    assert passage_rectangles([]) == []
 
 
 def test_geojson_of_rooms_in_degrees(tmp_path):
