@@ -8,11 +8,10 @@ plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from houseexpo.analysis.graph import OUTSIDE, rooms_graph
 from houseexpo.analysis.navigability import navigability
 from houseexpo.plan import Navigability, NavigabilityByRadius, PlanData
 from houseexpo.tolerances import ROBOT_M
@@ -168,25 +167,19 @@ def _doors_per_room(plan: PlanData) -> list[int]:
 
 def _neighbours(plan: PlanData) -> list[int]:
     """Return the number of other rooms that the doors of each room lead to: its degree."""
-    if not plan.rooms:
-        return []
-    found: dict[int | None, set[int | None]] = {room.id: set() for room in plan.rooms}
-    for one, other in (door.rooms for door in plan.doors):
-        if one != other and None not in (one, other):
-            found[one].add(other)
-            found[other].add(one)
-    return [len(found[room.id]) for room in plan.rooms]
+    return [len(others) for others in _rooms_beside(plan).values()]
 
 
 def _loops(plan: PlanData) -> int | None:
     """Return the number of independent cycles: doors minus rooms plus connected components."""
     if not plan.rooms:
         return None
-    import networkx as nx
-
-    graph = rooms_graph(plan)
-    pieces = nx.number_connected_components(graph)
-    return int(graph.number_of_edges() - graph.number_of_nodes() + pieces)
+    beside, found, pieces = _rooms_beside(plan), set[int](), 0
+    for room in beside:
+        if room not in found:
+            found.update(_steps_from([room], beside))
+            pieces += 1
+    return sum(None not in door.rooms for door in plan.doors) - len(beside) + pieces
 
 
 def _depth(plan: PlanData) -> int | None:
@@ -195,18 +188,29 @@ def _depth(plan: PlanData) -> int | None:
     The entrance is a door of kind "entrance" or, since published outlines hide those, a room labelled Entryway. Rooms
     that cannot be reached do not count.
     """
-    if not plan.rooms:
-        return None
-    import networkx as nx
+    entered = [room for door in plan.doors if None in door.rooms for room in door.rooms if room is not None]
+    starts = entered or [room.id for room in plan.rooms if room.label == "Entryway"]
+    return max(_steps_from(starts, _rooms_beside(plan)).values(), default=None)
 
-    graph = rooms_graph(plan, outside=True)
-    starts = [room.id for room in plan.rooms if room.label == "Entryway"]
-    if OUTSIDE in graph:
-        starts = list(graph[OUTSIDE])
-        graph.remove_node(OUTSIDE)
-    if not starts:
-        return None
-    return int(max(nx.multi_source_dijkstra_path_length(graph, starts, weight=None).values()))
+
+def _rooms_beside(plan: PlanData) -> dict[int, set[int]]:
+    """Return for each room the other rooms that its doors lead to."""
+    found: dict[int, set[int]] = {room.id: set() for room in plan.rooms}
+    for one, other in (door.rooms for door in plan.doors):
+        if one is not None and other is not None and one != other:
+            found[one].add(other)
+            found[other].add(one)
+    return found
+
+
+def _steps_from(starts: Sequence[int], beside: Mapping[int, set[int]]) -> dict[int, int]:
+    """Return each room that can be reached from some rooms, and through how many doors at least."""
+    found, ahead = dict.fromkeys(starts, 0), list(starts)
+    for room in ahead:
+        fresh = [other for other in beside[room] if other not in found]
+        found.update(dict.fromkeys(fresh, found[room] + 1))
+        ahead += fresh
+    return found
 
 
 def _reach_of_robot(plan: PlanData) -> Navigability:
