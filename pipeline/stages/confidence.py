@@ -131,7 +131,8 @@ def passage_features(planned: FinalBuilding) -> list[Features]:
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
     rooms, portals = spaces.rooms, [passage.portal for passage in spaces.passages]
     room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
-    beside_leaf = shapely.STRtree(evidence.leaves).query(portal_strips(portals), predicate="dwithin", distance=BESIDE_M)
+    strips = portal_strips(portals if evidence.leaves else [])  # a drawing has none
+    beside_leaf = shapely.STRtree(evidence.leaves).query(strips, predicate="dwithin", distance=BESIDE_M)
     pairs = [frozenset(portal.sides) for portal in portals]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
     inner = [(k, side) for k, portal in enumerate(portals) for side in (0, 1) if portal.sides[side] != OUTSIDE]

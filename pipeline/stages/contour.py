@@ -33,7 +33,7 @@ def trace_contour(spaces: Spaces) -> Spaces:
         TOO_LARGE (R1).
     """
     outlines = [Polygon(part.exterior) for part in polygons_of(spaces.walls)]
-    inside = shapely.points([r.representative_point().coords[0] for r in spaces.rooms])
+    inside = shapely.point_on_surface(spaces.rooms)
     housing = [o for o in outlines if shapely.intersects(o, inside).any()]
     nested = {k for k, o in enumerate(housing) if any(p.contains(o) for p in housing[:k])}
     outlines = [o for k, o in enumerate(housing) if k not in nested]
