@@ -26,6 +26,7 @@ OF_WORKERS: Final = (
     "pipeline.sources.generated",
     "pipeline.sources.reader_choice",
 )
+STANDS_FOR: Final = dict.fromkeys(("step_pool_in_full", "step_pool_by_rays"), "step_pool_with_people")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -125,4 +126,21 @@ def _workers_share_imports() -> Iterator[None]:
     true = forkserver.set_forkserver_preload
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(forkserver, "set_forkserver_preload", lambda names: true([*names, *OF_WORKERS]))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_kernel_for_all_noise(pytestconfig: pytest.Config) -> Iterator[None]:
+    """Let the kernel of a step that can do everything stand in, in the quick run, for two that can do less.
+
+    These compile the same functions once more, which takes 15 seconds; the whole run tests each.
+    """
+    if pytestconfig.option.markexpr != QUICK:
+        yield
+        return
+    from houseexpo.pseudoslam import step_kernels
+
+    true = step_kernels.find_kernel
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(step_kernels, "find_kernel", lambda name: true(STANDS_FOR.get(name, name)))
         yield

@@ -127,7 +127,7 @@ def test_what_is_no_data_set_is_said(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.slow), 390])
 def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: int) -> None:
     browser = shutil.which("chromium")
     if browser is None:
