@@ -331,7 +331,7 @@ class EnvSpec:
         number, ppm = len(episode.known), self.config.pixels_per_metre
         masks = np.ones((number, len(ACTIONS)), bool)
         known = episode.known.reshape(number, -1)
-        poses = episode.pose.view(np.float64).reshape(number, -1)[:, 3:]
+        poses = np.ascontiguousarray(episode.pose.view(np.float64).reshape(number, -1)[:, 3:])  # for one or many
         robot, fit = self.config.robot, np.empty(number, bool)
         find_free_steps(known, sizes, poses, robot.step_m * ppm, robot.radius_m * ppm, fit)
         masks[:, 0] = fit

@@ -36,7 +36,7 @@ from houseexpo.pseudoslam.kernels.step import (
     update_readings,
 )
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX, SLICE_S
-from houseexpo.pseudoslam.kernels.types import ACKERMANN, Counts, Drive, Floats, Grid, Robot, Rows, Scratch
+from houseexpo.pseudoslam.kernels.types import ACKERMANN, Counts, Drive, Floats, Grid, Robot, Rows, Scratch, as_bool
 
 CHORD, ASIDE, TURN, WAY = range(4)
 """Columns of a path: the length of the chord, negative for backward, pixels; its angle from the heading before the
@@ -240,7 +240,7 @@ def _follow(episode: Episode, path: Floats, held: float, params: StepParams, scr
     n, i, more_turn, more_way, last = len(path), 0, 0.0, 0.0, 0.0
     if errors.odometry:
         turn, way = path[:, TURN].sum() / held, path[:, WAY].sum() / held
-        off = draw_odometry_errors(errors, episode.counts, episode.readings, turn, way, True, params.seconds)
+        off = draw_odometry_errors(errors, episode.counts, episode.readings, turn, way, as_bool(True), params.seconds)
         more_turn, more_way, last = off.turn / n, off.way / n, off.after
         pose.seen_heading = wrap_angle(pose.seen_heading + off.before)
     while i < n:

@@ -51,7 +51,7 @@ from houseexpo.pseudoslam.kernels.tolerances import (
     SUBSTEP_S,
     TIMEOUT_S,
 )
-from houseexpo.pseudoslam.kernels.types import Grid, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import Grid, Rows, as_bool, make_row_dtype
 
 _COS_BEHIND = math.cos(math.radians(BEHIND_DEG))
 
@@ -211,7 +211,7 @@ def draw_next_goal(bodies: Bodies, flow: FlowField, key: int, p: int) -> None:
         people[p].goal = (people[p].goal + by) % goals
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def draw_counter(p: int, visit: int, which: int) -> int:
     """Return the counter of a random draw, one of eight for each visit of each person."""
     return (visit * PEOPLE_MOST + p) * 8 + which
@@ -482,10 +482,10 @@ def _run(
     after, end = before + seconds, tracks.times_s[k, tracks.shapes[k].poses - 1]
     if after > end:
         after = after % end if tracks.shapes[k].loops else end
-    if not body_may_move(tracks, k, before, after, robot, True):
+    if not body_may_move(tracks, k, before, after, robot, as_bool(True)):
         return
     for p in range(len(bodies.people)):
         person = Disc(bodies.people[p].x, bodies.people[p].y, walk.radius_px)
-        if not body_may_move(tracks, k, before, after, person, False):
+        if not body_may_move(tracks, k, before, after, person, as_bool(False)):
             return
     bodies.clocks[k] = after

@@ -43,7 +43,7 @@ from houseexpo.pseudoslam.kernels.sensing.noise import (
 )
 from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams, merge_ray_scan, ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, as_int64
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, Scratch, as_bool, as_int64
 
 Move: TypeAlias = Callable[[Episode, StepParams], None]
 """A function that moves people and bodies on tracks."""
@@ -269,7 +269,7 @@ def _go(
     if full and errors.odometry:
         rolled_turn, rolled_way = turn / held, sign * way / held
         off = draw_odometry_errors(
-            errors, episode.counts, episode.readings, rolled_turn, rolled_way, False, params.seconds
+            errors, episode.counts, episode.readings, rolled_turn, rolled_way, as_bool(False), params.seconds
         )
         seen_turn, seen_way = rolled_turn + off.before + off.turn, rolled_way + off.way
         seen_last = off.after
@@ -384,7 +384,7 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
         episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
         pose.seen_heading - heading + turn, episode.fresh,
     )  # fmt: skip
-    _count(episode, scratch, 0, new, covered)
+    _count(episode, scratch, as_int64(0), new, covered)
 
 
 @njit(cache=True, nogil=True)

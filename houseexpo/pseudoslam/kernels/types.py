@@ -129,6 +129,16 @@ class Scratch(NamedTuple):
     ways: PathScratch
 
 
+def as_read_only(grid: Grid) -> Grid:
+    """Return a view of a grid that kernels may not write to, like the rasters of worlds.
+
+    numba compiles a kernel once for read-only arrays and once for others, which takes up to a second.
+    """
+    view = grid.view()
+    view.flags.writeable = False
+    return view
+
+
 def new_path_scratch(cells: int) -> PathScratch:
     """Return working memory for grids of this number of cells."""
     return PathScratch(

@@ -27,6 +27,7 @@ from houseexpo.pseudoslam.kernels.people import FEELER, WalkParams, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
 from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, FlowField
 from houseexpo.pseudoslam.kernels.tolerances import FEELER_RINGS_M, FEELERS, PATH_BLOCK_M, WALL_PUSH_M, WALL_PUSH_M_S2
+from houseexpo.pseudoslam.kernels.types import as_read_only
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
 
@@ -215,7 +216,7 @@ def make_tracks(trajectories: Sequence[Trajectory], occupied: Grid, frame: GridF
     ConfigError
         A shape runs into a wall or off the grid; the error says which trajectory, when and where.
     """
-    tracks = _tracks(trajectories, frame)
+    tracks, occupied = _tracks(trajectories, frame), as_read_only(occupied)
     for k in range(len(trajectories)):
         time, row, col = find_track_collision(occupied, tracks, k)
         if time >= 0.0:

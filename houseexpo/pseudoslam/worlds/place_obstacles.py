@@ -13,7 +13,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config.obstacles import Obstacle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.kernels.placement import FITS, OVERLAPS, count_before_rows, nth_cell, place_obstacle
 from houseexpo.pseudoslam.kernels.tolerances import OBSTACLE_ROUNDS, OBSTACLE_TRIES
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid, as_read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ def place_obstacles(
     """
     low, high = config.random.number if config.random else (0, 0)
     wanted = int(rng.integers(low, high, endpoint=True)) if config.random else 0
-    before = count_before_rows(occupied, 0) if free_before is None else free_before
+    before = count_before_rows(as_read_only(occupied), 0) if free_before is None else free_before
     most = 0
     for enough in (*[wanted] * (OBSTACLE_ROUNDS - 1), low):
         house = _House(occupied, traversable, frame, radius_px, into)
@@ -106,7 +106,7 @@ class _House:
         )
         np.copyto(self.occupied, occupied)
         np.copyto(self.traversable, traversable)
-        self.frame, self.empty = frame, occupied
+        self.frame, self.empty = frame, as_read_only(occupied)
         self._robot = _disc(radius_px, 0.5)  # from the centre of a cell to the near side of another
         self._least = math.ceil(math.pi * radius_px**2)
         self._scratch = np.empty((3, occupied.size), np.int32)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
+from houseexpo.pseudoslam.kernels.collision import STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.people import mark_bodies
@@ -23,7 +23,7 @@ from houseexpo.pseudoslam.kernels.planning.fields import (
     no_goal_field,
 )
 from houseexpo.pseudoslam.kernels.tolerances import GOAL_BLOCK_M, GOAL_BLOCK_OF_RADIUS, START_TRIES
-from houseexpo.pseudoslam.kernels.types import Grid, Scratch
+from houseexpo.pseudoslam.kernels.types import Grid, Scratch, as_read_only
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, new_bodies, start_people
 from houseexpo.pseudoslam.worlds.place_obstacles import PlacedObstacles, place_obstacles
@@ -76,9 +76,8 @@ def make_initial_state(
     goal, field, best = _goal(config, placed.traversable, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
-        start_people(
-            config.people, placed.occupied, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id
-        )
+        static = occupied & STATIC if config.trajectories else occupied  # writable, as where people walk: compiled once
+        start_people(config.people, static, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id)
         mark_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
     known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
@@ -137,8 +136,7 @@ def _random_pose(
 ) -> Floats:
     """Return a random free pose in a standing cell, or the centre of one if none is found at random."""
     radius_px = config.robot.radius_m * config.pixels_per_metre
-    standing = traversable.view()
-    standing.flags.writeable = False  # like rasters of worlds, so that kernels are compiled once for both
+    standing = as_read_only(traversable)
     before = world.traversable_before if traversable is world.traversable else count_before_rows(standing, 1)
     for _ in range(START_TRIES):
         number = int(rng.integers(before[-1]))
@@ -240,6 +238,6 @@ def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: Simula
     side = max(min(round(GOAL_BLOCK_M * ppm), int(GOAL_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
     shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
     is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
-    find_open_blocks(traversable, side, is_open)
+    find_open_blocks(as_read_only(traversable), side, is_open)
     fast_march(is_open, int(y) // side, int(x) // side, side, distances)
     return GoalField(np.array([(*shape, side)], FIELD_SIZES), distances.ravel())

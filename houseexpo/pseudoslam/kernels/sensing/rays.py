@@ -19,7 +19,7 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.mapping import CHUNK_BITS, FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.tolerances import CORNER_PX
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, Runs, as_bool
 
 _EVEN = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it rounds like np.rint, half to even
 _BLOCK, _FEW = 32, 12  # samples whose cells are computed together, as the processor does four at once; few near the end
@@ -47,7 +47,7 @@ def ray_scan(
     flat, (rows, cols) = occupied.ravel(), occupied.shape
     n = len(fan_cos)
     rights, ups, starts, stops = np.empty(n), np.empty(n), np.empty(n, np.int32), np.empty(n, np.int32)
-    samples = _lay_rays(occupied, x, y, heading, fan_cos, fan_sin, range_px, False, rights, ups, starts, stops)
+    samples = _lay_rays(occupied, x, y, heading, fan_cos, fan_sin, range_px, as_bool(False), rights, ups, starts, stops)
     places, offsets = np.empty(_BLOCK), np.arange(_BLOCK).astype(np.float64)
     cells = places.view(np.uint32)
     n_runs, n_hit = 0, 0

@@ -7,6 +7,7 @@ import pytest
 
 from houseexpo.pseudoslam.kernels.placement import count_before_rows as count_before_kernel
 from houseexpo.pseudoslam.kernels.placement import nth_cell as nth_cell_kernel
+from houseexpo.pseudoslam.kernels.types import as_read_only
 
 
 @pytest.mark.parametrize("cols", [5, 700])
@@ -18,6 +19,7 @@ def test_every_cell_of_a_kind_can_be_drawn(value: int, cols: int, compiled: bool
     )
     raster = (np.random.default_rng(0).random((7, cols)) < 0.5).astype(np.uint8)
     raster[3] = 1 - value
+    raster = as_read_only(raster)  # as starts hand it over
     before = count_before(raster, value)
     assert before.tolist() == [0, *np.cumsum((raster == value).sum(axis=1)).tolist()]
     found = [nth_cell(raster, value, before, n) for n in range(before[-1])]

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import Circle, Rectangle
+from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, RandomObstacles, Rectangle
 from houseexpo.pseudoslam.kernels.body_tracks import track_pose_at
 from houseexpo.pseudoslam.kernels.collision import MOVING, Disc
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
+from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.worlds import moving_obstacles, place_obstacles, reset
 from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, make_tracks
 from houseexpo.pseudoslam.worlds.world import new_scan_buffers
-from tests.builders.simulations import NOBODY, frame_of, room, scene
+from tests.builders.simulations import NOBODY, frame_of, hall, room, scene
 
 ACROSS = Trajectory(Circle(0.3), (0, 4), ((1, 3, 0), (5, 3, 0)))
 
@@ -143,3 +150,38 @@ def test_what_is_swept_is_all_that_it_covers_on_its_way() -> None:
         covered |= world.occupied & MOVING != 0
     assert (swept >= covered).all()
     assert swept.sum() < 1.2 * covered.sum()
+
+
+def test_starts_hand_kernels_one_kind_of_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second kind would be compiled again, which takes seconds; static cells are the same in both."""
+    given: dict[str, set[bool]] = {}
+    for module, name in (
+        (moving_obstacles, "place_people"),
+        (moving_obstacles, "find_track_collision"),
+        (place_obstacles, "nth_cell"),
+        (reset, "nth_cell"),
+        (reset, "find_open_blocks"),
+    ):
+        monkeypatch.setattr(module, name, partial(_note, getattr(module, name), given.setdefault(name, set())))
+    goal, people, obstacles = GoalConfig(), PeopleConfig(number=1), ObstaclesConfig(random=RandomObstacles((1, 1)))
+    for with_people, with_obstacles, with_track in itertools.product((False, True), repeat=3):
+        config = SimulatorConfig(
+            10.0,
+            people=people if with_people else PeopleConfig(),
+            obstacles=obstacles if with_obstacles else ObstaclesConfig(),
+            trajectories=(ACROSS,) if with_track else (),
+            goal=goal,
+        )
+        Simulator.of(hall(), config).start(np.random.default_rng(0))
+    scene(room(60, 60), PeopleConfig(number=1), [ACROSS])
+    assert given == {
+        "place_people": {True},
+        "find_track_collision": {False},
+        "nth_cell": {False},
+        "find_open_blocks": {False},
+    }
+
+
+def _note(kernel: Callable[..., Any], kinds: set[bool], grid: np.ndarray, *rest: Any) -> Any:
+    kinds.add(grid.flags.writeable)
+    return kernel(grid, *rest)
