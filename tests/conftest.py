@@ -11,6 +11,8 @@ from typing import Any, Final
 
 import pytest
 
+from tests.builders.tries import try_half
+
 QUICK: Final = "not slow"
 """What ``make test`` selects."""
 
@@ -36,6 +38,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     kit.addoption("--kinds", default="", help="which kinds, separated by commas; all by default")
     kit.addoption("--seed", type=int, default=0, help="another seed gives other houses")
     kit.addoption("--keep", default="", metavar="DIR", help="write houses that fail, plans and pictures")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.option.markexpr == QUICK:
+        try_half()
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

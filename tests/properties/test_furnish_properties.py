@@ -6,12 +6,13 @@ from itertools import combinations
 
 import numpy as np
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.plan import Door, Room
 from pipeline.furnish.catalogue import WANTS
 from pipeline.furnish.room import COVERED, GAP_CM, RoomFurnisher, has_simple_rings, round_to_cm
+from tests.builders.tries import tries
 
 _SIDES = st.integers(12, 80)  # tenths of a metre
 
@@ -42,7 +43,7 @@ def places(shape: shapely.Polygon) -> int:
     return sum(part.area >= 1000 for part in parts)
 
 
-@settings(max_examples=40, deadline=None)
+@tries(40)
 @given(rooms(), st.integers(0, 2**32 - 1))
 def test_furniture_keeps_its_rules_in_any_room(room: Room, seed: int) -> None:
     door = door_below(room)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -23,6 +23,7 @@ from houseexpo.grids.raster import free_mask
 from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
+from tests.builders.tries import tries
 
 coordinate = st.floats(-1e4, 1e4) | st.integers(-500, 500).map(lambda cm: cm / 100)
 point = st.tuples(coordinate, coordinate)
@@ -73,7 +74,7 @@ def plans(draw: st.DrawFn) -> FloorPlan:
 
 
 @given(plans())
-@settings(deadline=None, max_examples=40)
+@tries(40)
 def test_json_keeps_every_plan(plan):
     data = encode(plan)
     again = decode(data)
@@ -90,7 +91,7 @@ def star(draw: st.DrawFn) -> shapely.Polygon:
 
 
 @given(star(), st.sampled_from([10.0, 25.0, 33.0]))
-@settings(deadline=None, max_examples=60)
+@tries(60)
 def test_a_raster_and_its_complement_share_every_cell(shape, scale):
     mask, frame = free_mask(shape, scale, margin_px=3)
     around = shapely.box(*shape.buffer(9).bounds).difference(shape)
@@ -104,14 +105,14 @@ symmetries = st.sampled_from(sorted(SYMMETRIES))
 
 
 @given(masks, symmetries)
-@settings(deadline=None)
+@tries(100)
 def test_a_fingerprint_knows_no_symmetry(mask, symmetry):
     np.testing.assert_array_equal(mask_fingerprint(apply_symmetry(mask, symmetry)), mask_fingerprint(mask))
     assert compare_masks(mask, apply_symmetry(mask, symmetry)).difference == 0.0
 
 
 @given(masks, masks, symmetries)
-@settings(deadline=None)
+@tries(100)
 def test_difference_is_symmetric_and_never_below_the_bound(one, other, symmetry):
     difference = compare_masks(one, other).difference
     assert compare_masks(other, one).difference == difference
@@ -121,7 +122,7 @@ def test_difference_is_symmetric_and_never_below_the_bound(one, other, symmetry)
 
 
 @given(star())
-@settings(deadline=None, max_examples=40)
+@tries(40)
 def test_a_wider_robot_passes_only_where_it_is_wider(shape):
     found = navigability(shape)
     for radius, result in found.items():

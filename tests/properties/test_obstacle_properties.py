@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import assume, event, given, settings
+from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.config.obstacles import (
 )
 from houseexpo.pseudoslam.worlds.place_obstacles import place_obstacles
 from houseexpo.pseudoslam.worlds.world import traversable_cells
+from tests.builders.tries import tries
 
 PPM = 10.0
 metres = st.floats(0.001, 3.0)
@@ -57,7 +58,7 @@ def house(seed: int) -> tuple[np.ndarray, GridFrame]:
 @given(
     seeds, st.floats(0.05, 0.4), st.just([]) | st.lists(obstacles, max_size=2), st.integers(0, 6), st.floats(0.0, 0.4)
 )
-@settings(deadline=None, max_examples=100)
+@tries(100)
 def test_a_house_stays_whole(seed: int, radius_m: float, told: list[Obstacle], number: int, gap_m: float) -> None:
     occupied, frame = house(seed)
     traversable = traversable_cells(occupied, radius_m * PPM)
@@ -98,7 +99,7 @@ def stand_region(traversable: np.ndarray, radius_px: float) -> np.ndarray:
 
 
 @given(obstacles, st.sampled_from([5.0, 10.0, 16.0, 33.0]))
-@settings(deadline=None, max_examples=150)
+@tries(150)
 def test_no_obstacle_vanishes(obstacle: Obstacle, pixels_per_metre: float) -> None:
     frame = GridFrame((-10.0, -10.0), pixels_per_metre, (int(25 * pixels_per_metre),) * 2, y_up=True)
     mask = obstacle.mask(frame)

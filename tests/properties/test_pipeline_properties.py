@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import affine_transform
 
@@ -18,6 +18,7 @@ from houseexpo.plan.json_codec import encode
 from pipeline.values import Mesh
 from tests.builders.houses import HEAD, Hole, Parts, difference, level, plan_of, shell, wall
 from tests.builders.meshes import box, joined, turned
+from tests.builders.tries import tries
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ houses = st.builds(
     door=st.sampled_from([0.7, 0.85, 1.0]),
     closed=st.integers(-1, 5),
 )
-quick = settings(deadline=None, max_examples=12, derandomize=True)
+quick = tries(12, derandomize=True)
 
 
 def sound(plan: FloorPlan) -> None:
@@ -189,7 +190,7 @@ def test_walls_of_any_thickness_leave_the_rooms_their_size(house: House, thickne
 
 
 @given(houses, st.floats(5.0, 85.0))
-@settings(deadline=None, max_examples=8, derandomize=True)
+@tries(8, derandomize=True)
 @pytest.mark.slow
 def test_a_house_askew_keeps_its_areas_and_doors(house: House, degrees: float) -> None:
     mesh = joined(house.parts())
@@ -201,7 +202,7 @@ def test_a_house_askew_keeps_its_areas_and_doors(house: House, degrees: float) -
 
 @pytest.mark.slow
 @given(houses, st.integers(0, 2**32 - 1), st.sampled_from([0.001, 0.005]))
-@settings(deadline=None, max_examples=20, derandomize=True)
+@tries(20, derandomize=True)
 def test_boxes_that_do_not_quite_meet_make_the_same_rooms_and_doors(house: House, seed: int, amount: float) -> None:
     rng = np.random.default_rng(seed)
     shaken = []

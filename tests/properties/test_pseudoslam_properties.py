@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import gymnasium
 import numpy as np
 import pytest
-from hypothesis import assume, event, given, settings
+from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
@@ -21,6 +21,7 @@ from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import make_world_from_raster, new_scan_buffers, traversable_cells
 from tests.builders.scans import first_hit
+from tests.builders.tries import tries
 
 PPM = 10.0
 seeds = st.integers(0, 2**32 - 1)
@@ -55,7 +56,7 @@ def simulated(
 
 
 @given(seeds)
-@settings(deadline=None, max_examples=60)
+@tries(60)
 def test_no_free_cell_lies_behind_an_obstacle(seed: int) -> None:
     """The line to its centre may graze a corner, by no more than 1e-6 of a cell."""
     _, state = simulated(seed, "sector")
@@ -71,7 +72,7 @@ def test_no_free_cell_lies_behind_an_obstacle(seed: int) -> None:
 
 
 @given(seeds)
-@settings(deadline=None, max_examples=60)
+@tries(60)
 def test_on_a_ray_nothing_is_known_behind_its_obstacle(seed: int) -> None:
     """Of a single ray each cell before the first obstacle is free, that one is an obstacle, and it is the last."""
     simulator, state = simulated(seed, "rays")
@@ -88,7 +89,7 @@ def test_on_a_ray_nothing_is_known_behind_its_obstacle(seed: int) -> None:
 
 
 @given(seeds, moves, st.floats(0.05, 0.35), params)
-@settings(deadline=None, max_examples=80)
+@tries(80)
 def test_the_robot_never_meets_an_obstacle(seed: int, told: list[tuple[float, float]], radius_m: float, rule) -> None:
     simulator, state = simulated(seed, rule, radius_m=radius_m)
     for turn, way in told:
@@ -105,7 +106,7 @@ def test_the_robot_never_meets_an_obstacle(seed: int, told: list[tuple[float, fl
 
 
 @given(seeds, moves, params, st.sampled_from([NoiseConfig(), NoiseConfig(0.1, 0.1, 3.0, 0.1, 0.1, 1.0, 0.1, 0.05)]))
-@settings(deadline=None, max_examples=80)
+@tries(80)
 def test_what_is_counted_is_what_the_map_shows(
     seed: int, told: list[tuple[float, float]], rule, noise: NoiseConfig
 ) -> None:
@@ -129,7 +130,7 @@ HALL = FloorPlan("ell", [(0, 0), (0, 6), (2, 6), (2, 2), (5, 2), (5, 0)], 1, {})
 
 
 @given(seeds, st.lists(st.integers(0, 2), min_size=1, max_size=60), params)
-@settings(deadline=None, max_examples=25)
+@tries(25)
 def test_rewards_add_up_to_what_became_known(seed: int, actions: list[int], rule) -> None:
     env = gymnasium.make(
         "PseudoSLAM/Exploration-v0",
@@ -187,7 +188,7 @@ def looked(occupied: np.ndarray, x: float, y: float, heading: float, half_fov: f
     st.integers(0, 3),
     st.booleans(),
 )
-@settings(deadline=None, max_examples=150)
+@tries(150)
 def test_a_turned_or_mirrored_world_is_seen_turned_or_mirrored(
     seed: int, x_64: int, y_64: int, tens: int, half_deg: float, turns: int, mirror: bool
 ) -> None:

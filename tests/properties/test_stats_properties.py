@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.floorplan import FloorPlan
@@ -12,6 +12,7 @@ from houseexpo.plan import Navigability
 from stats.record import Record, measure_plan
 from stats.summary import PlanSummary
 from stats.tally import Tally
+from tests.builders.tries import tries
 
 LABELS = ("Kitchen", "Bedroom", "Hall")
 
@@ -26,7 +27,7 @@ def measured(number: int) -> Record:
     return measure_plan(FloorPlan(f"h{number}", verts, number % 11, boxes, navigability=reach))
 
 
-@settings(max_examples=60, deadline=None)
+@tries(60)
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 3)), max_size=40), st.permutations(range(4)))
 def test_shards_add_up(dealt: list[tuple[int, int]], order: list[int]) -> None:
     whole, shards = PlanSummary(), [PlanSummary() for _ in range(4)]
@@ -39,7 +40,7 @@ def test_shards_add_up(dealt: list[tuple[int, int]], order: list[int]) -> None:
     assert total.report() == whole.report()
 
 
-@settings(max_examples=100, deadline=None)
+@tries(100)
 @given(st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=60), st.floats(0.0, 1.0))
 def test_quantiles_lie_among_the_numbers(values: list[float], share: float) -> None:
     tally = Tally(step=0.01, bin_width=1.0)

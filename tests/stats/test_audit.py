@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon
 from typer.testing import CliRunner
@@ -25,6 +25,7 @@ from stats.public_sets import PUBLIC, SHARES, SIZES
 from stats.record import measure_and_audit
 from stats.report import Report
 from stats.summary import PlanSummary
+from tests.builders.tries import tries
 from tests.stats.conftest import box, outline
 
 Box = tuple[float, float, float, float]
@@ -182,7 +183,7 @@ def test_clear_widths_that_are_known(shape: Polygon, width: float) -> None:
     assert slow_clear_width(shape, 0.05) == pytest.approx(width, abs=0.08)
 
 
-@settings(max_examples=12, deadline=None)
+@tries(12)
 @given(
     st.lists(st.tuples(st.floats(0.6, 3.0), st.floats(0.5, 1.0)), min_size=4, max_size=9),
     st.booleans(),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo import decode
@@ -17,6 +17,7 @@ from houseexpo.exports import published_json, sdf
 from houseexpo.exports.plan_bodies import plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids, join_holes_by_slits
 from houseexpo.exports.worlds_2d import start_and_goal
+from tests.builders.tries import tries
 from tests.houseexpo.exports.readers import enclosed
 
 
@@ -30,7 +31,7 @@ def test_a_frame_of_walls_is_four_boxes():
     ]
 
 
-@settings(max_examples=60, deadline=None)
+@tries(60)
 @given(
     st.lists(st.tuples(*[st.integers(0, 12)] * 2, *[st.integers(1, 6)] * 2, st.integers(0, 3)), min_size=1, max_size=7)
 )

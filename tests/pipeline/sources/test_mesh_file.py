@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
@@ -35,6 +35,7 @@ from tests.builders.meshes import (
     write,
     y_up,
 )
+from tests.builders.tries import tries
 
 Y_UP_TURN = trimesh.transformations.rotation_matrix(-np.pi / 2, (1.0, 0.0, 0.0))
 
@@ -189,7 +190,7 @@ def test_an_unknown_option_is_refused(tmp_path, options):
         list(mesh_file.find(str(tmp_path), **options))
 
 
-@settings(max_examples=15, deadline=None)
+@tries(15)
 @given(st.floats(0, 360), st.floats(-400, 400), st.floats(-400, 400), st.floats(-50, 50))
 def test_a_moved_house_gives_the_moved_levels(tmp_path_factory, angle, x, y, z):
     folder = tmp_path_factory.mktemp("moved")

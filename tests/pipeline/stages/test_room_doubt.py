@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon
 
@@ -29,6 +29,7 @@ from pipeline.stages.room_doubt import (
 from pipeline.values import Evidence, Layout, Level, SourceOpening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall, window
 from tests.builders.meshes import box
+from tests.builders.tries import tries
 
 
 def found(parts: Parts | Mesh, **values: object) -> tuple[Level, Evidence, Layout]:
@@ -164,7 +165,7 @@ def test_a_core_that_stands_free_in_a_room_is_no_room() -> None:
     assert closed_cells(*found(two)).is_empty
 
 
-@settings(max_examples=30, deadline=None)
+@tries(30)
 @given(st.integers(0, 10_000), st.integers(1, 12))
 def test_what_lies_over_a_place_is_found_as_by_looking_at_each_triangle(seed: int, count: int) -> None:
     """The slow twin: each triangle by itself, with Shapely."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from houseexpo import FloorPlan
@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.render.sight import beam_ends, find_bodies
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params
 from houseexpo.pseudoslam.worlds.world import make_world, traversable_cells
 from tests.builders.simulations import NOBODY, Scene, assert_same, native, room, scene, singles
+from tests.builders.tries import tries
 
 PPM = 10.0
 
@@ -142,7 +143,7 @@ def test_nobody_passes_a_robot_in_a_doorway() -> None:
     assert crossed.any()  # the robot has gone
 
 
-@settings(deadline=None, max_examples=25)
+@tries(25)
 @example(seed=85, number=4, radius_m=0.35, ppm=16.0)  # a room for three
 @given(st.integers(0, 10**6), st.integers(1, 6), st.sampled_from([0.1, 0.2, 0.35]), st.sampled_from([8.0, 10.0, 16.0]))
 def test_nothing_ever_overlaps(seed: int, number: int, radius_m: float, ppm: float) -> None:

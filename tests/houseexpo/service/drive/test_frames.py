@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
 from houseexpo.service.drive.frames import LONGEST, RobotReport, SentMap, encode_frame, encode_runs
 from tests.builders.browsing import VALUES, frame_from, painted
+from tests.builders.tries import tries
 
 REPORT = RobotReport(7, 5, 3, 11, (1.5, 2.5, -0.5), 12.5, 0.25, 3.75)
 NOTHING = Sight(np.empty(0), np.empty((0, 6)))
 
 
-@settings(max_examples=50, deadline=None)
+@tries(50)
 @given(st.integers(0, 2**31), st.integers(1, 9), st.integers(1, 9), st.integers(1, 5))
 def test_frames_add_up_to_the_map(seed: int, rows: int, cols: int, steps: int) -> None:
     rng = np.random.default_rng(seed)

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.toml_edit import edit_table
 from pipeline.overrides import load_overrides
+from tests.builders.tries import tries
 
 HAND = """\
 # What Ann saw on site.
@@ -125,7 +126,7 @@ CHANGES = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@tries(60)
 @given(st.lists(st.tuples(NAMES, CHANGES), max_size=6))
 def test_many_changes_say_what_they_should_and_lose_no_comment(steps: list[tuple[str, dict[str, Any]]]) -> None:
     text, wanted = HAND, tomllib.loads(HAND)
@@ -141,7 +142,7 @@ def test_many_changes_say_what_they_should_and_lose_no_comment(steps: list[tuple
         assert comment in text
 
 
-@settings(max_examples=40, deadline=None)
+@tries(40)
 @given(NAMES, st.booleans())
 def test_a_new_table_that_goes_again_leaves_the_file_as_it_was(name: str, keep: bool) -> None:
     if name in tomllib.loads(HAND):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
@@ -24,6 +24,7 @@ from tests.builders.robot_maps import (
     slow_standing,
     slow_ways,
 )
+from tests.builders.tries import tries
 
 SEEDS = st.integers(0, 10**6)
 CONFIG = SimulatorConfig(10.0, robot=RobotConfig(radius_m=0.12), laser=LaserConfig(range_m=2.0))
@@ -42,7 +43,7 @@ def slow_goal(known: np.ndarray, ways: np.ndarray, middle: tuple[int, int]) -> t
     return None
 
 
-@settings(deadline=None, max_examples=40)
+@tries(40)
 @given(SEEDS)
 def test_they_are_what_their_twins_say(seed: int) -> None:
     """Clusters, sizes, middles, ways and order; goals near by; the others' are seen by a line that may graze."""
@@ -75,7 +76,7 @@ def test_they_are_what_their_twins_say(seed: int) -> None:
     assert keys == sorted(keys)
 
 
-@settings(deadline=None, max_examples=100)
+@tries(100)
 @given(SEEDS)
 def test_a_line_is_clear_where_its_twin_says_so(seed: int) -> None:
     known = random_map(seed, 9, 11)

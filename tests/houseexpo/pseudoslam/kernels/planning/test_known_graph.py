@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.kernels.planning.graph import build_graph, record_visit
@@ -13,6 +13,7 @@ from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import VISITED, Graph, GraphRules, new_graph
 from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from tests.builders.robot_maps import FREE, random_map, random_place, slow_clear, slow_clusters
+from tests.builders.tries import tries
 
 SIDE, RANGE, RADIUS = 4, 9.0, 1.2
 RULES = GraphRules(SIDE, RANGE, RADIUS)
@@ -58,7 +59,7 @@ def slow_stands(ways: np.ndarray, standing: np.ndarray, one: tuple[int, int], ot
     return True
 
 
-@settings(deadline=None, max_examples=40)
+@tries(40)
 @given(SEEDS)
 def test_it_is_what_its_twins_say(seed: int) -> None:
     known = random_map(seed)

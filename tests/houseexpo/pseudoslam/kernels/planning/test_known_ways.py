@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances, trace_path
 from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, PathScratch, new_path_scratch
 from tests.builders.robot_maps import FREE, drawn, random_map, random_place, slow_standing, slow_ways
+from tests.builders.tries import tries
 
 SEEDS = st.integers(0, 10**6)
 
@@ -23,7 +24,7 @@ def ways_of(
     return np.where(ways == NO_WAY, np.inf, ways)
 
 
-@settings(deadline=None, max_examples=60)
+@tries(60)
 @given(SEEDS, st.sampled_from([0.3, 0.5, 1.0, 1.5, 2.2, 3.0, 5.0]))
 def test_it_is_what_its_twins_say(seed: int, radius: float) -> None:
     known = random_map(seed)
@@ -114,7 +115,7 @@ def test_ways_up_to_a_cell_are_what_all_ways_are() -> None:
             assert np.array_equal(some[near], whole[near])
 
 
-@settings(deadline=None, max_examples=40)
+@tries(40)
 @given(SEEDS)
 def test_a_path_is_as_long_as_its_way(seed: int) -> None:
     known = random_map(seed)

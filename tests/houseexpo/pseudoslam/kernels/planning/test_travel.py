@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -25,11 +25,12 @@ from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from houseexpo.pseudoslam.planning import planner_rules
 from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 from tests.builders.robot_maps import FREE, UNKNOWN, drawn, random_map, random_place
+from tests.builders.tries import tries
 
 SEEDS = st.integers(0, 10**6)
 
 
-@settings(deadline=None, max_examples=60)
+@tries(60)
 @given(SEEDS)
 def test_a_disc_goes_as_far_as_cells_that_are_not_free_let_it(seed: int) -> None:
     """As the true motion does in a house whose walls are all that is not known to be free."""
@@ -52,7 +53,7 @@ def test_what_a_disc_covers_already_does_not_hold_it_but_the_next_wall_does() ->
     assert free_distance_by_map(known, 4.5, 2.5, 0.0, -1.0, 3.0, 0.9) == pytest.approx(0.6, abs=1e-5)
 
 
-@settings(deadline=None, max_examples=40)
+@tries(40)
 @given(SEEDS)
 def test_a_frontier_is_seen_where_no_other_is_left_near_it(seed: int) -> None:
     known = random_map(seed, 14, 17)
@@ -67,7 +68,7 @@ def test_a_frontier_is_seen_where_no_other_is_left_near_it(seed: int) -> None:
         assert is_explored_near(known, row * 17 + col, reach) == (known[row, col] != UNKNOWN and not near.any())
 
 
-@settings(deadline=None, max_examples=40)
+@tries(40)
 @given(SEEDS)
 def test_the_nearest_place_is_the_nearest_with_a_way(seed: int) -> None:
     known = random_map(seed)
