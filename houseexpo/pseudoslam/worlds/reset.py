@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
-from houseexpo.pseudoslam.kernels.collision import STATIC, Disc, disc_is_free, placed_people
+from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.people import mark_bodies
@@ -76,7 +76,8 @@ def make_initial_state(
     goal, field, best = _goal(config, placed.traversable, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
-        static = occupied & STATIC if config.trajectories else occupied  # writable, as where people walk: compiled once
+        # a writable grid, as where people walk: the kernels are compiled once
+        static = placed.occupied.copy() if config.trajectories else occupied
         start_people(config.people, static, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id)
         mark_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
