@@ -686,7 +686,10 @@ def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
 
 
 def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
-    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more."""
+    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more.
+
+    Once half of what the walls span is enclosed, only fronts no wider than those closed so far are closed.
+    """
     ends = list(wall_ends(tall))
     straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
     slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
@@ -696,7 +699,7 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
     parts = np.array(polygons_of(ground), dtype=np.object_)
     hull = shapely.convex_hull(tall).area
     for candidate in candidates:
-        if so_far > MOST * hull:
+        if so_far > MOST * hull and (not kept or candidate.length > kept[-1].length + 2 * HAND_M):
             break
         if not makes_a_ring(candidate, parts):
             continue

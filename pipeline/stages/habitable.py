@@ -101,7 +101,7 @@ def keep_habitable_spaces(
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
     doors = [c.polygon for c in candidates if c.kind in KNOWN]
     lintels = [c.polygon for c in candidates if c.kind == "lintel"]
-    ways = [c for c in candidates if _is_way_inside(c)]
+    ways = [] if level.sills else [c for c in candidates if _is_way_inside(c)]
     walls = cache(lambda: shapely.buffer(unite([planes.door, *doors]), CRACK_M, quad_segs=2))
     passed = [*doors, *lintels, *(c.polygon for c in ways)]
     over = cache(lambda: shapely.buffer(unite([planes.door, *passed]), CRACK_M, quad_segs=2))

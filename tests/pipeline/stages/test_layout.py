@@ -393,6 +393,13 @@ def test_walls_on_two_sides_are_no_room() -> None:
     assert areas(layout([*corner, *wall((5.0, 0.0, 5.2, 4.2))], floor=floor)) == [20.0]
 
 
+def test_of_three_rooms_with_equal_open_fronts_none_is_left_out() -> None:
+    """A doll's house without a floor; when two of its rooms are closed, more than half of it is."""
+    house = [*wall((-0.2, -0.2, 0.0, 4.2)), *wall((0.0, 4.0, 12.0, 4.2)), *wall((12.0, -0.2, 12.2, 4.2))]
+    house += [part for x in (3.9, 7.9) for part in wall((x, 0.0, x + 0.2, 4.0), Hole(1.5, 2.4))]
+    assert len(layout(house).rooms) == 3
+
+
 def test_a_house_that_is_half_open() -> None:
     """Two closed sides, a wall missing and a corner open."""
     walls = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, 2.0, 5.2, 4.2)), *wall((0, -0.2, 3, 0))]
