@@ -611,7 +611,8 @@ def bands_at_floor_edge(
     band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
     out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
     a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer. Where an inner wall
-    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part.
+    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part. Where walls end
+    before it by the thickness of a wall, as around an outer wall that is missing, they go on to the bands.
     """
     open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
@@ -644,6 +645,9 @@ def bands_at_floor_edge(
                 bands += _in_cracks(bands, ground)
     if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
         bands += _between_bands(bands, unite([floor, ground]))
+    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
+        edge = unite(bands)
+        bands += [gap for end in ends if (gap := gap_beyond_wall_end(end, edge, WALL_M)) is not None]
     return bands
 
 

@@ -38,6 +38,7 @@ from pipeline.sources.storeys.axis_and_unit import (
 from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
+from pipeline.sources.tolerances import MARGIN_M, USUAL_STOREY_M
 from pipeline.values import Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
@@ -88,6 +89,8 @@ def read(item: Input) -> Iterator[Level]:
         shell = None if wish.is_about_size else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(draw_top_view(raw.mesh, UPS[up.up])) from None
     upright = _turn_and_scale(raw.mesh, found)
+    if found.cut_off:
+        upright = _raise_walls(upright, *found.cut_off)
     shift = shift_to_origin(upright.vertices)
     named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
@@ -108,6 +111,7 @@ def read(item: Input) -> Iterator[Level]:
         "units": found.units,
         "up": found.up,
         **({LEFT_OUT: raw.left_out} if raw.left_out else {}),
+        **({"wall_height": _raised(*found.cut_off)} if found.cut_off else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
@@ -148,6 +152,17 @@ def _requested_size(options: Mapping[str, str]) -> SizeOptions:
 def _turn_and_scale(raw: Mesh, found: AxisAndUnit) -> Mesh:
     """Turn a mesh z-up and scale it to metres."""
     return _turn_upright(Mesh(raw.vertices * found.metres, raw.faces), found.up)
+
+
+def _raise_walls(mesh: Mesh, foot: float, top: float) -> Mesh:
+    """Draw walls that are cut off (``axis_and_unit``, R10) up to the usual height; what ends elsewhere stays."""
+    z = mesh.vertices[:, 2]
+    raised = np.where(np.abs(z - top) < MARGIN_M, foot + USUAL_STOREY_M, z)
+    return Mesh(np.column_stack([mesh.vertices[:, :2], raised]), mesh.faces)
+
+
+def _raised(foot: float, top: float) -> str:
+    return f"drawn up from {top - foot:.2f} m to {USUAL_STOREY_M} m"
 
 
 def _turn_upright(mesh: Mesh, up: str) -> Mesh:

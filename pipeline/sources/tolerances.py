@@ -83,6 +83,7 @@ OFF_FLOOR_M: Final = 0.6  # what lies farther from the elevation of an IFC store
 LANDING_M: Final = 2.15  # a small floor that lies less than this over a larger one is a landing or a row of shelves
 SLAB_M: Final = 0.65  # the thickest slab between two storeys
 STOREY_M: Final = (1.9, 6.6)  # a storey of a mesh: cellars to halls
+LOWEST_CUT_M: Final = 0.8  # walls that are cut off to show a plan: lower ones are a plinth, a kerb, a fence
 CLOUD_STOREY_M: Final = (1.9, 6.0)  # a storey of a cloud of points
 LIKELY_STOREY_M: Final = (2.0, 5.0)  # a storey, where named doors contradict the stated unit
 COMMON_STOREY_M: Final = (2.2, 3.3)  # a storey of a dwelling, where a scale is chosen

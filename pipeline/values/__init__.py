@@ -9,6 +9,7 @@ from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.rooms_and_passages import JoinedPoints, Passage, Spaces
 from pipeline.values.source import (
+    CUT_OFF,
     EDGE,
     MADE,
     Input,
@@ -22,6 +23,7 @@ from pipeline.values.source import (
 from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 
 __all__ = [
+    "CUT_OFF",
     "EDGE",
     "MADE",
     "CandidateKind",

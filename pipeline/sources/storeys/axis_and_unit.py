@@ -27,6 +27,8 @@ R8  So it is where a file without a unit would be a building in metres that noth
     metres, gives an opening the height of a door.
 R9  What the sizes of openings, walls and named things make clearly likelier (``size_evidence``) is taken instead of a
     guess. A unit that the file or its format lays down is no guess where the rules before kept it.
+R10 Walls over whose openings nothing hangs may be cut off, as those of a dollhouse: what is lower than the lowest
+    storey, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut with them.
 """
 
 from __future__ import annotations
@@ -68,9 +70,11 @@ from pipeline.sources.tolerances import (
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
     IMPOSSIBLE_WEIGHT,
+    LIKE,
     LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
     LOW_HEADS_AT,
+    LOWEST_CUT_M,
     MAX_HEADS,
     NAMED_DOOR_M,
     NO_UNIT_WEIGHT,
@@ -87,7 +91,7 @@ from pipeline.sources.tolerances import (
     USUAL_STOREY_M,
     WIDTH_M,
 )
-from pipeline.values import Mesh
+from pipeline.values import CUT_OFF, Mesh
 
 UPS = {"y": 1, "z": 2}
 TRIED = "tried scale"
@@ -113,12 +117,16 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class AxisAndUnit:
-    """The answer: up axis, metres in one unit, the unit's name for the record, and what of it was guessed."""
+    """The answer: up axis, metres in one unit, the unit's name for the record, and what of it was guessed.
+
+    ``cut_off`` are the heights in metres between which walls stand that are cut off (R10), or None.
+    """
 
     up: str
     metres: float
     units: str
     guesses: tuple[str, ...] = ()
+    cut_off: tuple[float, float] | None = None
 
 
 def find_axis_and_unit(
@@ -150,19 +158,27 @@ def find_axis_and_unit(
     shape, named = shapes[axis], (doors or {}).get(axis)
     too_high = shape.storey * (convention.metres or 1.0) > HIGHEST_STOREY_M
     door = named.height if named is not None and (named.is_sure or too_high) else None
+    if door and shape.may_be_cut and abs(math.log(door / shape.storey)) < LIKE:  # R10
+        door = None
     found = _given_metres(shape, convention, wish) if wish.is_about_size else _unit(shape, convention, door)
     tried = found is None and not wish.is_about_size
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
     if found and not wish.is_about_size and found != convention.metres:
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
-        found = weigh_scale(sizes, found, convention.metres, *shape.scales())  # R9
+        found = weigh_scale(
+            sizes, found, convention.metres, *shape.scales(), is_heard=not (tried and shape.may_be_cut)
+        )  # R9
+    is_cut = found is not None and shape.is_cut(found)
     if found is None or not shape.fits_width(found):
         raise _bad_units(shape, axis, None if tried else found, wish, name)
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
     if not wish.is_about_size:
-        guesses += [TRIED] if tried else _guesses(found, convention)
-    return AxisAndUnit(axis, found, unit_name(found), tuple(guesses))
+        guesses += [TRIED] if tried and not is_cut else _guesses(found, convention)
+    if not is_cut:
+        return AxisAndUnit(axis, found, unit_name(found), tuple(guesses))
+    cut_off = shape.foot * found, (shape.foot + shape.storey) * found
+    return AxisAndUnit(axis, found, unit_name(found), (*guesses, CUT_OFF), cut_off)
 
 
 def scale_rejection(mesh: Mesh, found: AxisAndUnit, name: str) -> Rejection:
@@ -215,7 +231,10 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
         odd = [abs(math.log(shape.storey * metres / USUAL_STOREY_M)) for metres in UNITS.values() if shape.fits(metres)]
         return evidence - min([ODD_STOREY_WEIGHT * min(odd, default=math.inf), NO_UNIT_WEIGHT])
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres)
-    return evidence - (0.0 if possible else IMPOSSIBLE_WEIGHT)
+    if possible or shape.is_cut(convention.metres):
+        return evidence
+    is_model = not convention.declared and shape.fits_width(USUAL_STOREY_M / shape.storey)  # R7
+    return evidence - (NO_UNIT_WEIGHT if is_model else IMPOSSIBLE_WEIGHT)
 
 
 def _is_likely(shape: UprightShape) -> bool:
@@ -267,7 +286,10 @@ def _sizes_found(surfaces: Surfaces, axis: str, shape: UprightShape, things: Seq
     """R9: measure what the shape does not hold."""
     widths, thicknesses = find_openings(surfaces, UPS[axis], shape.foot, shape.storey)
     extent = math.sqrt(math.prod(shape.widths))
-    return SizesFound(shape.storey, extent, shape.heads, tuple(widths), tuple(thicknesses), tuple(things))
+    heads = () if shape.may_be_cut else shape.heads
+    return SizesFound(
+        shape.storey, extent, heads, tuple(widths), tuple(thicknesses), tuple(things), may_be_cut=shape.may_be_cut
+    )
 
 
 def _bad_units(shape: UprightShape, axis: str, metres: float | None, wish: SizeOptions, name: str) -> Rejection:
@@ -301,6 +323,7 @@ class UprightShape:
     height: float = 0.0  # of all walls, whatever divides them
     lower: tuple[float, ...] = ()  # in the lower half of the storey, where openings end that are as many
     foot: float = 0.0  # where the storey begins
+    may_be_cut: bool = False  # nothing covers the walls, and nothing hangs over their openings (R10)
 
     def fits(self, metres: float) -> bool:
         """R2: tell whether a unit of so many metres makes this a house."""
@@ -310,10 +333,15 @@ class UprightShape:
         """R2: tell whether so many metres make this a building, of one storey or of several that nothing divides."""
         return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_BUILDING_M
 
+    def is_cut(self, metres: float) -> bool:
+        """R10: tell whether its walls are lower than a storey's in a unit of so many metres, and high enough to be cut."""
+        return self.may_be_cut and self.fits_width(metres) and LOWEST_CUT_M <= self.storey * metres < STOREY_M[0]
+
     def scales(self) -> tuple[float, float]:
         """Return the least and the most metres in a unit with which it stands."""
         narrow, wide = (max(width, TINY) for width in sorted(self.widths))  # all walls may lie in one plane
-        least = max(STOREY_M[0] / self.storey, WIDTH_M[0] / narrow, LONGEST_AT_LEAST_M / wide)
+        lowest = LOWEST_CUT_M if self.may_be_cut else STOREY_M[0]
+        least = max(lowest / self.storey, WIDTH_M[0] / narrow, LONGEST_AT_LEAST_M / wide)
         return least, min(HIGHEST_BUILDING_M / self.storey, WIDTH_M[1] / wide)
 
     def fits_width(self, metres: float) -> bool:
@@ -335,11 +363,11 @@ def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
-    foot, storey, heads, lower = _storey(
+    foot, storey, heads, lower, may_be_cut = _storey(
         surfaces, walls, _area_over_plan(surfaces, flats, spans, axis), axis, float(np.prod(tall))
     )
     bare = flat_area < BARE_SHARE * all_area and square > SQUARE
-    return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower, foot)
+    return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower, foot, may_be_cut)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
@@ -360,13 +388,13 @@ def _area_over_plan(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, f
 
 def _storey(
     surfaces: Surfaces, walls: Bools, level: Floats, axis: int, footprint: float
-) -> tuple[float, float, tuple[float, ...], tuple[float, ...]]:
+) -> tuple[float, float, tuple[float, ...], tuple[float, ...], bool]:
     """Return the foot and the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
     The halves of a split level have storeys of their own.
 
     And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
-    half, and those in its lower half. ``level`` is each face's level area (m,), ``footprint`` what the walls span.
+    half, and those in its lower half. At last whether the walls may be cut off. ``level`` is each face's level area (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / PROFILE_BINS)
@@ -392,7 +420,24 @@ def _storey(
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
     lower = _heads(heights, growth, LOW_HEADS_AT, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
-    return foot, storey, tuple(upper), tuple(sorted(head * storey for head in lower))
+    may_be_cut = _is_open_above(profile, covered, foot, storey, footprint)
+    return foot, storey, tuple(upper), tuple(sorted(head * storey for head in lower)), may_be_cut
+
+
+def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: float, footprint: float) -> bool:
+    """R10: tell whether walls are no longer under their top than anywhere below, and nothing covers them.
+
+    ``covered`` is the level area (k,) at each step of the profile, ``footprint`` what the walls span.
+    """
+    heights = (profile.edges[:-1] - foot) / storey
+    if covered[heights > HEADS_AT[1]].max(initial=0.0) > DIVIDES * footprint:
+        return False
+    under_top, below = (
+        profile.length[(heights > low) & (heights < high)] for low, high in ((HEADS_AT[1], 1.0), (LOW_HEADS_AT[0], HEADS_AT[1]))
+    )
+    if not len(under_top) or not len(below):
+        return False
+    return float(np.median(under_top) - below.min()) < HEAD_GROWTH * float(np.median(profile.length))
 
 
 def _growth(profile: WallProfile) -> Floats:

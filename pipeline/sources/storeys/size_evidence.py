@@ -12,6 +12,7 @@ E3  A scale is a known unit, a known unit by a power of ten, or free. Scales wit
 E4  The answer that the rules have given stays unless another one is likelier by ``CLEARLY``.
 E5  Those rules have heard the storey, the heads and the extent. So openings or named things must speak for another
     answer, too: where none are found, it stays.
+E6  Where nothing hangs over the openings, the walls may be cut off.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ class NamedThing:
 
 @dataclass(frozen=True)
 class SizesFound:
-    """What was measured in a mesh, in the file's unit."""
+    """What was measured in a mesh, in the file's unit; ``may_be_cut``: nothing hangs over its openings."""
 
     storey: float
     extent: float
@@ -94,6 +95,7 @@ class SizesFound:
     widths: tuple[float, ...] = ()
     thicknesses: tuple[float, ...] = ()
     things: tuple[NamedThing, ...] = ()
+    may_be_cut: bool = False
 
 
 @cache
@@ -122,7 +124,8 @@ def _tables() -> dict[str, Any]:
 def log_likelihood(found: SizesFound, log_metres: Floats) -> Floats:
     """Return how likely all measures are (E1, E2) for each logarithm of the metres in a unit."""
     usual = usual_sizes()
-    total = usual["storey"].log_density(math.log(found.storey) + log_metres)
+    storey = "bare_storey" if found.may_be_cut else "storey"  # E6
+    total = usual[storey].log_density(math.log(found.storey) + log_metres)
     total += usual["extent"].log_density(math.log(found.extent) + log_metres) + _things(found, log_metres)
     if found.heads:  # E2
         total += np.max([usual["head"].log_density(math.log(head) + log_metres) for head in found.heads], axis=0)
@@ -157,10 +160,12 @@ def distinct_sizes(sizes: Sequence[float]) -> list[float]:
     return kept
 
 
-def weigh_scale(found: SizesFound, metres: float, laid_down: float | None, least: float, most: float) -> float:
+def weigh_scale(
+    found: SizesFound, metres: float, laid_down: float | None, least: float, most: float, *, is_heard: bool = True
+) -> float:
     """Return the metres in a unit: ``metres``, or what is clearly likelier (E4) between ``least`` and ``most``.
 
-    ``laid_down`` is the unit of the format, if it has one.
+    ``laid_down`` is the unit of the format, if it has one. Unless ``is_heard``, ``metres`` follow from the storey alone.
     """
     grid = np.arange(math.log(least), math.log(most), SCALE_STEP)
     if not len(grid):
@@ -184,7 +189,7 @@ def weigh_scale(found: SizesFound, metres: float, laid_down: float | None, least
     if abs(answers[best] - math.log(metres)) < LIKE or each[best] < math.exp(CLEARLY) * given:
         return metres
     given_things, best_things = _things(found, np.array([math.log(metres), answers[best]]))
-    if best_things <= given_things:  # E5
+    if is_heard and best_things <= given_things:  # E5
         return metres
     near = np.flatnonzero(np.abs(places - answers[best]) < LIKE)
     if len(near):
