@@ -30,6 +30,7 @@ R7  Walls that spell characters are no layout: strokes that stand apart from eac
     small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces.
 R9, R10  Which of the spaces are rooms, and what of them is floor, says ``stages.habitable``.
 R11  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
+    Where such rooms take less than half of the floor, they say nothing of the rest of it (R3).
 R13 Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.closing_candidates``, mouths). In a world that
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
@@ -860,9 +861,11 @@ def _railings(
 def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[ClosingCandidate]:
     """Return the edges of the source's rooms (R11) or of its floor (R3) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
-    if edges := bands_around_rooms(named, ground, rooms, config.area_m2):
-        return [ClosingCandidate(p, "room_edge") for p in edges]
-    if level.floor is None:
-        return []
+    around = bands_around_rooms(named, ground, rooms, config.area_m2)
+    edges = [ClosingCandidate(p, "room_edge") for p in around]
+    if level.floor is None or (edges and unite(named).area > MOST * level.floor.area):
+        return edges
+    if edges:
+        ground = unite([ground, *around])
     bands = bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)
-    return [ClosingCandidate(p, "floor_edge") for p in bands]
+    return [*edges, *(ClosingCandidate(p, "floor_edge") for p in bands)]

@@ -164,7 +164,8 @@ def find_axis_and_unit(
     tried = found is None and not wish.is_about_size
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
-    if found and not wish.is_about_size and found != convention.metres:
+    is_hall = found is not None and not convention.declared and shape.storey * found > HIGHEST_STOREY_M
+    if found and not wish.is_about_size and (found != convention.metres or is_hall):
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
         found = weigh_scale(
             sizes, found, convention.metres, *shape.scales(), is_heard=not (tried and shape.may_be_cut)

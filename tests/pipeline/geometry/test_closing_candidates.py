@@ -340,6 +340,17 @@ def test_walls_that_overlap_or_stand_apart_have_no_contact_to_fill() -> None:
     assert contact_fillings(unite([u_shape(0.2), shapely.box(-0.2, -0.2, 5.2, -0.01)])) == []
 
 
+@pytest.mark.parametrize("short", [0.05, 0.2, 0.3])
+def test_walls_that_an_outer_wall_is_missing_from_end_before_the_edge_of_its_slab(short: float) -> None:
+    """The slab lies under the outer wall too, and the others met that wall at its inner face."""
+    walls = unite([shapely.box(*u_shape(0.2).bounds).difference(shapely.box(0, -0.2, 5, 4)), shapely.box(2, 0, 2.1, 4)])
+    walls = walls.difference(shapely.box(-1, -1, 6, short))
+    floor = shapely.box(-0.2, 0, 5.2, 4.2)
+    whole = unite([walls, *bands_at_floor_edge(floor, walls, 2.0)])
+    assert enclosed_area(whole) == pytest.approx(19.6, rel=0.02)
+    assert len(enclosed_pieces(whole)[1]) == 2
+
+
 @pytest.mark.parametrize("short", [0.0, 0.1, 0.3])
 def test_an_inner_wall_that_ends_before_an_open_front_leaves_no_gap_in_it(short: float) -> None:
     walls = unite([u_shape(0.2), shapely.box(2, short, 2.3, 3)])
