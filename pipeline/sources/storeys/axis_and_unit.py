@@ -26,9 +26,11 @@ R7  Where no unit fits, the scale is tried that makes a storey 2.7 m high (``TRI
 R8  So it is where a file without a unit would be a building in metres that nothing divides, if that scale, and not
     metres, gives an opening the height of a door.
 R9  What the sizes of openings, walls and named things make clearly likelier (``size_evidence``) is taken instead of a
-    guess. A unit that the file or its format lays down is no guess where the rules before kept it.
+    guess. A unit that the file or its format lays down is no guess where the rules before kept it, unless the format's
+    makes a storey higher than any dwelling's.
 R10 Walls over whose openings nothing hangs may be cut off, as those of a dollhouse: what is lower than the lowest
-    storey, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut with them.
+    storey in a known unit, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut
+    with them.
 """
 
 from __future__ import annotations
@@ -167,9 +169,10 @@ def find_axis_and_unit(
     is_hall = found is not None and not convention.declared and shape.storey * found > HIGHEST_STOREY_M
     if found and not wish.is_about_size and (found != convention.metres or is_hall):
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
-        found = weigh_scale(
+        likeliest = weigh_scale(
             sizes, found, convention.metres, *shape.scales(), is_heard=not (tried and shape.may_be_cut)
         )  # R9
+        found = likeliest if shape.stands(likeliest) or shape.is_cut(likeliest) else found
     is_cut = found is not None and shape.is_cut(found)
     if found is None or not shape.fits_width(found):
         raise _bad_units(shape, axis, None if tried else found, wish, name)
@@ -335,8 +338,10 @@ class UprightShape:
         return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_BUILDING_M
 
     def is_cut(self, metres: float) -> bool:
-        """R10: tell whether its walls are lower than a storey's in a unit of so many metres, and high enough to be cut."""
-        return self.may_be_cut and self.fits_width(metres) and LOWEST_CUT_M <= self.storey * metres < STOREY_M[0]
+        """R10: tell whether so many metres are a unit in which its walls are lower than a storey's, and may be cut."""
+        is_unit = any(math.isclose(metres, unit, rel_tol=SAME) for unit in UNITS.values())
+        low = LOWEST_CUT_M <= self.storey * metres < STOREY_M[0]
+        return self.may_be_cut and is_unit and low and self.fits_width(metres)
 
     def scales(self) -> tuple[float, float]:
         """Return the least and the most metres in a unit with which it stands."""
@@ -434,7 +439,8 @@ def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: f
     if covered[heights > HEADS_AT[1]].max(initial=0.0) > DIVIDES * footprint:
         return False
     under_top, below = (
-        profile.length[(heights > low) & (heights < high)] for low, high in ((HEADS_AT[1], 1.0), (LOW_HEADS_AT[0], HEADS_AT[1]))
+        profile.length[(heights > low) & (heights < high)]
+        for low, high in ((HEADS_AT[1], 1.0), (LOW_HEADS_AT[0], HEADS_AT[1]))
     )
     if not len(under_top) or not len(below):
         return False

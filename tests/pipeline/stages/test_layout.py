@@ -830,6 +830,17 @@ def test_a_room_of_the_source_that_lies_open_is_closed_along_its_edge() -> None:
         layout(gables[:2])
 
 
+def test_a_named_room_that_lies_open_says_nothing_of_the_rest_of_the_floor() -> None:
+    """An outer wall is missing; one of the four rooms behind it has a name."""
+    walls = [
+        *wall((-0.2, 4, 12.2, 4.2)),
+        *(each for x in (-0.2, 3.0, 6.0, 9.0, 12.0) for each in wall((x, 0, x + 0.2, 4))),
+    ]
+    named = SourceRoom(("Office",), (), shapely.box(3.2, 0, 6.0, 4))
+    floor = shapely.box(-0.2, 0, 12.2, 4.2)
+    assert len(layout(walls, floor=floor, rooms=(named,)).rooms) == 4
+
+
 def test_a_small_room_of_the_source_is_closed_along_its_edge_with_those_beside_it() -> None:
     gables = [*wall((-0.2, 0, 0, 4)), *wall((9.0, 0, 9.2, 4))]
     rooms = {"A": (0.0, 3.9), "WC": (3.9, 5.1), "B": (5.1, 9.0)}
