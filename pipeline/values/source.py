@@ -79,8 +79,8 @@ class Level:
     ``ceiling_m`` is the height above the floor up to which walls are examined.
     ``room_count`` is the number of rooms of this level that the source names, or None if it names none. ``n_objects``
     is the number of objects other than walls, which distinguishes a scene with objects only from an empty one.
-    ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end, CUT_OFF where
-    walls end.
+    ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end, CUT_OFF
+    where walls end.
     """
 
     id: str

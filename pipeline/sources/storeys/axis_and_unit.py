@@ -400,7 +400,8 @@ def _storey(
     The halves of a split level have storeys of their own.
 
     And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
-    half, and those in its lower half. At last whether the walls may be cut off. ``level`` is each face's level area (m,), ``footprint`` what the walls span.
+    half, and those in its lower half. At last whether the walls may be cut off. ``level`` is each face's level area
+    (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / PROFILE_BINS)
