@@ -165,8 +165,8 @@ def weigh_scale(
 ) -> float:
     """Return the metres in a unit: ``metres``, or what is clearly likelier (E4) between ``least`` and ``most``.
 
-    ``laid_down`` is the unit of the format, if it has one. Unless ``is_heard``, ``metres`` follow from the storey alone,
-    and E5 does not count.
+    ``laid_down`` is the unit of the format, if it has one. Unless ``is_heard``, ``metres`` follow from the storey
+    alone, and E5 does not count.
     """
     grid = np.arange(math.log(least), math.log(most), SCALE_STEP)
     if not len(grid):
