@@ -642,11 +642,12 @@ def bands_at_floor_edge(
             inside = part.representative_point()
             insides.append(inside)
             if walled > LARGELY and not fill_enclosed(unite([ground, *bands])).contains(inside):
-                bands += _in_cracks(bands, ground, 2 * CRACK_M)
+                bands += _in_cracks(bands, ground)
     if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
         bands += _between_bands(bands, unite([floor, ground]))
     if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
-        bands += _in_cracks(bands, ground, WALL_M)
+        edge = unite(bands)
+        bands += [gap for end in ends if (gap := gap_beyond_wall_end(end, edge, WALL_M)) is not None]
     return bands
 
 
@@ -656,11 +657,11 @@ def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon
     return grow_to_overlap(polygons_of(subtract(whole, unite([standing, *bands]))))
 
 
-def _in_cracks(bands: list[Polygon], ground: BaseGeometry, widest_m: float) -> list[Polygon]:
-    """Return what fills the cracks between bands and the walls beside them, up to a width."""
+def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
+    """Return what fills the cracks between bands and the walls beside them."""
     house = unite([ground, *bands])
-    whole = shapely.buffer(buffer_mitred(house, widest_m / 2), -widest_m / 2, join_style="mitre")
-    near = shapely.buffer(unite(bands), widest_m)
+    whole = shapely.buffer(buffer_mitred(house, CRACK_M), -CRACK_M, join_style="mitre")
+    near = shapely.buffer(unite(bands), 2 * CRACK_M)
     return grow_to_overlap(polygons_of(intersect(subtract(whole, house), near)))
 
 
