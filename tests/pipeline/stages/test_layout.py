@@ -203,9 +203,31 @@ def test_a_corridor_and_its_bend_have_no_mouth() -> None:
     assert len(layout([*shell((0.0, 0.0, 10.0, 8.0)), *blocks]).rooms) == 1
 
 
-def test_one_room_of_the_source_has_no_mouth() -> None:
+@pytest.mark.parametrize("only_walls", [True, False])
+def test_one_room_of_the_source_has_no_mouth_where_the_source_names_its_walls(only_walls: bool) -> None:
+    """R24: elsewhere it may be the floor of the storey."""
     named = (SourceRoom(("Hall",), (), shapely.box(0, 0, 12, 6)),)
-    assert len(layout(_hall_and_chamber(2.4), rooms=named).rooms) == 1
+    found = layout(_hall_and_chamber(2.4), rooms=named, only_walls=only_walls)
+    assert len(found.rooms) == (1 if only_walls else 2)
+
+
+def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() -> None:
+    """R24: a room of 5 m x 4 m with an opening of 3.4 m, and a floor that goes on 2 m before it."""
+    parts = shell((0.0, 0.0, 5.0, 4.0), front=[gap(0.8, 4.2)])
+    floor = shapely.box(0.0, -2.2, 5.0, 4.0)
+    named = (SourceRoom(("Room",), (), floor),)
+    areas = {
+        only_walls: round(sum(room.area for room in layout(parts, rooms=named, only_walls=only_walls).rooms))
+        for only_walls in (True, False)
+    }
+    assert areas == {True: 31, False: 20}
+
+
+def test_a_room_of_the_source_that_nothing_else_closes_closes_at_its_edge() -> None:
+    """R24: walls on two sides, which close nothing."""
+    parts = [*wall((-0.2, -0.2, 6.0, 0.0)), *wall((-0.2, 0.0, 0.0, 5.0))]
+    named = (SourceRoom(("Room",), (), shapely.box(0.0, 0.0, 6.0, 5.0)),)
+    assert [round(room.area) for room in layout(parts, rooms=named).rooms] == [30]
 
 
 @pytest.mark.parametrize(("only_walls", "rooms"), [(False, 2), (True, 1)])
@@ -229,7 +251,7 @@ def test_a_gap_within_one_room_of_the_source_parts_nothing(
     drawn: list[tuple[float, float, float, float]], rooms: int
 ) -> None:
     named = tuple(SourceRoom(("Hall",), (), shapely.box(*box)) for box in drawn)
-    found = layout(two_rooms(gap(0.7, 1.6)), rooms=named)
+    found = layout(two_rooms(gap(0.7, 1.6)), rooms=named, only_walls=True)
     assert len(found.rooms) == rooms
 
 
