@@ -49,8 +49,8 @@ R22 Where a scan ends and nothing stands (``Evidence.open_edge``), the house is 
 R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
     ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
 R24 Where the source names no walls, a room that is most of what it draws may be a whole storey under the name of one
-    (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes most of
-    it. Otherwise that room closes at its edge (R11), and parts at mouths (R13).
+    (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes
+    ``LARGELY`` of it. Otherwise that room closes at its edge (R11), and parts at mouths (R13).
 R8  Nor has what encloses less than ``area_m2`` after all this.
 """
 
@@ -144,13 +144,13 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     if storey is not None:  # R24
         others = tuple(room for room in level.rooms if room.polygon is not storey)
         try:
-            found = _close(level, replace(level, rooms=others), evidence, planes, config)
+            found = _close(replace(level, rooms=others), evidence, planes, config)
         except Rejection:
             pass
         else:
-            if intersect(storey, unite(found.rooms)).area > MOST * storey.area:
+            if intersect(storey, unite(found.rooms)).area > LARGELY * storey.area:
                 return found
-    return _close(level, level, evidence, planes, config)
+    return _close(level, evidence, planes, config)
 
 
 def _storey_drawn_as_room(level: Level) -> Polygon | None:
@@ -160,8 +160,7 @@ def _storey_drawn_as_room(level: Level) -> Polygon | None:
     return largest if largest is not None and largest.area > MOST * sum(room.area for room in rooms) else None
 
 
-def _close(level: Level, drawn: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
-    """Close the walls of a level; ``drawn`` is it with the rooms at whose edges walls may close (R24)."""
+def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
     if ends:  # R22
         planes = replace(
@@ -169,7 +168,7 @@ def _close(level: Level, drawn: Level, evidence: Evidence, planes: Planes, confi
             door=unite([planes.door, evidence.open_edge]),
             tall=unite([planes.tall, evidence.open_edge]),
         )
-    pieces = find_closing_candidates(drawn, planes, config)
+    pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
         _reject_characters(planes, whole[1])
@@ -179,20 +178,20 @@ def _close(level: Level, drawn: Level, evidence: Evidence, planes: Planes, confi
         standing = close_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
         strips, rest = split_at_portals(standing, pieces, ground, rooms)
-        strips = [strip for strip in strips if not _is_beam_in_room(strip, standing, drawn)]  # R21
+        strips = [strip for strip in strips if not _is_beam_in_room(strip, standing, level)]  # R21
         strips, ground, rooms = _keep_separating(standing, evidence.shallow_headers, strips, rest, config)
         if not level.sills and (
             slits := [slit for room in rooms for slit in _impassable_slits(room, config.area_m2)]
         ):  # R15
             ground, rooms = enclosed_pieces(unite([ground, *slits]))
-        ways, ground, rooms = _at_doorless_openings(drawn, planes.door, ground, rooms)  # R16
+        ways, ground, rooms = _at_doorless_openings(level, planes.door, ground, rooms)  # R16
         strips = strips + ways
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
         if not gapless:  # R13
             doorways = _without_effect(pieces, KNOWN if level.unnamed_gaps else {"lintel"}, strips, ground)
-            strips, ground, rooms = _part_at_mouths(drawn, doorways, (strips, ground, rooms))
+            strips, ground, rooms = _part_at_mouths(level, doorways, (strips, ground, rooms))
             if gaps := _without_effect(pieces, {"gap"}, strips, ground):
-                strips, ground, rooms = _part_at_mouths(drawn, gaps, (strips, ground, rooms))
+                strips, ground, rooms = _part_at_mouths(level, gaps, (strips, ground, rooms))
         strips, ground, rooms = _in_line_with_idle_doors(
             planes.doorways, pieces, (strips, ground, rooms), config
         )  # R23
@@ -204,7 +203,7 @@ def _close(level: Level, drawn: Level, evidence: Evidence, planes: Planes, confi
         sides = tuple(assign_sides(candidates, of_rooms, ground))
         return Layout(walls, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
 
-    found = max(map(within, _boundaries(drawn, planes, pieces, whole, config)), key=_area)
+    found = max(map(within, _boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
         fronts := [ClosingCandidate(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
     ):  # R12

@@ -789,7 +789,7 @@ HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
     [
         ({"below": WELL}, 14.0),
         ({"below": None}, 20.0),
-        ({"below": WELL, "rooms": (HALL,)}, 20.0),
+        ({"below": WELL, "rooms": (HALL,), "only_walls": True}, 20.0),
         ({"below": WELL, "floor": shapely.box(0, 0, 1, 4)}, 20.0),
         ({"below": WELL, "stairs": shapely.box(3, 1, 5, 3.5)}, 14.0),
     ],
