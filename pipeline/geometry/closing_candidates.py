@@ -240,6 +240,7 @@ def _most_seen(faces: npt.NDArray[np.int64]) -> int:
 # R2  Where it is a wall that crosses, the gap is as wide as a door with one leaf at most, or every wall that juts into
 #     a corridor would part it in two.
 # R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
+# R4  A wall of two sheets, of which one ends a little before the other (``STAND_M``), ends where the longer one does.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SQUARE_TURN = np.sin(np.deg2rad(25.0))
@@ -292,6 +293,20 @@ def _ends_of(walls: OutlineCorners, thickest_m: float = THICK_WALL_M) -> Iterato
     for k in np.flatnonzero(end & (long | juts)):
         out = np.array([unit[k, 1], -unit[k, 0]])
         yield WallEnd(points[k], points[after[k]], out, is_nib=not long[k])
+    step, far = after, after[after]  # R4
+    last = after[far]
+    jog = (turn[step] * turn[far] < 0) & (
+        np.minimum(np.abs(turn[step]), np.abs(turn[far])) > np.cos(np.arcsin(SQUARE_TURN))
+    )
+    jog &= square & square[last] & (length[step] < STAND_M) & ((unit * unit[far]).sum(axis=1) > PARALLEL)
+    breadth = length + length[far]
+    jog &= (breadth <= thickest_m) & (np.maximum(length[before], length[last]) >= TWICE * breadth)
+    jog &= np.minimum(length[before], length[last]) >= SLIVER_M
+    for k in np.flatnonzero(jog):
+        out = np.array([unit[k, 1], -unit[k, 0]])
+        a, b = points[k], points[last[k]]
+        beyond = float(dot_product(b - a, out))
+        yield WallEnd(a + max(beyond, 0.0) * out, b + max(-beyond, 0.0) * out, out)
 
 
 def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:

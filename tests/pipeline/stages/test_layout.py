@@ -76,6 +76,15 @@ def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, r
     assert [c.kind for c in found.candidates] == ["gap"] * (rooms - 1)
 
 
+@pytest.mark.parametrize("step", [0.0, 0.015, 0.2])
+def test_a_gap_parts_where_one_sheet_of_its_wall_ends_before_the_other(step: float) -> None:
+    """A wall of two leaves with a gap of 0.9 m."""
+    leaves = [*wall((4.0, 0.0, 4.1, 3.0), gap(1.0 - step, 1.9)), *wall((4.1, 0.0, 4.2, 3.0), gap(1.0, 1.9 + step))]
+    found = layout([*shell((0.0, 0.0, 7.2, 3.0)), *leaves])
+    assert areas(found) == [12.0, 9.0]
+    assert {candidate.kind for candidate in found.candidates} == {"gap"}
+
+
 @pytest.mark.parametrize(("post_m", "gaps", "rooms"), [(0.1, 3, 1), (0.1, 2, 2), (0.6, 3, 2)])
 def test_gaps_between_a_row_of_posts_part_nothing(post_m: float, gaps: int, rooms: int) -> None:
     ways = [gap(0.3 + k * (0.5 + post_m), 0.8 + k * (0.5 + post_m)) for k in range(gaps)]
