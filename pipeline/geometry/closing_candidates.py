@@ -18,6 +18,7 @@ from pipeline.geometry.areas import (
     WALL,
     OutlineCorners,
     Shapes,
+    are_too_narrow,
     areas_inside,
     buffer_mitred,
     dot_product,
@@ -125,7 +126,11 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     for strip in strips:
         left = subtract(left, strip)
     # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p in polygons_of(left) if p.area > HAIR_M * HAIR_M]
+    rest = [part for part in polygons_of(left) if part.area > HAIR_M * HAIR_M]
+    if not rest:
+        return []
+    slim = are_too_narrow(rest, LAP_M)  # what rounding leaves beside an oblique strip closes nothing
+    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p, is_slim in zip(rest, slim, strict=True) if not is_slim]
 
 
 def _divide_at_crossing(piece: ClosingCandidate, in_line: BaseGeometry) -> list[ClosingCandidate]:

@@ -13,7 +13,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, drop_lines_and_points
-from pipeline.tolerances import MANY_FACES, MM_M, POINT_M
+from pipeline.tolerances import MANY_FACES, MM_M, POINT_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Triangles in space.
@@ -101,6 +101,7 @@ def are_pieces_closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]
 MAX_FACES = 500_000
 """A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
 
+
 Floats = npt.NDArray[np.float64]
 
 
@@ -145,7 +146,7 @@ class Bodies:
         label = label_pieces(faces, len(mesh.vertices))
         loose = ~are_pieces_closed(faces, label)[label]
         if loose.any():  # R2
-            place = _places(mesh.vertices)
+            place = number_places(mesh.vertices)
             joined = label_pieces(place[faces[loose]], len(mesh.vertices))
             label = label.copy()
             label[loose] = len(faces) + joined
@@ -195,13 +196,28 @@ def box_around(points: Floats) -> Box:
     return Box(middle + np.array([x, y]), along, float(max(w, h)), float(min(w, h)), low, high)
 
 
-def _places(vertices: Floats) -> npt.NDArray[np.int64]:
+def number_places(vertices: Floats) -> npt.NDArray[np.int64]:
     """For each corner the number of its place."""
-    cells = np.round(vertices / POINT_M).astype(np.int64)
+    cells = np.column_stack([cells_along(vertices[:, axis], POINT_M) for axis in range(3)])
     order = np.lexsort(cells.T[::-1])  # np.unique sorts rows six times as slowly
     new = np.any(np.diff(cells[order], axis=0, prepend=cells[order[:1]] - 1), axis=1)
     found = np.empty(len(cells), np.int64)
     found[order] = np.cumsum(new) - 1
+    return found
+
+
+def cells_along(values: Floats, cell_m: float, first: float = -0.5) -> npt.NDArray[np.int64]:
+    """For each coordinate (n,), in metres, the number of its cell; number 0 begins at ``first`` cells.
+
+    What differs by rounding has one cell, also where the edge of a cell lies between: of a turned house, corners at one
+    place differ in the last digits.
+    """
+    order = np.argsort(values, kind="stable")
+    rising = values[order]
+    starts = np.flatnonzero(np.diff(rising, prepend=-np.inf) > SPECK * cell_m)
+    cells = np.floor(rising[starts] / cell_m - first).astype(np.int64)
+    found = np.empty(len(values), np.int64)
+    found[order] = np.repeat(cells, np.diff(starts, append=len(values)))
     return found
 
 

@@ -30,7 +30,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
-from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.meshes import Mesh, cells_along
 from pipeline.geometry.noding import are_edges_of, node_on_grid
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
@@ -104,7 +104,8 @@ def section_from_segments(
     Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab. Without ``winding``
     nothing is massive: which way faces look says nothing.
     """
-    snapped = (np.floor(cut.ends / POINT_M + _OFF_GRID) + 0.5 - _OFF_GRID) * POINT_M
+    cells = [cells_along(cut.ends[:, :, axis].ravel(), POINT_M, -_OFF_GRID) for axis in (0, 1)]
+    snapped = np.asarray((np.stack(cells, axis=-1) + 0.5 - _OFF_GRID) * POINT_M, np.float64).reshape(-1, 2, 2)
     real = np.any(snapped[:, 0] != snapped[:, 1], axis=1)
     snapped, body = snapped[real], cut.body[real]
     if not len(snapped):

@@ -28,7 +28,6 @@ Bools = npt.NDArray[np.bool_]
 AROUND_FLOOR_M: Final = 0.3
 """A slab and its finish lie within so much of a floor's height."""
 LOW_WALL_M: Final = 1.2
-TURN_RAD: Final = np.radians(7.0)
 GROUND_M: Final = 120.0
 SKY_M: Final = 150.0
 
@@ -39,7 +38,8 @@ class VariedHouse:
 
     ``floors`` are the heights of its floors and ``top`` that of its highest ceiling, in metres. ``path`` is its file,
     which was read with ``up`` as its axis and so many ``metres`` in a unit. ``unit`` is what the file's numbers are
-    multiplied with, and ``lies`` says that z is written as y, and y as -z, or the reverse.
+    multiplied with, and ``lies`` says that z is written as y, and y as -z, or the reverse. Corners at one place are one
+    where they are ``merged``; else each face has three of its own.
     """
 
     corners: Floats
@@ -52,6 +52,7 @@ class VariedHouse:
     metres: float
     unit: float = 1.0
     lies: bool = False
+    merged: bool = True
 
     def of_faces(self, keep: Bools) -> VariedHouse:
         """Return the faces of a mask (m,)."""
@@ -150,10 +151,11 @@ def mirrored(house: VariedHouse) -> VariedHouse:
     return replace(house, corners=(house.corners * (-1.0, 1.0, 1.0))[:, ::-1])
 
 
-def turned(house: VariedHouse) -> VariedHouse:
-    """Turn by 7 degrees about the vertical axis."""
-    cos, sin = np.cos(TURN_RAD), np.sin(TURN_RAD)
-    return replace(house, corners=house.corners @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]))
+def turned_by(degrees: float) -> Variation:
+    """Turn about the vertical axis."""
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return lambda house: replace(house, corners=house.corners @ turn)
 
 
 def inside_out(house: VariedHouse) -> VariedHouse:
@@ -177,6 +179,66 @@ def far_away(house: VariedHouse) -> VariedHouse:
     return replace(house, corners=house.corners + np.array((2_600.0, 1_200.0, 0.0)))
 
 
+def moved(house: VariedHouse) -> VariedHouse:
+    """Move by less than any grid's cell."""
+    return replace(house, corners=house.corners + np.array((0.37, 0.37, 0.0)))
+
+
+def rounded(house: VariedHouse) -> VariedHouse:
+    """Round to single precision, 100 m from the origin."""
+    corners = house.corners + np.array((100.0, 100.0, 0.0))
+    return replace(house, corners=corners.astype(np.float32).astype(np.float64))
+
+
+def in_another_order(house: VariedHouse) -> VariedHouse:
+    """Shuffle the faces, and begin each at any of its corners."""
+    rng = np.random.default_rng(7)
+    order = rng.permutation(len(house.corners))
+    first = rng.integers(0, 3, len(order))
+    corners = np.take_along_axis(house.corners[order], ((first[:, None] + np.arange(3)) % 3)[:, :, None], axis=1)
+    return replace(house, corners=corners, owner=house.owner[order])
+
+
+def unmerged(house: VariedHouse) -> VariedHouse:
+    """Write each corner once for each face that has it."""
+    return replace(house, merged=False)
+
+
+def one_part_a_face(house: VariedHouse) -> VariedHouse:
+    """Make a part of each face; its names stay."""
+    owner = np.arange(len(house.owner), dtype=np.int32)
+    return replace(house, owner=owner, parts=tuple(house.parts[k] for k in house.owner))
+
+
+def with_other_diagonals(house: VariedHouse) -> VariedHouse:
+    """Divide level and upright parallelograms and trapezia along their other diagonal, where two faces make one."""
+    places = np.unique(np.round(house.corners.reshape(-1, 3), 6), axis=0, return_inverse=True)[1].reshape(-1, 3)
+    cross = np.cross(house.corners[:, 1] - house.corners[:, 0], house.corners[:, 2] - house.corners[:, 0])
+    double = np.linalg.norm(cross, axis=1)
+    unit = cross / np.maximum(double, np.finfo(float).tiny)[:, None]
+    owner = house.owner.tolist()
+    sides: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
+    for face, ring in enumerate(places.tolist()):
+        for k in range(3):
+            sides.setdefault((owner[face], ring[k], ring[(k + 1) % 3]), []).append((face, k))
+    corners = house.corners.copy()
+    free = double > 1e-9
+    for (part, start, end), own in sides.items():
+        across = sides.get((part, end, start), [])
+        if len(own) != 1 or len(across) != 1:
+            continue
+        (one, k), (other, j) = own[0], across[0]
+        if not (free[one] and free[other]) or unit[one] @ unit[other] < 1 - 1e-9:
+            continue
+        a, b, c = house.corners[one][[k, (k + 1) % 3, (k + 2) % 3]]
+        d = house.corners[other][(j + 2) % 3]
+        if min(np.cross(a - c, d - c) @ unit[one], np.cross(d - c, b - c) @ unit[one]) < 1e-6 * double[one]:
+            continue
+        corners[one], corners[other] = (c, a, d), (c, d, b)
+        free[[one, other]] = False
+    return replace(house, corners=corners)
+
+
 def finely_divided(house: VariedHouse) -> VariedHouse:
     """Divide each face into four."""
     a, b, c = house.corners.transpose(1, 0, 2)
@@ -186,21 +248,33 @@ def finely_divided(house: VariedHouse) -> VariedHouse:
     return replace(house, corners=corners, owner=np.tile(house.owner, 4))
 
 
-VARIATIONS: Final[Mapping[str, Variation]] = {
+UNSEEN: Final[Mapping[str, Variation]] = {
     "as it is": as_it_is,
+    "faces in another order": in_another_order,
+    "corners not merged": unmerged,
+    "other diagonals": with_other_diagonals,
+    "each face divided": finely_divided,
+    "each face twice": with_each_face_twice,
+    "each face inside out": inside_out,
+    "one piece without names": in_one_piece,
+    "one part a face": one_part_a_face,
+    "moved by 0.37 m": moved,
+    "single precision at 100 m": rounded,
+    "far from the origin": far_away,
+    "mirrored": mirrored,
+    "turned by 7 degrees": turned_by(7.0),
+    "turned by 33 degrees": turned_by(33.0),
+}
+"""What nobody sees in a viewer, by a name."""
+
+VARIATIONS: Final[Mapping[str, Variation]] = {
+    **UNSEEN,
     "numbers in feet": in_units(1 / 0.3048),
     "numbers times 0.3048": in_units(0.3048),
     "numbers in inches": in_units(1 / 0.0254),
     "numbers in centimetres": in_units(100.0),
     "numbers times 0.01": in_units(0.01),
     "on the other axis": on_the_other_axis,
-    "mirrored": mirrored,
-    "turned by 7 degrees": turned,
-    "each face inside out": inside_out,
-    "each face twice": with_each_face_twice,
-    "each face divided": finely_divided,
-    "far from the origin": far_away,
-    "one piece without names": in_one_piece,
     "without roof": without_roof,
     "without ground slab": without_ground_slab,
     "on terrain": on_terrain,
@@ -231,7 +305,9 @@ def levels_of(house: VariedHouse) -> Iterator[Level]:
     corners = house.corners * (house.unit / house.metres)
     if (house.up == "y") != house.lies:
         corners = np.stack([corners[..., 0], corners[..., 2], -corners[..., 1]], axis=-1)
-    vertices, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    vertices, faces = corners.reshape(-1, 3), np.arange(corners.size // 3)
+    if house.merged:
+        vertices, faces = np.unique(vertices, axis=0, return_inverse=True)
     scene = Scene(Mesh(vertices, faces.reshape(-1, 3).astype(np.int64)), house.owner, house.parts)
     (item,) = find(str(house.path))
     with mock.patch.object(mesh_file, "load_scene", return_value=scene):

@@ -133,6 +133,15 @@ def test_a_piece_is_taken_apart_into_its_portal_and_the_rest() -> None:
     assert shapely.union_all([c.polygon for c in rest]).symmetric_difference(console).area < 0.01
 
 
+def test_beside_an_oblique_strip_rounding_leaves_nothing() -> None:
+    (x1, y1), (x2, y2) = LINTEL.bounds[:2], LINTEL.bounds[2:]
+    uneven = shapely.Polygon([(x1, y1), (x2, y1), (x2, y2 + 0.003), (x1, y2)])  # one end is not square
+    walls, piece = (shapely.affinity.rotate(shape, 7.0, origin=(0, 0)) for shape in (DOOR, uneven))
+    (strip,), rest = in_its_plane(walls, piece)
+    assert strip.portal is not None
+    assert rest == []
+
+
 def test_a_piece_over_one_room_only_has_no_portal() -> None:
     strips, rest = in_its_plane(DOOR.union(LINTEL), CORNICE)
     assert strips == []
