@@ -25,7 +25,8 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
     source names is one, and one that lies for the most part where the source says that one is outside is none.
     What a person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``). Where that leaves nothing
+R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), if the source draws the
+     floor of most of what lies over none. Where that leaves nothing
      of the room, and the stairs that lead up through the void take half of it or more, the room is a stairwell.
 """
 
@@ -98,7 +99,8 @@ def keep_habitable_spaces(
     area = shapely.area(rooms)
     covered = shares_inside(rooms, evidence.floor)
     low = shares_inside(rooms, evidence.low_headroom)
-    known = evidence.floor is not None and bool((covered * area).sum() > MOST * area.sum())
+    below = shares_inside(rooms, level.below)
+    known = evidence.floor is not None and bool((covered * area).sum() > MOST * _floorable_m2(rooms, level))
     doors = [c.polygon for c in candidates if c.kind in KNOWN]
     lintels = [c.polygon for c in candidates if c.kind == "lintel"]
     ways = [] if level.sills else [c for c in candidates if _is_way_inside(c)]
@@ -114,7 +116,6 @@ def keep_habitable_spaces(
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= set(np.flatnonzero(shares_inside(rooms, level.outdoors) > MOST).tolist())
     outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, level)
-    below = shares_inside(rooms, level.below)
     if entered or not level.only_walls:
         outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
@@ -319,7 +320,7 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
     if level.below is None or level.floor is None:
         return rooms
     covered = sum(intersect(room, level.floor).area for room in rooms)
-    if covered < MOST * sum(room.area for room in rooms):
+    if covered < MOST * _floorable_m2(rooms, level):
         return rooms
     named = unite([room.polygon for room in level.rooms if room.polygon is not None])
     stairless = level.below if level.stairs is None else subtract(level.below, level.stairs)
@@ -328,6 +329,15 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
         landings = subtract_floor_voids(room, level.floor, level.below, named)
         found += landings or subtract_floor_voids(room, level.floor, stairless, named)
     return found
+
+
+def _floorable_m2(rooms: list[Polygon], level: Level) -> float:
+    """Return how much of the rooms would have a floor if the source draws floors: all but what lies over voids.
+
+    Where the source names its walls, a void may be a slab that nobody drew.
+    """
+    void = EMPTY if level.below is None or level.only_walls else level.below
+    return sum(subtract(room, void).area for room in rooms)
 
 
 def _is_named(room: Polygon, level: Level) -> bool:

@@ -3,7 +3,8 @@
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
     (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
     A floor less than 2.15 m over another one of the same place, and smaller than half of it, is a landing, a row of
-    shelves or of door heads.
+    shelves or of door heads. Two floors that lie side by side under one ceiling, and closer in height than a cut
+    through the walls lies over a floor, are one level: a hall of which a part is raised.
 R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
     below the lowest floor, where a full storey of walls goes down from it.
     Ground that lies under the foot of all walls gives the floor's area, not its height.
@@ -29,7 +30,7 @@ V2  A floor of a lower level lies under it: in a storey that was exported by its
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import cv2
@@ -38,6 +39,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import (
     Bools,
@@ -54,6 +56,7 @@ from pipeline.sources.tolerances import (
     ATTIC_M,
     BEYOND,
     BIN_M,
+    CHEST_AND_HEAD_M,
     CLEAR_M,
     COVER_M,
     COVER_OVER_M,
@@ -139,12 +142,16 @@ class LevelLayer:
 
 @dataclass(frozen=True, eq=False)
 class FloorSurface:
-    """A floor: the layer that gives its height, the cells walls enclose, the faces of all its steps."""
+    """A floor: the layer that gives its height, the cells of it that walls enclose, their area.
+
+    ``faces`` and ``steps`` are the faces and the enclosed cells of the layer and of all its steps.
+    """
 
     layer: LevelLayer
     region: Cells
     area_m2: float
     faces: Bools
+    steps: Cells
 
 
 def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[LevelLayer]:
@@ -200,10 +207,12 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[LevelLayer], grid
         if near:  # a step within the storey of a larger floor
             other = kept[near[0]]
             ups = _looks_up(surfaces, other.layer), _looks_up(surfaces, floor.layer)
-            if min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
+            shared = np.count_nonzero(floor.region & other.region)
+            both_sides = shared >= LIES_OVER * np.count_nonzero(other.region)
+            if both_sides and min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
                 kept[near[0]] = other if ups[0] > ups[1] else floor
                 continue
-            kept[near[0]] = FloorSurface(other.layer, other.region, other.area_m2, other.faces | floor.faces)
+            kept[near[0]] = replace(other, faces=other.faces | floor.faces, steps=other.steps | floor.steps)
         elif floor.area_m2 >= SMALL_FLOOR * floors[0].area_m2:
             kept.append(floor)
     return sorted(kept, key=lambda floor: floor.layer.top)
@@ -235,7 +244,8 @@ def _floor(
     if area < ROOMY_M2:
         return None
     lined = np.count_nonzero(rim & grid.grow(standing, WALL_REACH_M)) / np.count_nonzero(rim)
-    return FloorSurface(layer, region, area, layer.faces) if lined >= LINED else None
+    steps = _fill_holes(layer.cells & _hull(standing))
+    return FloorSurface(layer, region, area, layer.faces, steps) if lined >= LINED else None
 
 
 def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
@@ -262,7 +272,7 @@ def open_area_below(
     surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
 ) -> Polygon | MultiPolygon | None:
     """Return that area of the plan for the level at ``height``, or None if it is empty."""
-    lower = [floor.region for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
+    lower = [floor.steps for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
     if not lower:
         return None  # V2
     near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + VOID_OVER_M)
@@ -327,7 +337,7 @@ def find_levels(
     floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
     enclosed = enclosed_cells(surfaces, walls, foot, grid)
     lowest = floors[0] if floors else None
-    if lowest and foot < lowest.layer.top - ROOF_SLAB_M and lowest.area_m2 < FURNITURE_SHARE * grid.area(enclosed):
+    if lowest and foot < lowest.layer.top - ROOF_SLAB_M and grid.area(lowest.steps) < FURNITURE_SHARE * grid.area(enclosed):
         floors = floors[1:]  # R2: tops of beds and tables
         lowest = floors[0] if floors else None
     if lowest is None or foot < lowest.layer.top - CLEAR_M:
@@ -348,7 +358,26 @@ def find_levels(
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_area_below(surfaces, height, floors, grid)
         found.append(FoundLevel(height, ceiling, _lower(part, height), area, below))
-    return tuple(found)
+    return _join_parts_of_halls(found)
+
+
+def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]:
+    """R1: join a level with the next where both end at one ceiling and one cut meets the walls of both."""
+    kept: list[FoundLevel] = []
+    for level in levels:
+        low = kept[-1] if kept else None
+        if low is None or low.floor is None or level.floor is None or not _are_under_one_ceiling(low, level):
+            kept.append(level)
+            continue
+        lasting = low if low.floor.area >= LANDING_SHARE * level.floor.area else level
+        floor = shapely.union_all([low.floor, level.floor], grid_size=ROUGH_M)
+        kept[-1] = replace(lasting, floor=MultiPolygon(polygons_of(floor)))
+    return tuple(kept)
+
+
+def _are_under_one_ceiling(low: FoundLevel, high: FoundLevel) -> bool:
+    tops = low.floor_z + low.ceiling_m, high.floor_z + high.ceiling_m
+    return high.floor_z - low.floor_z < CHEST_AND_HEAD_M[0] and abs(tops[0] - tops[1]) < MARGIN_M
 
 
 def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float) -> list[FloorSurface | None]:

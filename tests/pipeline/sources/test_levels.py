@@ -120,12 +120,27 @@ def test_the_head_of_a_stair_on_a_roof_is_no_level():
     assert found(house, storey(2.8, 3.8, SHELL), head) == [(0.0, 2.45)]
 
 
-def test_split_levels_are_two():
+@pytest.mark.parametrize("rise", [0.95, 1.4])
+def test_split_levels_are_two(rise: float) -> None:
+    top = rise + 2.8
     left = [*slab(-0.3, 0.0, [(0, 0, 4, 6)]), *storey(0, 2.8, ((0, 0, 4, 0.2), (0, 0, 0.2, 6), (0, 5.8, 4, 6)))]
-    right = [*slab(1.1, 1.4, [(4, 0, 8, 6)]), *storey(1.4, 4.2, ((4, 0, 8, 0.2), (7.8, 0, 8, 6), (4, 5.8, 8, 6)))]
-    levels = found(left, right, storey(0.0, 4.2, [INNER]))
-    assert [floor for floor, _ in levels] == [0.0, 1.4]
-    assert levels[1][1] == pytest.approx(2.8)
+    far = ((4, 0, 8, 0.2), (7.8, 0, 8, 6), (4, 5.8, 8, 6))
+    right = [*slab(rise - 0.3, rise, [(4, 0, 8, 6)]), *storey(rise, top, far)]
+    ceilings = [*slab(2.8, 3.1, [(0, 0, 4, 6)]), *slab(top, top + 0.3, [(4, 0, 8, 6)])]
+    levels = found(left, right, storey(0.0, top, [INNER]), ceilings)
+    assert [floor for floor, _ in levels] == [0.0, rise]
+    assert levels[1][1] == pytest.approx(2.75)
+
+
+@pytest.mark.parametrize(("rise", "floors"), [(0.95, 1), (1.4, 2)])
+def test_a_raised_part_of_a_hall_is_no_level_of_its_own(rise: float, floors: int) -> None:
+    """It lies under the hall's ceiling, and one cut through the walls shows both parts."""
+    hall = [*slab(-0.3, 0.0, [HOUSE]), *slab(0.0, rise, [(4, 0, 8, 6)]), *storey(0.0, 3.6, WALLS)]
+    levels = find_levels(joined([*hall, *slab(3.6, 3.9, [HOUSE])]))
+    assert [level.floor_z for level in levels] == pytest.approx([0.0, rise][:floors])
+    if floors == 1:
+        assert levels[0].floor is not None
+        assert levels[0].floor.area == pytest.approx(48.0, abs=0.5)
 
 
 def test_walls_that_run_through_two_storeys_belong_to_both():
@@ -258,6 +273,24 @@ def test_a_floor_over_a_foundation_is_one_even_so():
     assert found(storey(-0.6, 2.5, WALLS), slab(-0.3, 0.0, [HOUSE])) == [(0.0, 2.5)]
 
 
+def test_a_floor_in_two_steps_over_a_foundation_is_one():
+    halves = [*slab(-0.2, 0.0, [(0, 0, 3, 6)]), *slab(0.0, 0.25, [(5, 0, 8, 6)])]
+    ((floor, _),) = found(storey(-0.7, 2.7, WALLS), halves)
+    assert floor in (0.0, 0.25)
+
+
+def test_a_platform_beside_a_floor_that_is_wound_downwards_does_not_replace_it():
+    corners = [(0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0)]
+    down = trimesh.Trimesh(corners, [[0, 2, 1], [0, 3, 2]], process=False)
+    top = [(8.2, 0, 0.15), (11, 0, 0.15), (11, 6, 0.15), (8.2, 6, 0.15)]
+    platform = trimesh.Trimesh(top, [[0, 1, 2], [0, 2, 3]], process=False)
+    wing = ((8.2, 0, 11, 0.2), (8.2, 5.8, 11, 6), (10.8, 0, 11, 6))
+    (level,) = find_levels(joined([*storey(0.0, 2.7, [*WALLS, *wing]), down, platform]))
+    assert level.floor_z == pytest.approx(0.0)
+    assert level.floor is not None
+    assert level.floor.area == pytest.approx(48.0 + 16.8, abs=0.5)
+
+
 def test_ground_under_the_foot_of_the_walls_gives_area_but_no_height():
     corners = [(-3, -3, -0.25), (11, -3, -0.25), (11, 9, -0.25), (-3, 9, -0.25)]
     plain = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
@@ -289,6 +322,14 @@ def test_through_a_hole_in_the_floor_the_level_below_shows():
 def test_what_lies_under_a_hole_within_reach_hides_the_level_below(bottom, top):
     _, upper = find_levels(joined([*LOWER, *UPPER, *slab(bottom, top, [WELL])]))
     assert upper.below is None
+
+
+def test_furniture_on_the_lower_floor_does_not_hide_the_level_below():
+    cupboards = box((5.0, 4.9, 8.0, 5.8), 0.0, 1.4)
+    gallery = slab(2.5, 2.8, [(0.0, 0.0, 5.0, 6.0)])
+    _, upper = find_levels(joined([*LOWER, cupboards, *gallery, *storey(2.8, 5.3, WALLS)]))
+    assert upper.below is not None
+    assert upper.below.contains(Polygon.from_bounds(5.2, 0.4, 7.6, 5.6))
 
 
 def test_under_a_hole_in_the_lowest_floor_no_level_shows():

@@ -790,6 +790,7 @@ def test_what_a_person_says_is_no_room_is_none() -> None:
 
 WELL = shapely.box(3.0, 1.0, 5.0, 4.0)
 FLOOR = shapely.box(0, 0, 5, 4).difference(WELL)
+GALLERY, AIR = shapely.box(0, 0, 2, 4), shapely.box(2, 0, 5, 4)
 HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
 
 
@@ -801,6 +802,8 @@ HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
         ({"below": WELL, "rooms": (HALL,), "only_walls": True}, 20.0),
         ({"below": WELL, "floor": shapely.box(0, 0, 1, 4)}, 20.0),
         ({"below": WELL, "stairs": shapely.box(3, 1, 5, 3.5)}, 14.0),
+        ({"below": AIR, "floor": GALLERY}, 8.0),
+        ({"below": AIR, "floor": GALLERY, "only_walls": True}, 20.0),
     ],
     ids=[
         "a stair's void",
@@ -808,6 +811,8 @@ HALL = SourceRoom(("Hall",), ("Hall",), shapely.box(0, 0, 5, 4))
         "a void in a room of the source",
         "most of the floor is not there",
         "a stair that fills it",
+        "the air over a hall beside its gallery",
+        "a slab of which a source that names walls draws a part",
     ],
 )
 def test_over_a_void_in_the_floor_is_no_free_space(values: dict[str, object], area: float) -> None:
