@@ -337,7 +337,8 @@ def find_levels(
     floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
     enclosed = enclosed_cells(surfaces, walls, foot, grid)
     lowest = floors[0] if floors else None
-    if lowest and foot < lowest.layer.top - ROOF_SLAB_M and grid.area(lowest.steps) < FURNITURE_SHARE * grid.area(enclosed):
+    small = lowest is not None and grid.area(lowest.steps) < FURNITURE_SHARE * grid.area(enclosed)
+    if small and lowest and foot < lowest.layer.top - ROOF_SLAB_M:
         floors = floors[1:]  # R2: tops of beds and tables
         lowest = floors[0] if floors else None
     if lowest is None or foot < lowest.layer.top - CLEAR_M:
