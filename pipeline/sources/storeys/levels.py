@@ -4,7 +4,8 @@ R1  A floor is a level surface with room to stand on and 1.8 m of wall around an
     (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
     A floor less than 2.15 m over another one of the same place, and smaller than half of it, is a landing, a row of
     shelves or of door heads. Two floors that lie side by side under one ceiling, and closer in height than a cut
-    through the walls lies over a floor, are one level: a hall of which a part is raised.
+    through the walls lies over a floor, are one level: a hall of which a part is raised. The larger
+    gives the height.
 R2  Walls without a floor are a house of one level that begins at the foot of the walls; such a level may also lie
     below the lowest floor, where a full storey of walls goes down from it.
     Ground that lies under the foot of all walls gives the floor's area, not its height.
@@ -363,14 +364,17 @@ def find_levels(
 
 
 def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]:
-    """R1: join a level with the next where both end at one ceiling and one cut meets the walls of both."""
+    """R1: join a level with the next where both end at one ceiling and one cut meets the walls of both.
+
+    The larger floor gives the height.
+    """
     kept: list[FoundLevel] = []
     for level in levels:
         low = kept[-1] if kept else None
         if low is None or low.floor is None or level.floor is None or not _are_under_one_ceiling(low, level):
             kept.append(level)
             continue
-        lasting = low if low.floor.area >= LANDING_SHARE * level.floor.area else level
+        lasting = low if low.floor.area >= level.floor.area else level
         floor = shapely.union_all([low.floor, level.floor], grid_size=ROUGH_M)
         kept[-1] = replace(lasting, floor=MultiPolygon(polygons_of(floor)))
     return tuple(kept)
