@@ -337,7 +337,7 @@ def _floorable_m2(rooms: list[Polygon], level: Level) -> float:
     Where the source names its walls, a void may be a slab that nobody drew.
     """
     void = EMPTY if level.below is None or level.only_walls else level.below
-    return sum(subtract(room, void).area for room in rooms)
+    return float(sum(subtract(room, void).area for room in rooms))
 
 
 def _is_named(room: Polygon, level: Level) -> bool:
