@@ -101,7 +101,6 @@ def are_pieces_closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]
 MAX_FACES = 500_000
 """A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
 
-
 Floats = npt.NDArray[np.float64]
 
 

@@ -48,7 +48,7 @@ R22 Where a scan ends and nothing stands (``Evidence.open_edge``), the house is 
     it there is the edge of its floor (R3). That it was not seen whole makes it no stage (R20).
 R20 What has walls on two sides only is a stage, and no room: where what was guessed to close the house takes more than
     ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
-R24 Where the source names no walls, a room that is most of what it draws may be a whole storey under the name of one
+R25 Where the source names no walls, a room that is most of what it draws may be a whole storey under the name of one
     (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes
     ``LARGELY`` of it. Otherwise that room closes at its edge (R11), and parts at mouths (R13).
 R8  Nor has what encloses less than ``area_m2`` after all this.
@@ -141,7 +141,7 @@ WHOLE_BREADTH = 0.85
 def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
     """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
     storey = _storey_drawn_as_room(level)
-    if storey is not None:  # R24
+    if storey is not None:  # R25
         others = tuple(room for room in level.rooms if room.polygon is not storey)
         try:
             found = _close(replace(level, rooms=others), evidence, planes, config)
@@ -154,7 +154,7 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
 
 
 def _storey_drawn_as_room(level: Level) -> Polygon | None:
-    """Return the room that is most of what a source draws that names no walls, or None (R24)."""
+    """Return the room that is most of what a source draws that names no walls, or None (R25)."""
     rooms = [] if level.only_walls else [room.polygon for room in level.rooms if room.polygon is not None]
     largest = max(rooms, key=lambda room: room.area, default=None)
     return largest if largest is not None and largest.area > MOST * sum(room.area for room in rooms) else None
@@ -637,16 +637,9 @@ def _lies_in_room(gap: Polygon, level: Level) -> bool:
     box = box_around_polygon(gap)
     if box.thickness < MOSTLY * box.width:
         gap = box_polygon(box, depth=box.thickness + 2 * BESIDE_M)
-    return any(intersect(gap, room).area > NEARLY_ALL * gap.area for room in _drawn_rooms(level))
-
-
-def _drawn_rooms(level: Level) -> list[Polygon]:
-    """Return the outlines of the rooms that the source draws; all of the floor of a mesh is the house (R21)."""
-    rooms = [room.polygon for room in level.rooms if room.polygon is not None]
-    if len(rooms) == 1 and level.floor is not None and not level.only_walls:
-        covered = intersect(level.floor, rooms[0]).area
-        return [] if covered > NEARLY_ALL * level.floor.area else rooms
-    return rooms
+    return any(
+        intersect(gap, room.polygon).area > NEARLY_ALL * gap.area for room in level.rooms if room.polygon is not None
+    )
 
 
 def _is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level) -> bool:

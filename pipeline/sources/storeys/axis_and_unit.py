@@ -30,7 +30,7 @@ R9  What the sizes of openings, walls and named things make clearly likelier (``
     makes a storey higher than any dwelling's.
 R10 Walls over whose openings nothing hangs may be cut off, as those of a dollhouse: what is lower than the lowest
     storey in a known unit, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut
-    with them.
+    with them. What the format's unit makes higher than a dwelling's storey is not cut off in another unit.
 """
 
 from __future__ import annotations
@@ -167,6 +167,8 @@ def find_axis_and_unit(
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
     is_hall = found is not None and not convention.declared and shape.storey * found > HIGHEST_STOREY_M
+    if is_hall:  # too high and cut off: not both
+        shape = replace(shape, may_be_cut=False)
     if found and not wish.is_about_size and (found != convention.metres or is_hall):
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
         likeliest = weigh_scale(

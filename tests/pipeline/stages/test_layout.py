@@ -214,14 +214,14 @@ def test_a_corridor_and_its_bend_have_no_mouth() -> None:
 
 @pytest.mark.parametrize("only_walls", [True, False])
 def test_one_room_of_the_source_has_no_mouth_where_the_source_names_its_walls(only_walls: bool) -> None:
-    """R24: elsewhere it may be the floor of the storey."""
+    """R25: elsewhere it may be the floor of the storey."""
     named = (SourceRoom(("Hall",), (), shapely.box(0, 0, 12, 6)),)
     found = layout(_hall_and_chamber(2.4), rooms=named, only_walls=only_walls)
     assert len(found.rooms) == (1 if only_walls else 2)
 
 
 def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() -> None:
-    """R24: a room of 5 m x 4 m with an opening of 3.4 m, and a floor that goes on 1 m before it."""
+    """R25: a room of 5 m x 4 m with an opening of 3.4 m, and a floor that goes on 1 m before it."""
     parts = shell((0.0, 0.0, 5.0, 4.0), front=[gap(0.8, 4.2)])
     floor = shapely.box(0.0, -1.2, 5.0, 4.0)
     named = (SourceRoom(("Room",), (), floor),)
@@ -233,19 +233,10 @@ def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() ->
 
 
 def test_a_room_of_the_source_that_nothing_else_closes_closes_at_its_edge() -> None:
-    """R24: walls on two sides, which close nothing."""
+    """R25: walls on two sides, which close nothing."""
     parts = [*wall((-0.2, -0.2, 6.0, 0.0)), *wall((-0.2, 0.0, 0.0, 5.0))]
     named = (SourceRoom(("Room",), (), shapely.box(0.0, 0.0, 6.0, 5.0)),)
     assert [round(room.area) for room in layout(parts, rooms=named).rooms] == [30]
-
-
-@pytest.mark.parametrize(("only_walls", "rooms"), [(False, 2), (True, 1)])
-def test_a_mesh_whose_only_room_is_all_of_its_floor_has_mouths(only_walls: bool, rooms: int) -> None:
-    """A file's part named "room" is the whole house; where the source names its walls, it draws its rooms, too."""
-    whole = shapely.box(0, 0, 12, 6)
-    named = (SourceRoom(("Room",), (), whole),)
-    found = layout(_hall_and_chamber(2.4), rooms=named, floor=whole, only_walls=only_walls)
-    assert len(found.rooms) == rooms
 
 
 @pytest.mark.parametrize(
