@@ -30,7 +30,7 @@ R9  What the sizes of openings, walls and named things make clearly likelier (``
     makes a storey higher than any dwelling's.
 R10 Walls over whose openings nothing hangs may be cut off, as those of a dollhouse: what is lower than the lowest
     storey in a known unit, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut
-    with them. What the format's unit makes higher than a dwelling's storey is not cut off in another unit.
+    with them. What the format's unit makes higher than a dwelling's storey is not cut off in another.
 """
 
 from __future__ import annotations
@@ -167,14 +167,13 @@ def find_axis_and_unit(
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
     is_hall = found is not None and not convention.declared and shape.storey * found > HIGHEST_STOREY_M
-    if is_hall:  # too high and cut off: not both
-        shape = replace(shape, may_be_cut=False)
     if found and not wish.is_about_size and (found != convention.metres or is_hall):
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
-        likeliest = weigh_scale(
-            sizes, found, convention.metres, *shape.scales(), is_heard=not (tried and shape.may_be_cut)
-        )  # R9
-        found = likeliest if shape.stands(likeliest) or shape.is_cut(likeliest) else found
+        likeliest = None if is_hall or not shape.may_be_cut else _likeliest(sizes, found, convention, shape, tried)
+        if likeliest is None or not shape.is_cut(likeliest):
+            shape = replace(shape, may_be_cut=False)
+            likeliest = _likeliest(sizes, found, convention, shape)
+        found = likeliest
     is_cut = found is not None and shape.is_cut(found)
     if found is None or not shape.fits_width(found):
         raise _bad_units(shape, axis, None if tried else found, wish, name)
@@ -288,14 +287,22 @@ def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | 
     return told if told and shape.fits_width(told) else None
 
 
+def _likeliest(
+    sizes: SizesFound, metres: float, convention: FrameConvention, shape: UprightShape, tried: bool = False
+) -> float:
+    """R9: return the metres in a unit that the sizes make likely; where walls may be cut off, heads say nothing (R10).
+
+    What was ``tried`` follows from the storey alone.
+    """
+    found = replace(sizes, heads=() if shape.may_be_cut else sizes.heads, may_be_cut=shape.may_be_cut)
+    return weigh_scale(found, metres, convention.metres, *shape.scales(), is_heard=not tried)
+
+
 def _sizes_found(surfaces: Surfaces, axis: str, shape: UprightShape, things: Sequence[NamedThing]) -> SizesFound:
     """R9: measure what the shape does not hold."""
     widths, thicknesses = find_openings(surfaces, UPS[axis], shape.foot, shape.storey)
     extent = math.sqrt(math.prod(shape.widths))
-    heads = () if shape.may_be_cut else shape.heads
-    return SizesFound(
-        shape.storey, extent, heads, tuple(widths), tuple(thicknesses), tuple(things), may_be_cut=shape.may_be_cut
-    )
+    return SizesFound(shape.storey, extent, shape.heads, tuple(widths), tuple(thicknesses), tuple(things))
 
 
 def _bad_units(shape: UprightShape, axis: str, metres: float | None, wish: SizeOptions, name: str) -> Rejection:
