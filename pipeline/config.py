@@ -63,8 +63,7 @@ class CellsConfig:
 class IsolatedConfig:
     """A separate building is erased if it meets both conditions.
 
-    Dwellings wall to wall are plans of their own if each has a door from outside; with ``dwellings`` those are, too, that
-    only a stair leads into. Otherwise a cut joins them, as in the paper.
+    ``dwellings`` makes plans of their own of dwellings wall to wall, too; otherwise a cut joins them, as in the paper.
     """
 
     distance_m: float = 2.0
