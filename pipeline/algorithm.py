@@ -70,7 +70,7 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     yield StageResult("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
-    buildings = separate_buildings(level, spaces, config.isolated, evidence)
+    buildings = separate_buildings(level, spaces, config.isolated)
     doubts = doubt_spaces(level, evidence, layout)
     unlikely = unlikely_rooms(level, evidence, layout, doubts)
     whole = _Whole(evidence, planes, layout, doubts, unlikely, closed_cells(level, evidence, layout))

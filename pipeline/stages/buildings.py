@@ -4,12 +4,10 @@ R1  Parts of a level whose outlines stand within ``distance_m`` of each other ar
     have an entrance of their own, and air between them that no wall is thick enough to fill.
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
-R3  Dwellings wall to wall are buildings of their own, too, where the source shows doors inside, and is not SUNCG: parts
-    of ``DWELLING_M2`` and ``GROUP`` or more rooms between which no door leads, each of which has a known door of its
-    own from outside. Smaller parts belong to the dwelling that is nearest.
-R4  If asked for (``dwellings``), the void of a stair on an upper storey is such a way into a dwelling, too, where the
-    source names its doors.
-R5  Where a place between two parts shows some evidence of a door (``geometry.doorway_cuts``), they are one.
+R3  If asked for (``dwellings``), dwellings wall to wall are buildings of their own, too, where the source names its
+    doors: parts of ``DWELLING_M2`` and ``GROUP`` or more rooms between which no door leads, each of which has a way
+    of its own from outside, an entrance, or on an upper storey the void of a stair. Smaller parts belong to the
+    dwelling that is nearest.
 """
 
 from __future__ import annotations
@@ -23,25 +21,20 @@ import networkx as nx
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import IsolatedConfig
 from pipeline.geometry.areas import Shapes, intersect, polygons_of, subtract, unite
-from pipeline.geometry.doorway_cuts import find_door_hints
 from pipeline.geometry.rooms_and_passages import connected_rooms, rooms_inside
 from pipeline.tolerances import AROUND_M, GROUP, HAND_M, SHEET_M
-from pipeline.values import Evidence, Level, SourceRoom, Spaces
+from pipeline.values import Level, SourceRoom, Spaces
 
 DWELLING_M2: Final = 25.0
 STAIR_M2: Final = 1.0
 
 
-def separate_buildings(
-    level: Level, spaces: Spaces, config: IsolatedConfig, evidence: Evidence
-) -> list[tuple[Level, Spaces]]:
-    """Return each building as a level with its spaces. A level with one building is returned as it is.
-
-    ``evidence`` tells where doors may be (R5).
-    """
+def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
+    """Return each building as a level with its spaces. A level with one building is returned as it is."""
     outlines = list(spaces.outlines)
     near = nx.Graph()
     near.add_nodes_from(range(len(outlines)))
@@ -54,7 +47,7 @@ def separate_buildings(
     )
     groups = [sorted(group) for group in nx.connected_components(near)]  # R1
     if len(groups) < 2:
-        return _separate_dwellings(level, spaces, evidence, stairs=config.dwellings)
+        return _separate_dwellings(level, spaces) if config.dwellings else [(level, spaces)]
     groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2
     outline_of, room_in = rooms_inside(outlines, spaces.rooms)
     drawn, middles = _middles_of_rooms(level)
@@ -94,29 +87,27 @@ def _level_of_building(level: Level, number: int, rooms: tuple[SourceRoom, ...])
     return replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count)
 
 
-def _separate_dwellings(
-    level: Level, spaces: Spaces, evidence: Evidence, *, stairs: bool
-) -> list[tuple[Level, Spaces]]:
-    """Return the dwellings of one building (R3); with ``stairs`` also those that a stair leads into (R4)."""
+def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
+    """R3, in one building."""
     parts = connected_rooms(spaces)
-    if level.sills or len(parts) < 2 or not any(passage.kind == "door" for passage in spaces.passages):
+    if not level.names_doors or len(parts) < 2:
         return [(level, spaces)]
-    parts = _joined_by_evidence(parts, level, spaces, evidence)
     named: list[list[SourceRoom]] = [[] for _ in parts]
     for room in level.rooms:
         named[_nearest(room, spaces, parts)].append(room)
     entered = {side for p in spaces.passages if p.leads_outside and p.closed_by == "door" for side in p.portal.sides}
-    voids = _stair_voids(level, spaces) if stairs and level.names_doors else []
+    stairs = _stair_voids(level, spaces)
     dwellings = [
         k
         for k, part in enumerate(parts)
         if sum(spaces.rooms[room].area for room in part) >= DWELLING_M2
         and len(named[k] if level.rooms else part) >= GROUP
-        and (entered.intersection(part) or any(spaces.rooms[r].distance(v) < SHEET_M for r in part for v in voids))
+        and (entered.intersection(part) or any(spaces.rooms[r].distance(v) < SHEET_M for r in part for v in stairs))
     ]
-    if len(dwellings) < 2:
-        return [(level, spaces)]
     shapes = [unite([spaces.rooms[room] for room in part]) for part in parts]
+    doors = [each.polygon for each in level.openings if each.has_door]
+    if len(dwellings) < 2 or any(_stands_between(door, [shapes[k] for k in dwellings]) for door in doors):
+        return [(level, spaces)]
     home = [min(dwellings, key=lambda k: (shape.distance(shapes[k]), k)) for shape in shapes]
     dwellings.sort(key=lambda k: shapes[k].bounds[:2])  # R2
     found = []
@@ -125,23 +116,6 @@ def _separate_dwellings(
         rooms = tuple(room for k in range(len(parts)) if home[k] == dwelling for room in named[k])
         found.append((_level_of_building(level, number, rooms), spaces.keeping(inside)))
     return found
-
-
-def _joined_by_evidence(
-    parts: Sequence[Sequence[int]], level: Level, spaces: Spaces, evidence: Evidence
-) -> list[list[int]]:
-    """Return the parts, those in one between which the source names a door, or shows some evidence of one (R5)."""
-    doors = [shapely.buffer(each.polygon, HAND_M, join_style="mitre") for each in level.openings if each.has_door]
-    doorways = (each.polygon for each in evidence.doorways)
-    hints = find_door_hints(doorways, evidence.leaves, evidence.lintels, spaces.passages)
-    between = np.array([*doors, *(shapely.linestrings(hint.line) for hint in hints)], np.object_)
-    of_room = {room: k for k, part in enumerate(parts) for room in part}
-    ways = nx.Graph()
-    ways.add_nodes_from(range(len(parts)))
-    place, room = shapely.STRtree(spaces.rooms).query(between, predicate="intersects")
-    for k in np.unique(place).tolist():
-        nx.add_path(ways, sorted({of_room[each] for each in room[place == k].tolist()}))
-    return sorted(sorted(room for k in joined for room in parts[k]) for joined in nx.connected_components(ways))
 
 
 def _nearest(room: SourceRoom, spaces: Spaces, parts: Sequence[Sequence[int]]) -> int:
@@ -159,6 +133,12 @@ def _stair_voids(level: Level, spaces: Spaces) -> list[Polygon]:
         return []
     free = subtract(unite(spaces.outlines), unite([spaces.walls, *spaces.rooms]))
     return [void for void in polygons_of(intersect(free, level.below)) if void.area > STAIR_M2]
+
+
+def _stands_between(door: Polygon, parts: Sequence[BaseGeometry]) -> bool:
+    """Return whether a door stands between two parts: the source names a way there that was not found."""
+    box = shapely.buffer(door, HAND_M, join_style="mitre")
+    return sum(bool(part.intersects(box)) for part in parts) > 1
 
 
 def _outlines_with_entrance(spaces: Spaces) -> set[int]:

@@ -9,9 +9,9 @@ import pytest
 import shapely
 
 from houseexpo.floorplan import FloorPlan
-from pipeline.algorithm import plan_level, run_stages
+from pipeline.algorithm import plan_level
 from pipeline.config import IsolatedConfig, PipelineConfig
-from pipeline.stages.buildings import building_id, separate_buildings, with_floor_near
+from pipeline.stages.buildings import building_id, with_floor_near
 from pipeline.values import Level, SourceOpening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
 
@@ -63,41 +63,20 @@ def semi_detached(inner: list[Hole], *named: tuple[float, float, float, float]) 
     return level(parts, id="row_L0", named_openings=True, openings=openings)
 
 
-def test_dwellings_wall_to_wall_are_buildings_without_a_cut() -> None:
-    found = plan_level(semi_detached([]), PipelineConfig(), np.random.default_rng(0))
+@pytest.mark.parametrize("dwellings", [False, True])
+def test_dwellings_wall_to_wall_are_buildings_if_asked_for(dwellings: bool) -> None:
+    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=dwellings))
+    found = plan_level(semi_detached([]), config, np.random.default_rng(0))
     plans = [each for each in found if isinstance(each, FloorPlan)]
-    assert [plan.id for plan in plans] == ["row_B1_L0", "row_B2_L0"]
-    assert [len(plan.rooms) for plan in plans] == [3, 3]
-    assert "cut" not in [door.kind for plan in plans for door in plan.doors]
+    assert [plan.id for plan in plans] == (["row_B1_L0", "row_B2_L0"] if dwellings else ["row_L0"])
+    assert [len(plan.rooms) for plan in plans] == ([3, 3] if dwellings else [6])
+    assert [door.kind for plan in plans for door in plan.doors].count("cut") == (not dwellings)
 
 
 def test_a_door_in_the_party_wall_makes_them_one_dwelling() -> None:
     house = semi_detached([DOOR], (9.0, 1.0, 9.3, 1.9))
-    assert [plan.id for plan in plan_level(house, PipelineConfig(), np.random.default_rng(0))] == ["row_L0"]
-
-
-@pytest.mark.parametrize(("leaf", "count"), [((9.0, 1.0, 9.3, 1.9), 1), ((9.0, 1.0, 9.3, 1.3), 2)])
-def test_some_evidence_of_a_door_in_the_party_wall_makes_them_one(
-    leaf: tuple[float, float, float, float], count: int
-) -> None:
-    house = semi_detached([])
-    stages = {result.stage: result.value for result in run_stages(house, PipelineConfig(), np.random.default_rng(0))}
-    evidence = replace(stages["evidence"], leaves=(shapely.box(*leaf),))  # the second is narrower than a door
-    assert len(separate_buildings(house, stages["isolated"], IsolatedConfig(), evidence)) == count
-
-
-@pytest.mark.parametrize("dwellings", [False, True])
-def test_a_stair_leads_into_dwellings_of_an_upper_storey_if_asked_for(dwellings: bool) -> None:
-    house = semi_detached([])
-    stages = {result.stage: result.value for result in run_stages(house, PipelineConfig(), np.random.default_rng(0))}
-    spaces = stages["isolated"]
-    inner = tuple(passage for passage in spaces.passages if not passage.leads_outside)
-    wells = shapely.box(7.0, 2.0, 9.0, 4.0), shapely.box(9.3, 2.0, 11.3, 4.0)
-    rooms = tuple(shapely.difference(room, shapely.multipolygons(wells)) for room in spaces.rooms)
-    upstairs = replace(house, below=shapely.multipolygons(wells))
-    config = IsolatedConfig(dwellings=dwellings)
-    found = separate_buildings(upstairs, replace(spaces, passages=inner, rooms=rooms), config, stages["evidence"])
-    assert len(found) == (2 if dwellings else 1)
+    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=True))
+    assert [plan.id for plan in plan_level(house, config, np.random.default_rng(0))] == ["row_L0"]
 
 
 def test_what_no_wall_joins_is_left_out_with_a_note() -> None:
