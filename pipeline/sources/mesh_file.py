@@ -24,7 +24,6 @@ from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
 from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.sources.meshes.scene import Scene
-from pipeline.sources.meshes.winding import turn_bodies_outwards
 from pipeline.sources.named_scene import divide_among_levels, named_door_heights, sort_faces_by_role, structural_mesh
 from pipeline.sources.named_things import measure_named_things
 from pipeline.sources.storeys.axis_and_unit import (
@@ -93,8 +92,7 @@ def read(item: Input) -> Iterator[Level]:
     if found.cut_off:
         upright = _raise_walls(upright, *found.cut_off)
     shift = shift_to_origin(upright.vertices)
-    wound = turn_bodies_outwards(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
-    named = sort_faces_by_role(wound)
+    named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
         levels = find_levels(named.solid, named.floor, named.ceiling)
         shares = divide_among_levels(named, [level.floor_z for level in levels])
