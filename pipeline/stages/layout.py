@@ -56,7 +56,7 @@ R8  Nor has what encloses less than ``area_m2`` after all this.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -544,25 +544,18 @@ def _gates_of_railings(
     closed = enclosed_pieces(fenced)[1]
     known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
     beside, house = (shapely.buffer(walls, BESIDE_M, quad_segs=2) for walls in (planes.tall, ground))
-    new = [
-        room
-        for room in enclosed_pieces(unite([fenced, *grow_to_overlap(found)]))[1]
-        if room.area >= config.area_m2
-        and not room.representative_point().intersects(known)
-        and shapely.intersection(room.exterior, beside).length > MOST * room.length
-        and (
-            _is_covered(room, level)
+
+    def is_of_house(place: Polygon) -> bool:
+        return shapely.intersection(place.exterior, beside).length > MOST * place.length and (
+            _is_covered(place, level)
             or (
                 roofless
-                and shapely.intersection(room.exterior, house).length > LARGELY * room.length
-                and sum(_leads_into(piece, room, known) for piece in pieces) > 1
+                and shapely.intersection(place.exterior, house).length > LARGELY * place.length
+                and sum(_leads_into(piece, place, known) for piece in pieces) > 1
             )
         )
-    ]
-    if not new:
-        return []
-    around = shapely.buffer(unite(new), BESIDE_M)
-    return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
+
+    return _gates_into_new_places(found, fenced, known, is_of_house, config)
 
 
 def _wide_gates(
@@ -586,18 +579,30 @@ def _wide_gates(
     ground, closed = enclosed_pieces(close_plane(planes.door, pieces))
     known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
     house, spanned = shapely.buffer(ground, BESIDE_M, quad_segs=2), shapely.convex_hull(planes.door).area
+
+    def is_of_house(place: Polygon) -> bool:
+        return shapely.intersection(place.exterior, house).length > MOSTLY * place.length and (
+            _is_covered(place, level) or (roofless and _has_ways(place, pieces, known, MOST * spanned))
+        )
+
+    return _gates_into_new_places(found, ground, known, is_of_house, config)
+
+
+def _gates_into_new_places(
+    gaps: list[Polygon],
+    ground: BaseGeometry,
+    known: BaseGeometry,
+    is_of_house: Callable[[Polygon], bool],
+    config: LayoutConfig,
+) -> list[ClosingCandidate]:
+    """Return, as gates, the gaps that enclose a place of the house outside what is ``known`` to be enclosed."""
     new = [
         place
-        for place in enclosed_pieces(unite([ground, *grow_to_overlap(found)]))[1]
-        if place.area >= config.area_m2
-        and not place.representative_point().intersects(known)
-        and shapely.intersection(place.exterior, house).length > MOSTLY * place.length
-        and (_is_covered(place, level) or (roofless and _has_ways(place, pieces, known, MOST * spanned)))
+        for place in enclosed_pieces(unite([ground, *grow_to_overlap(gaps)]))[1]
+        if place.area >= config.area_m2 and not place.representative_point().intersects(known) and is_of_house(place)
     ]
-    if not new:
-        return []
     around = shapely.buffer(unite(new), BESIDE_M)
-    return [ClosingCandidate(gap, "gate") for gap in found if gap.intersects(around)]
+    return [ClosingCandidate(gap, "gate") for gap in gaps if gap.intersects(around)]
 
 
 def _has_ways(place: Polygon, pieces: list[ClosingCandidate], rooms: BaseGeometry, main_m2: float) -> bool:
