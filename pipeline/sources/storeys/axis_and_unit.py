@@ -26,11 +26,10 @@ R7  Where no unit fits, the scale is tried that makes a storey 2.7 m high (``TRI
 R8  So it is where a file without a unit would be a building in metres that nothing divides, if that scale, and not
     metres, gives an opening the height of a door.
 R9  What the sizes of openings, walls and named things make clearly likelier (``size_evidence``) is taken instead of a
-    guess. A unit that the file or its format lays down is no guess where the rules before kept it, unless the format's
-    makes a storey higher than any dwelling's.
+    guess. A unit that the file or its format lays down is no guess where the rules before kept it.
 R10 Walls over whose openings nothing hangs may be cut off, as those of a dollhouse: what is lower than the lowest
     storey in a known unit, and reaches ``LOWEST_CUT_M``, may have its size (R9). Doors as high as such walls are cut
-    with them. What the format's unit makes higher than a dwelling's storey is not cut off in another.
+    with them.
 """
 
 from __future__ import annotations
@@ -166,10 +165,9 @@ def find_axis_and_unit(
     tried = found is None and not wish.is_about_size
     if tried:  # R7
         found = USUAL_STOREY_M / shape.storey
-    is_hall = found is not None and not convention.declared and shape.storey * found > HIGHEST_STOREY_M
-    if found and not wish.is_about_size and (found != convention.metres or is_hall):
+    if found and not wish.is_about_size and found != convention.metres:
         sizes = _sizes_found(surfaces, axis, shape, (things or {}).get(axis, ()))
-        likeliest = None if is_hall or not shape.may_be_cut else _likeliest(sizes, found, convention, shape, tried)
+        likeliest = _likeliest(sizes, found, convention, shape, tried) if shape.may_be_cut else None
         if likeliest is None or not shape.is_cut(likeliest):
             shape = replace(shape, may_be_cut=False)
             likeliest = _likeliest(sizes, found, convention, shape)
