@@ -10,7 +10,7 @@ from typing import Final, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Point, Polygon
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import (
@@ -19,13 +19,11 @@ from pipeline.geometry.areas import (
     OutlineCorners,
     Shapes,
     are_too_narrow,
-    areas_inside,
     buffer_mitred,
     dot_product,
     drop_lines_and_points,
     drop_thin_parts,
     drop_thin_parts_of_each,
-    enclosed_area,
     enclosed_pieces,
     fill_enclosed,
     intersect,
@@ -39,28 +37,19 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.portals import Portal, find_portals, portal_strips
 from pipeline.tolerances import (
     AROUND_M,
-    BESIDE_M,
-    BLOCK_M,
     CM_M,
     CRACK_M,
-    GROUP,
     HAIR_M,
-    HALL_M,
     HAND_M,
     LAP_M,
-    LARGELY,
     MM_M,
     MOST,
-    MOSTLY,
     PARALLEL,
-    PARTITION_M,
-    POINT_M,
     SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
     STAND_M,
     THICK_WALL_M,
-    THIN_WALL_M,
     TWICE,
     WALL_M,
 )
@@ -157,7 +146,7 @@ def minimal_separators(
     import networkx
     from networkx.utils import UnionFind
 
-    spaces = [*rooms, _outside(plane)]
+    spaces = [*rooms, area_outside(plane)]
     others = unite(candidate.polygon for candidate in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
     shapes = [drop_lines_and_points(shape) for shape in drop_thin_parts_of_each(bare, 4 * HAIR_M)]
@@ -186,7 +175,7 @@ def close_plane(door: BaseGeometry, candidates: Iterable[ClosingCandidate]) -> B
     return unite([door, *(c.polygon for c in candidates)])
 
 
-def _outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
+def area_outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
     """Return the air around a house, a metre of it or as wide as asked."""
     house = fill_enclosed(plane)
     return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
@@ -275,15 +264,22 @@ class WallEnd:
         beside = abs(dot_product(other.centre - self.centre, aside))
         return bool(dot_product(other.out, self.out) < -PARALLEL and max(abs(width - other_width), beside) < STAND_M)
 
+    def width_of(self, gap: Polygon) -> float:
+        """Return how wide a gap before the end is, in metres: as far as it goes on from the end."""
+        return float(np.ptp(dot_product(shapely.get_coordinates(gap), self.out)))
 
-def wall_ends(walls: BaseGeometry, *, nibs: bool = False) -> Iterator[WallEnd]:
-    """Every free end of a straight wall; with ``nibs`` those that are told from pilasters by what they face only."""
+
+def wall_ends(walls: BaseGeometry, thickest_m: float = THICK_WALL_M, *, nibs: bool = False) -> Iterator[WallEnd]:
+    """Every free end of a straight wall up to ``thickest_m``.
+
+    With ``nibs`` also those that only what they face tells from pilasters.
+    """
     parts = polygons_of(walls)
     if parts:
-        yield from (end for end in _ends_of(trace_outlines(parts, LAP_M)) if nibs or not end.is_nib)
+        yield from (end for end in _ends_of(trace_outlines(parts, LAP_M), thickest_m) if nibs or not end.is_nib)
 
 
-def _ends_of(walls: OutlineCorners, thickest_m: float = THICK_WALL_M) -> Iterator[WallEnd]:
+def _ends_of(walls: OutlineCorners, thickest_m: float) -> Iterator[WallEnd]:
     """Yield all that looks like an end, ring by ring."""
     points, after, before = walls.points, walls.after, walls.before
     edge = points[after] - points
@@ -363,23 +359,19 @@ def gap_fillings(
         facing = _between_ends(gap or _strip_before_end(end, reach_m), end, ends, reach_m)
         if facing is not None:  # R1
             found.append(facing)
-        elif gap is not None and _width(gap, end) <= SINGLE_DOOR_M[1] and not end.is_nib:  # R2
+        elif gap is not None and end.width_of(gap) <= SINGLE_DOOR_M[1] and not end.is_nib:  # R2
             found.append(gap)
     found.sort(key=lambda g: (round(g.length, 6), g.bounds))
-    return [found[k] for k in _each_once(found)]
+    return [found[k] for k in each_place_once(found)]
 
 
-def _each_once(found: Sequence[Polygon]) -> list[int]:
+def each_place_once(found: Sequence[Polygon]) -> list[int]:
     """A gap between two ends is found from both; the first stands for what lies mostly in it. Return those kept."""
     kept: list[int] = []
     for k, gap in enumerate(found):
         if not any(intersect(gap, found[j]).area > MOST * min(gap.area, found[j].area) for j in kept):
             kept.append(k)
     return kept
-
-
-def _width(gap: Polygon, end: WallEnd) -> float:
-    return float(np.ptp(dot_product(shapely.get_coordinates(gap), end.out)))
 
 
 def _strip_before_end(end: WallEnd, reach_m: float) -> Polygon:
@@ -466,7 +458,7 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
     if not _joins_or_parts(narrow, walls):
         return []
     free = enclosed_pieces(walls)[1]
-    spaces = [*enclosed_pieces(narrow)[1], _outside(narrow)]
+    spaces = [*enclosed_pieces(narrow)[1], area_outside(narrow)]
     inside = [shapely.points(space.representative_point().coords[0]) for space in spaces]
     homes = [next((k for k, piece in enumerate(free) if piece.contains(point)), OUTSIDE) for point in inside]
     parted = [(a, b) for a, b in combinations(range(len(spaces)), 2) if homes[a] == homes[b]]
@@ -474,350 +466,3 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
     places = shapely.centroid(shapely.get_parts(meet))
     places = places[~shapely.contains(buffer_mitred(walls, -HAIR_M), places)]  # there the wall is thin, and no more
     return polygons_of(unite(shapely.buffer(places, CRACK_M / 2, cap_style="square")))
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Mouths: narrow places in a room, where a person sees one room end and the next begin.
-#
-# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at, or
-#     that ends a partition's breadth beside where it points.
-# R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
-#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks that is not ``TWICE``
-#     as wide as deep, the room holds a disc ``WIDER`` times as wide as the mouth; so a corridor between bends and
-#     crossings is none. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
-#     A block deeper than ``BLOCK_M`` makes a mouth that is no deeper than wide; what is deeper is a corridor.
-# R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
-# ---------------------------------------------------------------------------------------------------------------------
-
-NARROW_IN_WALL = 0.65
-WIDER = 1.5
-"""The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
-LOOK_M = (0.5, 2.0)
-"""How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
-MOUTH_ROOM_M2 = 4.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Mouth:
-    """A mouth and its filling: ``middle`` (2,) is the middle of its width and depth, ``along`` leads across it.
-
-    ``share`` is how much of the breadth behind it the mouth may take.
-    """
-
-    filling: Polygon
-    middle: npt.NDArray[np.float64]
-    along: npt.NDArray[np.float64]
-    width: float
-    depth: float
-    share: float
-
-    def in_row(self, other: _Mouth) -> bool:
-        """Return whether two mouths lie in one wall."""
-        off = other.middle - self.middle
-        aside = abs(self.along[0] * off[1] - self.along[1] * off[0])
-        return bool(aside < BESIDE_M and abs(dot_product(self.along, other.along)) > PARALLEL)
-
-
-def mouth_fillings(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Polygon]]:
-    """Fillings of the mouths that part ``rooms`` into more rooms; ``walls`` is all that closes them.
-
-    Mouths of one wall that part a room only together are in one list.
-    """
-    solid = polygons_of(walls)
-    if not (solid and rooms):
-        return []
-    ends = list(_ends_of(trace_outlines(solid, LAP_M), HALL_M))
-    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None and mouth.width > CRACK_M]
-    every.sort(key=lambda each: (round(each.width, 6), each.filling.bounds))
-    every = [every[k] for k in _each_once([mouth.filling for mouth in every])]
-    found: list[list[Polygon]] = []
-    waiting = list(rooms)
-    while waiting:
-        room = waiting.pop()
-        near = [mouth for mouth in every if shapely.contains(room, shapely.points(mouth.middle))]
-        rows = [[other for other in near if mouth.in_row(other)] for mouth in near]
-        tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _part_at_mouths(room, row))]
-        if tries:
-            (_, sides), row = min(
-                tries, key=lambda each: (round(each[0][0], 6), len(each[1]), each[1][0].filling.bounds)
-            )
-            found.append([mouth.filling for mouth in row])
-            waiting += sides
-    return found
-
-
-def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
-    strip = gap_beyond_wall_end(end, walls, HALL_M)
-    straight = np.inf if strip is None else _width(strip, end) - 0.015
-    depth, left = float(np.hypot(*(end.b - end.a))), np.array([-end.out[1], end.out[0]])
-    low, high = -min(depth, PARTITION_M) / 2, min(depth, PARTITION_M) / 2
-    width, centre = straight, end.centre
-    for way in (-1, 1):
-        past = _distance_beside(end, way * (depth / 2 + THIN_WALL_M) * left, walls)
-        if past < min(width, straight - THICK_WALL_M):
-            width, side = past, way * (depth / 2 + THIN_WALL_M)
-            low, high = min(-depth / 2, side), max(depth / 2, side)
-            centre = end.centre + (low + high) / 2 * left
-    if not np.isfinite(width) or depth > max(BLOCK_M, width + PARTITION_M):
-        return None
-    near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
-    filling = Polygon([near + low * left, near + high * left, far + high * left, far + low * left])
-    met = end.centre + end.out * width
-    in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
-    deep = depth if width == straight else high - low
-    wide = min(width, _distance_beside(end, np.zeros(2), walls))  # some of the end's breadth may point past the wall
-    return _Mouth(filling, centre + end.out * width / 2, end.out, wide, deep, NARROW_IN_WALL if in_wall else MOST)
-
-
-def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGeometry) -> float:
-    """Return how far away the first wall stands so much aside of where a wall's end points; infinite if none does."""
-    start = end.centre + aside
-    ray = shapely.linestrings([start + 1e-3 * end.out, start + HALL_M * end.out])
-    hit = shapely.get_coordinates(shapely.intersection(ray, walls))
-    return float(np.min(dot_product(hit - start, end.out), initial=np.inf))
-
-
-def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
-    """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
-    parts = [p for p in polygons_of(subtract(room, unite(m.filling for m in row))) if p.area >= MOUTH_ROOM_M2]
-    if len(parts) < 2:
-        return None
-    narrowest, between = 0.0, set()
-    for mouth in row:
-        sides = [_room_behind_mouth(mouth, way, parts) for way in (1, -1)]
-        if sides[0] is None or sides[1] is None or sides[0][0] == sides[1][0]:
-            return None
-        between.add(frozenset(k for k, _ in (sides[0], sides[1])))
-        narrowest = max(narrowest, sum(m.width for m in row) / min(sides[0][1], sides[1][1]))
-    if len(between) > 1 or narrowest > min(mouth.share for mouth in row):
-        return None
-    return narrowest, [parts[k] for k in sorted(next(iter(between)))]
-
-
-def _room_behind_mouth(mouth: _Mouth, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
-    """Return which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
-    aside = np.array([-mouth.along[1], mouth.along[0]]) * way
-    face = mouth.middle + aside * (mouth.depth / 2 + 1e-2)
-    at = shapely.points(face)
-    k = next((k for k, part in enumerate(parts) if shapely.contains(part, at)), None)
-    if k is None:
-        return None
-    look = float(np.clip(mouth.width, *LOOK_M))
-    far = HALL_M / MOST * mouth.along
-    window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
-    seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
-    wide = WIDER * mouth.width
-    between_blocks = mouth.depth > THICK_WALL_M and mouth.width < TWICE * mouth.depth
-    if between_blocks and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
-        return None
-    return k, sum(piece.area for piece in seen) / look
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# A boundary for a house that its walls leave open.
-# ---------------------------------------------------------------------------------------------------------------------
-
-FARTHEST_M = 10.0
-DISCS_M = (1.0, 1.5, 2.0, 2.5)
-
-
-def bands_at_floor_edge(
-    floor: BaseGeometry, ground: BaseGeometry, least_m2: float, *, joined: bool = True
-) -> list[Polygon]:
-    """Bands along the edges of the floor slab where it is open.
-
-    ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
-    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind it, the
-    band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
-    out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
-    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer. Where an inner wall
-    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part. Where walls end
-    before it by the thickness of a wall, as around an outer wall that is missing, they go on to the bands.
-    """
-    open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
-    large = [part for part in open_floor if part.area >= least_m2]
-    if not large:
-        return []
-    bands: list[Polygon] = []
-    insides: list[Point] = []
-    ends = list(wall_ends(ground))
-    near_walls = shapely.buffer(ground, BESIDE_M, quad_segs=2)
-    for part in large:
-        edge = part.exterior
-        walled = shapely.intersection(edge, near_walls).length / edge.length
-        if walled < MOST:
-            continue
-        bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
-        going_on = [
-            gap
-            for end in ends
-            if (gap := gap_beyond_wall_end(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
-        ]
-        bands += going_on
-        rest = shapely.difference(bare, shapely.buffer(unite(going_on), BESIDE_M, cap_style="flat"))
-        if rest.length > BESIDE_M:
-            lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
-            band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
-            bands += polygons_of(subtract(band, unite([floor, ground])))
-            inside = part.representative_point()
-            insides.append(inside)
-            if walled > LARGELY and not fill_enclosed(unite([ground, *bands])).contains(inside):
-                bands += _in_cracks(bands, ground)
-    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
-        bands += _between_bands(bands, unite([floor, ground]))
-    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
-        edge = unite(bands)
-        bands += [gap for end in ends if (gap := gap_beyond_wall_end(end, edge, WALL_M)) is not None]
-    return bands
-
-
-def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon]:
-    """Return what joins bands that lie in line, a wall's thickness apart at most, over nothing that stands there."""
-    whole = buffer_mitred(buffer_mitred(unite(bands), WALL_M / 2), -WALL_M / 2)
-    return grow_to_overlap(polygons_of(subtract(whole, unite([standing, *bands]))))
-
-
-def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
-    """Return what fills the cracks between bands and the walls beside them."""
-    house = unite([ground, *bands])
-    whole = shapely.buffer(buffer_mitred(house, CRACK_M), -CRACK_M, join_style="mitre")
-    near = shapely.buffer(unite(bands), 2 * CRACK_M)
-    return grow_to_overlap(polygons_of(intersect(subtract(whole, house), near)))
-
-
-def bands_around_rooms(
-    named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float
-) -> list[Polygon]:
-    """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
-
-    Rooms that lie open and meet count together: around less than ``least_m2`` there is no band. ``ground`` is the
-    closed plane so far and ``rooms`` what it encloses.
-    """
-    if not named:
-        return []
-    drawn, spaces = np.array(named, np.object_), np.array(rooms, np.object_)
-    of_drawn, of_space = shapely.STRtree(spaces).query(drawn, predicate="intersects")
-    shared = shapely.area(intersect_pairs(drawn[of_drawn], spaces[of_space]))
-    area, covered = shapely.area(drawn), np.bincount(of_drawn, shared, minlength=len(named))
-    lying_open = drawn[covered < MOST * area]
-    wider = polygons_of(unite(buffer_mitred(room, HAND_M) for room in lying_open))
-    wide = [group for group in wider if areas_inside(lying_open, group).sum() >= least_m2]
-    return polygons_of(subtract(unite(wide), unite([*named, ground]))) if wide else []
-
-
-def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
-    return bool(intersect(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
-
-
-def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
-    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more.
-
-    Once half of what the walls span is enclosed, only fronts no wider than those closed so far are closed.
-    """
-    ends = list(wall_ends(tall))
-    straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
-    slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
-    candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
-    kept: list[Polygon] = []
-    so_far = enclosed_area(ground)
-    parts = np.array(polygons_of(ground), dtype=np.object_)
-    hull = shapely.convex_hull(tall).area
-    for candidate in candidates:
-        if so_far > MOST * hull and (not kept or candidate.length > kept[-1].length + 2 * HAND_M):
-            break
-        if not makes_a_ring(candidate, parts):
-            continue
-        met = shapely.intersects(parts, candidate)
-        joined = np.array([*polygons_of(unite([*parts[met], candidate])), *parts[~met]], dtype=np.object_)
-        area = enclosed_area(shapely.multipolygons(joined))
-        if area >= so_far + least_m2:
-            kept.append(candidate)
-            parts, so_far = joined, area
-    return kept
-
-
-def makes_a_ring(closing: Polygon, parts: Shapes) -> bool:
-    """Return whether walls, polygons (n,), may enclose more with a closing.
-
-    It meets one of them, or what touches it, in two places.
-    """
-    met = parts[shapely.intersects(parts, closing)]
-    shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
-    if (shapely.get_num_geometries(shared) > 1).any():
-        return True
-    if len(met) < 2:
-        return False
-    touching = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=POINT_M)
-    return bool((touching[0] != touching[1]).any())
-
-
-def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
-    """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
-
-    There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
-    wider than ``HALL_M``.
-    """
-    hull = shapely.convex_hull(tall)
-    if hull.geom_type != "Polygon" or hull.area < least_m2:
-        return []
-    bare = shapely.difference(hull.exterior, shapely.buffer(tall, BESIDE_M, quad_segs=2))
-    fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
-    if bare.length > (1 - MOSTLY) * hull.length or any(front.length > HALL_M for front in fronts):
-        return []
-    bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
-    inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
-    return [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
-
-
-def bands_across_hall_openings(
-    ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float
-) -> list[Polygon]:
-    """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
-
-    ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
-    that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``GROUP`` parts or
-    more, whose openings take ``SOME`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
-    """
-    if len({part for _, part in ways}) < GROUP:
-        return []
-    air = _outside(ground, 2 * DISCS_M[-1] + 1.0)
-    for radius in DISCS_M:
-        wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
-        reached = shapely.buffer(unite(wide), radius + HAIR_M)
-        bands: list[Polygon] = []
-        for hall in polygons_of(drop_thin_parts(subtract(air, reached), 2 * BESIDE_M)):
-            into = {part for way, part in ways if way.distance(hall) < BESIDE_M}
-            if hall.area < least_m2 or len(into) < GROUP:
-                continue
-            bare = shapely.difference(hall.exterior, shapely.buffer(ground, BESIDE_M / 2, quad_segs=2))
-            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BESIDE_M]
-            if sum(edge.length for edge in edges) < SOME * hall.length:
-                bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
-        if bands:
-            return bands
-    return []
-
-
-def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
-    """Return the straight band between the walls that are nearest to the ends of an open edge."""
-    ends = [shapely.get_point(edge, 0), shapely.get_point(edge, -1)]
-    line = shapely.linestrings([shapely.get_coordinates(shapely.shortest_line(ground, end))[0] for end in ends])
-    return subtract(shapely.buffer(line, HAND_M / 2, cap_style="square"), ground)
-
-
-def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
-    """Return the band between two wall ends, if nothing but the ends themselves stands between them."""
-    a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
-    length = float(np.hypot(*(b - a)))
-    if not 0.05 < length <= FARTHEST_M:
-        return None
-    line = shapely.linestrings([a, b])
-    within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
-    if shapely.intersection(line, ground).length > within_ends + 0.05:
-        return None
-    return polygons_of(shapely.buffer(line, HAND_M / 2, cap_style="square"))[0]
-
-
-def are_rooms_half_of_house(rooms: list[Polygon], tall: BaseGeometry) -> bool:
-    """Return whether the rooms fill half of what the walls span: then the house counts as closed."""
-    return bool(sum(r.area for r in rooms) > MOST * shapely.convex_hull(tall).area)

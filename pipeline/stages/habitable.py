@@ -1,6 +1,6 @@
-"""Decide which spaces between walls are rooms, and which part of them is floor (rules R9 and R10 of the layout).
+"""Decide which spaces between walls are rooms, and which part of them is floor.
 
-R9  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all
+R1  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all
     round (a stairwell, a room whose floor nobody drew), or walls, lintels and gaps do and several known doors lead
     into it, or one and nothing else joins what it joins (a corridor). Where no door is known, gaps and lintels no wider
     than a door are the doors of a corridor. What has neither a floor nor anything above it, nor
@@ -25,7 +25,7 @@ R9  Where the house has floors, a space without one is no room, unless walls and
     way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
     source names is one, and one that lies for the most part where the source says that one is outside is none.
     What a person says is no room (``overrides.toml``) is none.
-R10  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), if the source draws the
+R2  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), if the source draws the
      floor of most of what lies over none. Where that leaves nothing
      of the room, and the stairs that lead up through the void take half of it or more, the room is a stairwell.
 """
@@ -93,7 +93,7 @@ def keep_habitable_spaces(
     *,
     filled: set[int],
 ) -> list[Polygon]:
-    """Return the spaces that are rooms (R9); those of the numbers ``filled`` are none (``filled_spaces``)."""
+    """Return the spaces that are rooms (R1); those of the numbers ``filled`` are none (``filled_spaces``)."""
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
@@ -316,7 +316,7 @@ def _along(room: Polygon, band: BaseGeometry) -> float:
 
 
 def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
-    """Return the rooms without the voids in their floors, if the source draws most of the floors (R10)."""
+    """Return the rooms without the voids in their floors, if the source draws most of the floors (R2)."""
     if level.below is None or level.floor is None:
         return rooms
     covered = sum(intersect(room, level.floor).area for room in rooms)

@@ -32,9 +32,9 @@ from shapely import Polygon
 
 from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
+from pipeline.stages.closings import find_closing_candidates
 from pipeline.stages.confidence import load_models
 from pipeline.stages.evidence import gather_evidence
-from pipeline.stages.layout import find_closing_candidates
 from pipeline.stages.planes import find_planes
 from pipeline.values import Level
 from research.confidence_fit import LIMITS as FIT_LIMITS

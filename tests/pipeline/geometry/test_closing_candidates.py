@@ -7,19 +7,21 @@ import shapely
 from pipeline.geometry import closing_candidates
 from pipeline.geometry.areas import enclosed_area, enclosed_pieces, trace_outlines, unite
 from pipeline.geometry.closing_candidates import (
-    are_rooms_half_of_house,
     assign_sides,
-    bands_at_floor_edge,
-    bands_at_open_fronts,
-    closings_between_wall_ends,
     contact_fillings,
     crack_fillings,
     gap_beyond_wall_end,
     gap_fillings,
-    makes_a_ring,
     minimal_separators,
     split_at_portals,
     wall_ends,
+)
+from pipeline.geometry.open_boundaries import (
+    are_rooms_half_of_house,
+    bands_at_floor_edge,
+    bands_at_open_fronts,
+    closings_between_wall_ends,
+    makes_a_ring,
 )
 from pipeline.values import ClosingCandidate
 

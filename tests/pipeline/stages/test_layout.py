@@ -62,7 +62,7 @@ def test_a_beam_along_a_wall_does_not_close_the_doorway_of_a_leaf_that_is_named(
 @pytest.mark.parametrize("has_door", [True, False])
 @pytest.mark.parametrize("beside", [gap(1.4, 4.2), Hole(1.4, 4.2, 0.0, 2.42)])
 def test_a_named_door_parts_two_rooms_though_a_wide_gap_or_a_header_is_beside_it(beside: Hole, has_door: bool) -> None:
-    """R23: an opening of 2.8 m in the same wall, of full height or under a header of 8 cm, that the source omits."""
+    """R7: an opening of 2.8 m in the same wall, of full height or under a header of 8 cm, that the source omits."""
     between = wall((4.0, 0.0, 4.2, 4.4), Hole(0.2, 1.1), beside)
     opening = SourceOpening(shapely.box(4.0, 0.2, 4.2, 1.1), has_door)
     found = layout([*shell((0.0, 0.0, 7.2, 4.4)), *between], openings=(opening,), named_openings=True)
@@ -214,14 +214,14 @@ def test_a_corridor_and_its_bend_have_no_mouth() -> None:
 
 @pytest.mark.parametrize("only_walls", [True, False])
 def test_one_room_of_the_source_has_no_mouth_where_the_source_names_its_walls(only_walls: bool) -> None:
-    """R25: elsewhere it may be the floor of the storey."""
+    """R1: elsewhere it may be the floor of the storey."""
     named = (SourceRoom(("Hall",), (), shapely.box(0, 0, 12, 6)),)
     found = layout(_hall_and_chamber(2.4), rooms=named, only_walls=only_walls)
     assert len(found.rooms) == (1 if only_walls else 2)
 
 
 def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() -> None:
-    """R25: a room of 5 m x 4 m with an opening of 3.4 m, and a floor that goes on 1 m before it."""
+    """R1: a room of 5 m x 4 m with an opening of 3.4 m, and a floor that goes on 1 m before it."""
     parts = shell((0.0, 0.0, 5.0, 4.0), front=[gap(0.8, 4.2)])
     floor = shapely.box(0.0, -1.2, 5.0, 4.0)
     named = (SourceRoom(("Room",), (), floor),)
@@ -233,7 +233,7 @@ def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() ->
 
 
 def test_a_room_of_the_source_that_nothing_else_closes_closes_at_its_edge() -> None:
-    """R25: walls on two sides, which close nothing."""
+    """R1: walls on two sides, which close nothing."""
     parts = [*wall((-0.2, -0.2, 6.0, 0.0)), *wall((-0.2, 0.0, 0.0, 5.0))]
     named = (SourceRoom(("Room",), (), shapely.box(0.0, 0.0, 6.0, 5.0)),)
     assert [round(room.area) for room in layout(parts, rooms=named).rooms] == [30]

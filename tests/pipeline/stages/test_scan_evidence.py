@@ -35,7 +35,7 @@ def test_an_open_edge_is_no_wall_and_lies_beside_the_walls() -> None:  # R4
 
 
 @pytest.mark.parametrize(("sides", "notes"), [(4, {}), (3, {"boundary": "floor_edge"})])
-def test_a_plan_says_that_a_side_was_not_seen(sides: int, notes: dict[str, str]) -> None:  # layout R22
+def test_a_plan_says_that_a_side_was_not_seen(sides: int, notes: dict[str, str]) -> None:  # layout R2
     plan = planned(level(sides))
     assert plan.area == pytest.approx(16.0, abs=0.8)
     assert plan.provenance["notes"] == notes

@@ -88,7 +88,7 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    named = {"tolerances.LAP_M", "geometry.closing_candidates.WIDER", "stages.layout.SLIT_M"}
+    named = {"tolerances.LAP_M", "geometry.mouths.WIDER", "stages.layout.SLIT_M"}
     assert named <= {number.title for number in found}
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
@@ -106,10 +106,10 @@ def test_a_number_moves_wherever_it_was_imported_and_comes_back():
 
 
 def test_a_default_moves_too():
-    assert closing_candidates._ends_of.__defaults__ == (closing_candidates.THICK_WALL_M,)
+    assert closing_candidates.wall_ends.__defaults__ == (closing_candidates.THICK_WALL_M,)
     with moved(Number("pipeline.tolerances", "THICK_WALL_M"), 0.0):
-        assert closing_candidates._ends_of.__defaults__ == (0.0,)
-    assert closing_candidates._ends_of.__defaults__ == (closing_candidates.THICK_WALL_M,)
+        assert closing_candidates.wall_ends.__defaults__ == (0.0,)
+    assert closing_candidates.wall_ends.__defaults__ == (closing_candidates.THICK_WALL_M,)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,245 @@
+"""Find what closes a house that its walls leave open: bands along its floor, its rooms, or between ends of walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+import shapely
+from shapely import Point, Polygon
+from shapely.geometry.base import BaseGeometry
+
+from pipeline.geometry.areas import (
+    Shapes,
+    areas_inside,
+    buffer_mitred,
+    drop_thin_parts,
+    enclosed_area,
+    fill_enclosed,
+    intersect,
+    intersect_pairs,
+    polygons_of,
+    subtract,
+    unite,
+)
+from pipeline.geometry.closing_candidates import WallEnd, area_outside, gap_beyond_wall_end, grow_to_overlap, wall_ends
+from pipeline.tolerances import (
+    BESIDE_M,
+    CRACK_M,
+    GROUP,
+    HAIR_M,
+    HALL_M,
+    HAND_M,
+    LARGELY,
+    MOST,
+    MOSTLY,
+    POINT_M,
+    SOME,
+    WALL_M,
+)
+
+FARTHEST_M = 10.0
+DISCS_M = (1.0, 1.5, 2.0, 2.5)
+
+
+def bands_at_floor_edge(
+    floor: BaseGeometry, ground: BaseGeometry, least_m2: float, *, joined: bool = True
+) -> list[Polygon]:
+    """Bands along the edges of the floor slab where it is open.
+
+    ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
+    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind it, the
+    band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
+    out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
+    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer. Where an inner wall
+    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part. Where walls end
+    before it by the thickness of a wall, as around an outer wall that is missing, they go on to the bands.
+    """
+    open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
+    large = [part for part in open_floor if part.area >= least_m2]
+    if not large:
+        return []
+    bands: list[Polygon] = []
+    insides: list[Point] = []
+    ends = list(wall_ends(ground))
+    near_walls = shapely.buffer(ground, BESIDE_M, quad_segs=2)
+    for part in large:
+        edge = part.exterior
+        walled = shapely.intersection(edge, near_walls).length / edge.length
+        if walled < MOST:
+            continue
+        bare = shapely.difference(edge, shapely.buffer(ground, 0.02, quad_segs=2))
+        going_on = [
+            gap
+            for end in ends
+            if (gap := gap_beyond_wall_end(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
+        ]
+        bands += going_on
+        rest = shapely.difference(bare, shapely.buffer(unite(going_on), BESIDE_M, cap_style="flat"))
+        if rest.length > BESIDE_M:
+            lines = shapely.line_merge(shapely.multilinestrings(shapely.get_parts(rest)))
+            band = shapely.buffer(lines, HAND_M, cap_style="square", join_style="mitre")
+            bands += polygons_of(subtract(band, unite([floor, ground])))
+            inside = part.representative_point()
+            insides.append(inside)
+            if walled > LARGELY and not fill_enclosed(unite([ground, *bands])).contains(inside):
+                bands += _in_cracks(bands, ground)
+    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
+        bands += _between_bands(bands, unite([floor, ground]))
+    if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
+        edge = unite(bands)
+        bands += [gap for end in ends if (gap := gap_beyond_wall_end(end, edge, WALL_M)) is not None]
+    return bands
+
+
+def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon]:
+    """Return what joins bands that lie in line, a wall's thickness apart at most, over nothing that stands there."""
+    whole = buffer_mitred(buffer_mitred(unite(bands), WALL_M / 2), -WALL_M / 2)
+    return grow_to_overlap(polygons_of(subtract(whole, unite([standing, *bands]))))
+
+
+def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
+    """Return what fills the cracks between bands and the walls beside them."""
+    house = unite([ground, *bands])
+    whole = shapely.buffer(buffer_mitred(house, CRACK_M), -CRACK_M, join_style="mitre")
+    near = shapely.buffer(unite(bands), 2 * CRACK_M)
+    return grow_to_overlap(polygons_of(intersect(subtract(whole, house), near)))
+
+
+def bands_around_rooms(
+    named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float
+) -> list[Polygon]:
+    """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
+
+    Rooms that lie open and meet count together: around less than ``least_m2`` there is no band. ``ground`` is the
+    closed plane so far and ``rooms`` what it encloses.
+    """
+    if not named:
+        return []
+    drawn, spaces = np.array(named, np.object_), np.array(rooms, np.object_)
+    of_drawn, of_space = shapely.STRtree(spaces).query(drawn, predicate="intersects")
+    shared = shapely.area(intersect_pairs(drawn[of_drawn], spaces[of_space]))
+    area, covered = shapely.area(drawn), np.bincount(of_drawn, shared, minlength=len(named))
+    lying_open = drawn[covered < MOST * area]
+    wider = polygons_of(unite(buffer_mitred(room, HAND_M) for room in lying_open))
+    wide = [group for group in wider if areas_inside(lying_open, group).sum() >= least_m2]
+    return polygons_of(subtract(unite(wide), unite([*named, ground]))) if wide else []
+
+
+def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
+    return bool(intersect(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
+
+
+def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more.
+
+    Once half of what the walls span is enclosed, only fronts no wider than those closed so far are closed.
+    """
+    ends = list(wall_ends(tall))
+    straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
+    slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
+    candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
+    kept: list[Polygon] = []
+    so_far = enclosed_area(ground)
+    parts = np.array(polygons_of(ground), dtype=np.object_)
+    hull = shapely.convex_hull(tall).area
+    for candidate in candidates:
+        if so_far > MOST * hull and (not kept or candidate.length > kept[-1].length + 2 * HAND_M):
+            break
+        if not makes_a_ring(candidate, parts):
+            continue
+        met = shapely.intersects(parts, candidate)
+        joined = np.array([*polygons_of(unite([*parts[met], candidate])), *parts[~met]], dtype=np.object_)
+        area = enclosed_area(shapely.multipolygons(joined))
+        if area >= so_far + least_m2:
+            kept.append(candidate)
+            parts, so_far = joined, area
+    return kept
+
+
+def makes_a_ring(closing: Polygon, parts: Shapes) -> bool:
+    """Return whether walls, polygons (n,), may enclose more with a closing.
+
+    It meets one of them, or what touches it, in two places.
+    """
+    met = parts[shapely.intersects(parts, closing)]
+    shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
+    if (shapely.get_num_geometries(shared) > 1).any():
+        return True
+    if len(met) < 2:
+        return False
+    touching = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=POINT_M)
+    return bool((touching[0] != touching[1]).any())
+
+
+def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
+    """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
+
+    There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
+    wider than ``HALL_M``.
+    """
+    hull = shapely.convex_hull(tall)
+    if hull.geom_type != "Polygon" or hull.area < least_m2:
+        return []
+    bare = shapely.difference(hull.exterior, shapely.buffer(tall, BESIDE_M, quad_segs=2))
+    fronts = shapely.get_parts(shapely.line_merge(bare)) if not bare.is_empty else np.zeros(0, np.object_)
+    if bare.length > (1 - MOSTLY) * hull.length or any(front.length > HALL_M for front in fronts):
+        return []
+    bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
+    inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
+    return [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
+
+
+def bands_across_hall_openings(
+    ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float
+) -> list[Polygon]:
+    """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
+
+    ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
+    that it leads into. A hall is a place that a disc cannot enter from outside, with ways into ``GROUP`` parts or
+    more, whose openings take ``SOME`` of its edge at most. The smallest disc of ``DISCS_M`` that stays out is taken.
+    """
+    if len({part for _, part in ways}) < GROUP:
+        return []
+    air = area_outside(ground, 2 * DISCS_M[-1] + 1.0)
+    for radius in DISCS_M:
+        wide = [p for p in polygons_of(shapely.buffer(air, -radius)) if len(p.interiors)]
+        reached = shapely.buffer(unite(wide), radius + HAIR_M)
+        bands: list[Polygon] = []
+        for hall in polygons_of(drop_thin_parts(subtract(air, reached), 2 * BESIDE_M)):
+            into = {part for way, part in ways if way.distance(hall) < BESIDE_M}
+            if hall.area < least_m2 or len(into) < GROUP:
+                continue
+            bare = shapely.difference(hall.exterior, shapely.buffer(ground, BESIDE_M / 2, quad_segs=2))
+            edges = [e for e in shapely.get_parts(shapely.line_merge(bare)) if e.length > BESIDE_M]
+            if sum(edge.length for edge in edges) < SOME * hall.length:
+                bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
+        if bands:
+            return bands
+    return []
+
+
+def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
+    """Return the straight band between the walls that are nearest to the ends of an open edge."""
+    ends = [shapely.get_point(edge, 0), shapely.get_point(edge, -1)]
+    line = shapely.linestrings([shapely.get_coordinates(shapely.shortest_line(ground, end))[0] for end in ends])
+    return subtract(shapely.buffer(line, HAND_M / 2, cap_style="square"), ground)
+
+
+def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
+    """Return the band between two wall ends, if nothing but the ends themselves stands between them."""
+    a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
+    length = float(np.hypot(*(b - a)))
+    if not 0.05 < length <= FARTHEST_M:
+        return None
+    line = shapely.linestrings([a, b])
+    within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
+    if shapely.intersection(line, ground).length > within_ends + 0.05:
+        return None
+    return polygons_of(shapely.buffer(line, HAND_M / 2, cap_style="square"))[0]
+
+
+def are_rooms_half_of_house(rooms: list[Polygon], tall: BaseGeometry) -> bool:
+    """Return whether the rooms fill half of what the walls span: then the house counts as closed."""
+    return bool(sum(r.area for r in rooms) > MOST * shapely.convex_hull(tall).area)
