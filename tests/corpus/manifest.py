@@ -8,7 +8,8 @@ Rules:
 1. A hash of the repository's name puts a file into one of two halves, so that files of one author are never parted. On
    the first half everything may be studied and fitted. Files of the second half are only counted: reports and pages do
    not show their names, and nobody works on them.
-2. A file is the one that was judged if its SHA-256 is the same; any other file of that name is left out.
+2. A file is the one that was judged if its SHA-256 is the same; any other file of that name is left out. Of a robot's
+   map, whose file says little, the SHA-256 is that of its picture: the first of what it needs.
 """
 
 from __future__ import annotations
@@ -40,9 +41,13 @@ KINDS: Final = (
     "sweethome",
     "front3d",
     "roomplan",
+    "map",
+    "drawing",
+    "scene",
 )
 """``artist``: a modelled house or room, games included. ``scan``: a scanned surface. ``thor``: JSON of AI2-THOR,
-ProcTHOR or Holodeck."""
+ProcTHOR or Holodeck. ``map``: a robot's map, its ``map.yaml``. ``drawing``: a plan that was drawn, lines or a picture.
+``scene``: a scene of a simulator that has no kind of its own."""
 
 HOST: Final = "https://github.com/"
 
@@ -80,7 +85,8 @@ class File(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
     ``name`` is short and unique. ``repository`` is ``owner/name`` on GitHub, ``path`` the file in it, ``commit`` where
     it was found ("" where that is not known), ``licence`` what the repository states. ``needs`` are other paths of the
-    repository that the file refers to: buffers, materials, models; a folder stands for all that is in it. ``models``
+    repository that the file refers to: buffers, materials, models, a map's picture; a folder stands for all that is in
+    it. ``models``
     are folders of the repository in which a world's models are looked for (they are part of ``needs``). ``shows`` says
     in a few words what is in the file. ``interior``: whether a plan can be made of it at all. ``verdict``, ``why`` and
     ``seen`` are what a person thought of the outcome ``seen``, one line for each plan and each rejection
@@ -119,7 +125,8 @@ class File(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     def is_in(self, folder: Path) -> bool:
         """Whether the very file lies in a folder of checkouts (R2)."""
         place = self.place(folder)
-        return place.is_file() and sha256_of(place) == self.sha256
+        told = checkout(folder, self.repository) / self.needs[0] if self.kind == "map" and self.needs else place
+        return place.is_file() and told.is_file() and sha256_of(told) == self.sha256
 
 
 def checkout(folder: Path, repository: str) -> Path:

@@ -2,7 +2,8 @@
 
 A tile of a plan shows the source's sections at 1.1 m (blue) and 1.9 m (black) above the plan's floor, in the source's
 metres; what the source names as door (red) and furniture (brown) apart. Below them lie the plan's rooms, and above them
-its doors: blue doors, cyan openings, magenta entrances, red cuts.
+its doors: blue doors, cyan openings, magenta entrances, red cuts. Of a robot's map, a tile shows the cells instead:
+occupied ones black, unknown ones grey.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ import shapely
 import trimesh
 from PIL import Image
 
+from houseexpo.errors import HouseExpoError
+from houseexpo.grids.robot_map import RobotMap, read_map
 from pipeline.geometry.meshes import Mesh
 from pipeline.html_report import page_html, table_html
 from pipeline.rejection import Rejection
@@ -75,10 +78,12 @@ def draw(task: Task) -> None:
     target = Path(task.picture)
     if target.is_file():
         return
-    levels, raw = levels_of(task.path, task.models), _raw(Path(task.path))
+    levels, raw, cells = levels_of(task.path, task.models), _raw(Path(task.path)), _map_of(task.path)
     whole = raw if raw is not None else _joined(levels)
     tiles = []
-    if whole is not None:
+    if cells is not None:
+        tiles.append(_map_tile(cells))
+    elif whole is not None:
         tiles.append(_view(whole, "source", oblique=True))
         if levels:
             tiles.append(_cut_open(levels))
@@ -86,8 +91,8 @@ def draw(task: Task) -> None:
             z = whole.vertices[:, 2]
             tiles.append(_view(whole, "source from above, cut open halfway", below=float((z.min() + z.max()) / 2)))
     plans = sorted(task.plans, key=lambda plan: -sum(room["area"] for room in plan["rooms"]))
-    tiles += [_plan_tile(plan, _level_of(plan, levels)) for plan in plans[: MOST_TILES - len(tiles)]]
-    if not plans:
+    tiles += [_plan_tile(plan, _level_of(plan, levels), cells) for plan in plans[: MOST_TILES - len(tiles)]]
+    if not plans and cells is None:
         tiles += [_section_tile(level) for level in levels[: MOST_TILES - len(tiles)]]
     if not tiles:
         tiles.append(_titled(np.full((TILE, TILE, 3), _PAPER, np.uint8), "nothing of it can be read"))
@@ -179,6 +184,14 @@ def _bodies(level: Level) -> list[tuple[Mesh, tuple[int, int, int]]]:
         *((each.mesh, _FURNITURE) for each in level.furniture),
         *((each.mesh, _LEAF) for each in level.leaves),
     ]
+
+
+def _map_of(path: str) -> RobotMap | None:
+    """The cells of a robot's map; None where the file is none, or cannot be read."""
+    try:
+        return read_map(path) if any(item.reader == "occupancy_map" for item in find(path)) else None
+    except HouseExpoError:
+        return None
 
 
 def _joined(levels: Sequence[Level]) -> Mesh | None:
@@ -279,10 +292,30 @@ class _Sheet:
 
     def pixels(self, points: Any) -> Floats:
         """Where points (n, 2) are drawn."""
+        return np.clip(self._moved(points), -4 * TILE, 5 * TILE)
+
+    def _moved(self, points: Any) -> Floats:
         x1, y1, x2, y2 = self.bounds
         scale = (TILE - 24) / max(x2 - x1, y2 - y1, 1e-6)
-        moved = (np.asarray(points, np.float64) - [(x1 + x2) / 2, (y1 + y2) / 2]) * [scale, -scale] + TILE / 2
-        return np.clip(moved, -4 * TILE, 5 * TILE)
+        moved: Floats = (np.asarray(points, np.float64) - [(x1 + x2) / 2, (y1 + y2) / 2]) * [scale, -scale] + TILE / 2
+        return moved
+
+    def cells(self, found: RobotMap, level: Level | None) -> None:
+        """Draw the cells of a map over what there is; without a level, the drawing is in the map's frame."""
+        corners = np.float32([[0, 0], [1, 0], [0, 1]])
+        at = self._moved(_from_source(level)(found.points_from_pixels(corners)))
+        shrunk = max(int(1 / max(np.hypot(*(at[1] - at[0])), 1e-6)), 1)  # else thin walls would fall between pixels
+        matrix = np.column_stack([(at[1] - at[0]) * shrunk, (at[2] - at[0]) * shrunk, at[0]])
+        matrix[:, 2] += (matrix[:, 0] + matrix[:, 1]) / 2 - 0.5  # from corners of cells to their middles
+        rows, cols = (-(-side // shrunk) * shrunk for side in found.occupancy.shape)
+        for chosen, grey, weight, beyond in ((found.occupancy < 0, 128, 0.4, 1), (found.occupied, 0, 1.0, 0)):
+            whole = np.full((rows, cols), beyond, np.float32)
+            whole[: chosen.shape[0], : chosen.shape[1]] = chosen
+            blocks = whole.reshape(rows // shrunk, shrunk, cols // shrunk, shrunk)
+            share = blocks.mean(axis=(1, 3)) if grey else blocks.max(axis=(1, 3))
+            share = cv2.warpAffine(share, matrix, (TILE, TILE), flags=cv2.INTER_LINEAR, borderValue=beyond)
+            share = share[..., None] * weight
+            self.image[:] = np.round(self.image * (1 - share) + grey * share)
 
     def fill(self, rings: Sequence[Any], colour: tuple[int, int, int]) -> None:
         """Fill a polygon, the outer ring first."""
@@ -323,15 +356,28 @@ class _Sheet:
         return np.round(self.pixels(points) * 16).astype(np.int32)
 
 
-def _plan_tile(plan: Mapping[str, Any], level: Level | None) -> Picture:
-    """A plan over the sections of its level."""
+def _map_tile(found: RobotMap) -> Picture:
+    """The cells of a map, as far as they are known."""
+    rows, cols = np.nonzero(found.occupancy >= 0)
+    known = found.points_from_pixels(np.column_stack([cols, rows]) + 0.5)
+    low, high = known.min(axis=0) - 0.3, known.max(axis=0) + 0.3
+    sheet = _Sheet((*low.tolist(), *high.tolist()))
+    sheet.cells(found, None)
+    rows, cols = found.occupancy.shape
+    return _titled(sheet.image, f"map, {cols} x {rows} cells of {found.resolution_m:.3g} m; {_size(sheet)}")
+
+
+def _plan_tile(plan: Mapping[str, Any], level: Level | None, cells: RobotMap | None) -> Picture:
+    """A plan over the sections of its level, or over a map's cells."""
     to_level = _into(plan["frame"]["matrix"], level)
     rooms = [(to_level(room["polygon"]), [to_level(hole) for hole in room["holes"]], room) for room in plan["rooms"]]
     outline = to_level(plan["verts"])
     sheet = _Sheet(_bounds(level, outline))
     for number, (ring, holes, _) in enumerate(rooms):
         sheet.fill([ring, *holes], _PASTELS[number % len(_PASTELS)])
-    if level is not None:
+    if cells is not None:
+        sheet.cells(cells, level)
+    elif level is not None:
         sheet.sections(level)
     for door in plan["doors"]:
         sheet.segments(np.asarray(to_level(door["segment"]))[None], _DOORS[door["kind"]], 4)
@@ -376,10 +422,14 @@ def _bounds(level: Level | None, outline: Any) -> tuple[float, float, float, flo
 
 def _into(matrix: Any, level: Level | None) -> Any:
     """A function that takes a plan's points to the level frame; to the source's plan axes where there is no level."""
-    plan = np.vstack([np.asarray(matrix, np.float64), [0, 0, 1]])
-    back = np.eye(3) if level is None else np.linalg.inv(np.vstack([level.frame.matrix, [0, 0, 1]]))
-    whole = back @ plan
-    return lambda points: np.asarray(points, np.float64) @ whole[:2, :2].T + whole[:2, 2]
+    from_plan, to_level = np.asarray(matrix, np.float64), _from_source(level)
+    return lambda points: to_level(np.asarray(points, np.float64) @ from_plan[:, :2].T + from_plan[:, 2])
+
+
+def _from_source(level: Level | None) -> Any:
+    """A function that takes points of the source's plan axes to the level frame, and leaves them without a level."""
+    whole = np.eye(3) if level is None else np.linalg.inv(np.vstack([level.frame.matrix, [0, 0, 1]]))
+    return lambda points: points @ whole[:2, :2].T + whole[:2, 2]
 
 
 def _level_of(plan: Mapping[str, Any], levels: Sequence[Level]) -> Level | None:

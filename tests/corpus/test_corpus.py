@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
@@ -74,6 +76,32 @@ def test_a_run_says_what_came_of_each_file(corpus: Corpus, capsys: pytest.Captur
     assert page.count("data:image/jpeg;base64,") == 3
     assert "house.ply" in page
     assert "rejected wrongly" in page  # notes.unknown is said to hold an interior
+
+
+def test_a_map_is_told_by_its_picture_and_drawn_by_its_cells(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shades = np.full((80, 100), 205, np.uint8)
+    shades[8:72, 8:92] = 0
+    shades[10:70, 10:90] = 254
+    folder = tmp_path / "room+maps" / "maps"
+    folder.mkdir(parents=True)
+    Image.fromarray(shades).save(folder / "room.pgm")
+    (folder / "room.yaml").write_text("image: room.pgm\nresolution: 0.05\norigin: [-1.0, -2.0, 0.3]\n")
+    picture = sha256_of(folder / "room.pgm")
+    room = File("room", "room/maps", "maps/room.yaml", picture, "map", True, needs=["maps/room.pgm"])
+    assert Corpus(tmp_path).run([room], "--record", "first", "--both-halves") == 0
+    (plan,) = Corpus(tmp_path).outcomes()[room.key].plans
+    assert plan.area_m2 == pytest.approx(12.0, abs=0.3)
+    (drawn,) = (tmp_path / ".built" / "pictures").iterdir()
+    left, right = np.hsplit(np.asarray(Image.open(drawn).convert("RGB")), 2)
+    tile = [half[40:-20, 20:-20] for half in (left, right)]  # without title and frame
+    white, black = ((part > 245).all(axis=2).mean() for part in tile), ((part < 60).all(axis=2).mean() for part in tile)
+    assert next(white) > 0.3 > 0.1 > next(white)  # the room's floor is coloured in the plan's tile
+    assert all(0.005 < share < 0.1 for share in black)  # its walls are black in both
+    (folder / "room.pgm").write_bytes(b"P5 1 1 255 0")
+    assert Corpus(tmp_path).run([room]) == 2
+    assert "0 of 1 files" in capsys.readouterr().out
 
 
 def test_names_of_the_second_half_are_not_shown(corpus: Corpus, capsys: pytest.CaptureFixture[str]) -> None:
