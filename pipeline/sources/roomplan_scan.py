@@ -9,14 +9,15 @@ R3  A floor is the ring of its corners, which are in its own frame, else its box
 
 from __future__ import annotations
 
+import math
 import posixpath
 import re
 import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -196,7 +197,12 @@ def _word(surface: _Surface) -> str:
 #     what of it lies beside the walls.
 
 
+# R5  RoomPlan exports a scan as meshes, or parametric: then its walls, doors, openings and objects are cubes.
+# R6  What is below ``Section_grp`` are the middles of sections, and called by their labels.
+
+
 MAX_MESHES = 20_000
+_SECTIONS = "Section_grp"
 _KINDS = ("wall", "door", "opening", "window", "floor")
 _USDZ_ADVICE = "export the scan again"
 
@@ -227,15 +233,10 @@ def load_usdz_pieces(path: Path, max_faces: int) -> Iterator[NamedPiece]:
     with _stage(path) as (stage, geometry):
         cache, count = geometry.XformCache(), 0
         for prim in stage.Traverse():
-            if not prim.IsA(geometry.Mesh):
+            if not _is_body(geometry, prim):
                 continue
-            mesh = geometry.Mesh(prim)
-            local = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
-            counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
-            corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
-            if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(local)):
-                raise ValueError(f"the faces of {prim.GetName()} name vertices that it does not have")
-            faces = triangulate_polygons(local, corners, counts)[0]
+            body = _body(geometry, prim)
+            local, faces = body.points, triangulate_polygons(body.points, body.corners, body.counts)[0]
             count += len(faces)
             if count > max_faces:
                 detail = f"{path.name} has more than {max_faces:,} faces"
@@ -244,6 +245,37 @@ def load_usdz_pieces(path: Path, max_faces: int) -> Iterator[NamedPiece]:
             vertices, faces = transform_triangles(local, faces, matrix)
             names = tuple(part for part in str(prim.GetPath()).split("/") if part)
             yield NamedPiece(PartNames(names[:-1], names[-1]), vertices, faces)
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """A mesh or a cube: points (n, 3), the corners of its faces one after the other, and how many each face has."""
+
+    points: np.ndarray
+    corners: np.ndarray
+    counts: np.ndarray
+
+
+_CUBE: Final = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+_CUBE_CORNERS: Final = np.array([0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3])
+
+
+def _is_body(geometry: Any, prim: Any) -> bool:
+    return bool(prim.IsA(geometry.Mesh) or prim.IsA(geometry.Cube))
+
+
+def _body(geometry: Any, prim: Any) -> _Body:
+    """R5: return a mesh or a cube in its own frame and unit; raise ValueError where its faces are damaged."""
+    if prim.IsA(geometry.Cube):
+        size = float(geometry.Cube(prim).GetSizeAttr().Get() or 2.0)
+        return _Body(_CUBE * size, _CUBE_CORNERS, np.full(6, 4))
+    mesh = geometry.Mesh(prim)
+    points = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    if counts.sum() != len(corners) or (len(corners) and not 0 <= corners.min() <= corners.max() < len(points)):
+        raise ValueError(f"the faces of {prim.GetName()} name vertices that it does not have")
+    return _Body(points, corners, counts)
 
 
 @contextmanager
@@ -303,28 +335,38 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
     floors: list[Floor] = []
     holes: list[UprightBox] = []
     cache = geometry.XformCache()
-    for count, prim in enumerate(prim for prim in stage.Traverse() if prim.IsA(geometry.Mesh)):
+    for count, prim in enumerate(prim for prim in stage.Traverse() if _is_body(geometry, prim)):
         if count >= MAX_MESHES:
             raise Rejection("source", Reason.TOO_LARGE, f"{name} has more than {MAX_MESHES:,} meshes", _USDZ_ADVICE)
-        mesh = geometry.Mesh(prim)
-        local = np.array(mesh.GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
+        body = _body(geometry, prim)
         matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64)
-        x, y, z = ((local @ matrix[:3, :3] + matrix[3, :3]) * metres).T
+        x, y, z = ((body.points @ matrix[:3, :3] + matrix[3, :3]) * metres).T
         points = np.column_stack([x, y, z] if z_up else [x, -z, y])
         if len(points) < 3:
             continue
         check_lengths(points, f"{name}: {prim.GetName()}", _USDZ_ADVICE)
         kind, word = _kind(str(prim.GetPath()))
         if kind == "floor":
-            floors += _floors(mesh, points)
+            floors += _floors(replace(body, points=points))
         elif (thing := upright_box(word, points)) is not None:
             found[kind].append(thing)
             if kind == "wall":
-                holes += _holes(thing, points, _faces(mesh, points))
+                holes += _holes(thing, points, triangulate_polygons(points, body.corners, body.counts)[0])
     walls, doors, gaps = (tuple(found[kind]) for kind in ("wall", "door", "opening"))
     glazed = shapely.union_all([window.shape for window in found["window"]])
     gaps += tuple(hole for hole in holes if shapely.intersection(hole.shape, glazed).length < hole.shape.length / 2)
-    return Scan(walls, doors, gaps, tuple(found["object"]), tuple(_beside_walls(floors, walls)))
+    sections = _sections(stage, cache, metres, z_up)
+    return Scan(walls, doors, gaps, tuple(found["object"]), tuple(_beside_walls(floors, walls)), tuple(sections))
+
+
+def _sections(stage: Any, cache: Any, metres: float, z_up: bool) -> Iterator[LabelledSection]:
+    """R6: yield the sections, which are empty places below a prim of their own."""
+    for prim in stage.Traverse():
+        if prim.GetParent().GetName() == _SECTIONS:
+            x, y, z = (float(each) * metres for each in cache.GetLocalToWorldTransform(prim).ExtractTranslation())
+            if all(map(math.isfinite, (x, y, z))):
+                word = re.sub(r"\d+$", "", prim.GetName())
+                yield LabelledSection(word, (x, y) if z_up else (x, -z), z if z_up else y)
 
 
 def _holes(wall: UprightBox, points: np.ndarray, faces: np.ndarray) -> list[UprightBox]:
@@ -366,15 +408,6 @@ def _depth(shape: Polygon) -> float:
     return float(np.hypot(*np.diff(corners[:3], axis=0).T).min())
 
 
-def _faces(mesh: Any, points: np.ndarray) -> np.ndarray:
-    """Return the triangles (m, 3) of a mesh."""
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
-    if counts.sum() != len(corners) or (len(corners) and not (corners.min() >= 0 and corners.max() < len(points))):
-        raise ValueError("faces")
-    return triangulate_polygons(points, corners, counts)[0]
-
-
 def _kind(path: str) -> tuple[str, str]:
     """R1."""
     parts = [re.sub(r"[\d_]+(grp)?$", "", part) for part in reversed(path.split("/")) if part]
@@ -385,13 +418,9 @@ def _kind(path: str) -> tuple[str, str]:
     return "object", parts[0]
 
 
-def _floors(mesh: Any, points: np.ndarray) -> list[Floor]:
+def _floors(body: _Body) -> list[Floor]:
     """Return the plan area of a floor's faces."""
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
-    if counts.sum() != len(corners) or (len(corners) and not (corners.min() >= 0 and corners.max() < len(points))):
-        raise ValueError("faces")
-    rings = np.split(points[corners][:, :2], np.cumsum(counts)[:-1])
+    rings = np.split(body.points[body.corners][:, :2], np.cumsum(body.counts)[:-1])
     faces = [shapely.make_valid(shapely.Polygon(ring)) for ring in rings if len(ring) > 2]
     area = shapely.union_all([face for face in faces if face.area > SLIVER_M2], grid_size=SAME_M)
-    return [Floor(part, float(np.median(points[:, 2]))) for part in polygons_of(area)]
+    return [Floor(part, float(np.median(body.points[:, 2]))) for part in polygons_of(area)]

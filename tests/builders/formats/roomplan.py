@@ -92,16 +92,20 @@ def write(path: Path, value: Any) -> Path:
     return path
 
 
-def usda(value: dict[str, Any], extra: str = "") -> str:
-    """Return the walls, doors, openings and objects of a structure as a USD scene in text."""
+def usda(value: dict[str, Any], extra: str = "", parametric: bool = False) -> str:
+    """Return the walls, doors, openings and objects of a structure as a USD scene in text; ``parametric``: as cubes."""
     prims: list[str] = []
+    write_box = _cube if parametric else _mesh
     for each in value["rooms"]:
         for kind in ("walls", "doors", "openings", "windows", "objects"):
             for item in each.get(kind, []):
                 name = f"{next(iter(item['category'])).capitalize()}{len(prims)}"
-                prims.append(_mesh(name, item["dimensions"], item["transform"]))
+                prims.append(write_box(name, item["dimensions"], item["transform"]))
         for item in each["floors"]:
             prims.append(_mesh(f"Floor{len(prims)}", [], item["transform"], item["polygonCorners"]))
+    if parametric:
+        sections = [section for each in value["rooms"] for section in each["sections"]]
+        prims.append(f'    def Xform "Section_grp"\n    {{\n{"".join(map(_section, sections))}    }}\n')
     header = '#usda 1.0\n(\n    defaultPrim = "Room"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\n'
     return f'{header}def Xform "Room" {extra}\n{{\n{"".join(prims)}}}\n'
 
@@ -118,6 +122,25 @@ def _mesh(name: str, size: list[float], matrix: list[float], corners: list[list[
         f"        point3f[] points = [{', '.join(str(tuple(point)) for point in points)}]\n"
         f"        int[] faceVertexCounts = {[4] * len(faces)}\n"
         f"        int[] faceVertexIndices = {[k for face in faces for k in face]}\n    }}\n"
+    )
+
+
+def _cube(name: str, size: list[float], matrix: list[float]) -> str:
+    rows = [matrix[k : k + 4] for k in range(0, 16, 4)]
+    return (
+        f'    def Cube "{name}"\n    {{\n'
+        "        double size = 1\n"
+        f"        double3 xformOp:scale = {tuple(each or 0.0001 for each in size)}\n"
+        f"        matrix4d xformOp:transform = ({', '.join(str(tuple(row)) for row in rows)})\n"
+        '        uniform token[] xformOpOrder = ["xformOp:transform", "xformOp:scale"]\n    }\n'
+    )
+
+
+def _section(section: dict[str, Any]) -> str:
+    return (
+        f'    def Xform "{section["label"]}0"\n    {{\n'
+        f"        double3 xformOp:translate = {tuple(section['center'])}\n"
+        '        uniform token[] xformOpOrder = ["xformOp:translate"]\n    }\n'
     )
 
 

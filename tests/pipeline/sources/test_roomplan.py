@@ -96,6 +96,31 @@ def test_a_usdz_says_the_same_as_the_json(tmp_path):
     assert kinds(plan) == ["door", "entrance"]
 
 
+def test_a_parametric_usdz_has_cubes_and_the_labels_of_its_sections(tmp_path):
+    pytest.importorskip("pxr")
+    (level,) = levels(pack(tmp_path / "scan.usdz", {"scan.usda": usda(home(), parametric=True)}))
+    assert [room.labels for room in level.rooms] == [("Bedroom",), ("Kitchen",)]
+    plan = plan_of(level)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([12.0, 20.0], rel=0.015)
+    assert kinds(plan) == ["door", "entrance"]
+
+
+@pytest.mark.parametrize("size", [None, 1.0])
+def test_a_usdz_of_cubes_that_is_no_scan_is_a_mesh(tmp_path, size):
+    pytest.importorskip("pxr")
+    boxes = [((0, -2), (5, 0.1)), ((0, 2), (5, 0.1)), ((-2.5, 0), (0.1, 4)), ((2.5, 0), (0.1, 4))]
+    cubes = "".join(
+        f'def Cube "side{k}"\n{{\n{"" if size is None else f"    double size = {size}"}\n'
+        f"    double3 xformOp:translate = ({x}, {y}, 1.3)\n"
+        f"    double3 xformOp:scale = {tuple(each / (size or 2.0) for each in (*widths, 2.6))}\n"
+        '    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]\n}\n'
+        for k, ((x, y), widths) in enumerate(boxes)
+    )
+    scene = f'#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n{cubes}'
+    (level,) = levels(pack(tmp_path / "model.usdz", {"a.usda": scene}))
+    assert np.ptp(level.walls.vertices, axis=0) == pytest.approx([5.1, 4.1, 2.6], abs=0.11)
+
+
 def test_the_openings_of_a_usdz_are_the_holes_of_its_walls(tmp_path):
     pytest.importorskip("pxr")
     way, window, french = (0, 1.0, 2.2, 0.0, 2.1), (1, 1.0, 2.0, 0.9, 2.0), (2, 2.0, 3.5, 0.0, 2.1)
