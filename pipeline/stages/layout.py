@@ -91,13 +91,13 @@ def close_openings(level: Level, evidence: Evidence, planes: Planes, config: Lay
     if storey is not None:  # R1
         others = tuple(room for room in level.rooms if room.polygon is not storey)
         try:
-            found = _close(replace(level, rooms=others), evidence, planes, config)
+            found = _close(replace(level, rooms=others), evidence, planes, config, None)
         except Rejection:
             pass
         else:
             if intersect(storey, unite(found.rooms)).area > LARGELY * storey.area:
                 return found
-    return _close(level, evidence, planes, config)
+    return _close(level, evidence, planes, config, storey)
 
 
 def _storey_drawn_as_room(level: Level) -> Polygon | None:
@@ -107,7 +107,8 @@ def _storey_drawn_as_room(level: Level) -> Polygon | None:
     return largest if largest is not None and largest.area > MOST * sum(room.area for room in rooms) else None
 
 
-def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
+def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig, storey: Polygon | None) -> Layout:
+    """Return the layout; ``storey`` is the one room of the level that may be a whole storey (R1)."""
     walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
     if ends:  # R2
         planes = replace(
@@ -115,6 +116,7 @@ def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfi
             door=unite([planes.door, evidence.open_edge]),
             tall=unite([planes.tall, evidence.open_edge]),
         )
+    drawn = replace(level, rooms=tuple(room for room in level.rooms if room.polygon is not storey)) if storey else level
     pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
     if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
@@ -136,9 +138,9 @@ def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfi
         gapless = level.sills or (bool(level.openings) and not level.unnamed_gaps)
         if not gapless:  # R6
             doorways = _without_effect(pieces, KNOWN if level.unnamed_gaps else {"lintel"}, strips, ground)
-            strips, ground, rooms = _part_at_mouths(level, doorways, (strips, ground, rooms))
+            strips, ground, rooms = _part_at_mouths(drawn, doorways, (strips, ground, rooms))
             if gaps := _without_effect(pieces, {"gap"}, strips, ground):
-                strips, ground, rooms = _part_at_mouths(level, gaps, (strips, ground, rooms))
+                strips, ground, rooms = _part_at_mouths(drawn, gaps, (strips, ground, rooms))
         strips, ground, rooms = _in_line_with_idle_doors(planes.doorways, pieces, (strips, ground, rooms), config)  # R7
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
@@ -232,10 +234,8 @@ def _part_at_mouths(
     A gap in line with a mouth is one of its row (``mouth_fillings``), and does not close beside it.
     """
     strips, ground, rooms = found
-    storey = _storey_drawn_as_room(level)
-    drawn = replace(level, rooms=tuple(room for room in level.rooms if room.polygon is not storey)) if storey else level
     for row in mouth_fillings(*_closed_by(ground, beside, rooms)):
-        if any(lies_in_room(mouth, drawn) for mouth in row):
+        if any(lies_in_room(mouth, level) for mouth in row):
             continue
         mouths = [ClosingCandidate(mouth, "mouth") for mouth in row]
         others = [

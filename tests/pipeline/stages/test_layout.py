@@ -232,6 +232,16 @@ def test_a_floor_called_room_that_reaches_before_the_house_is_no_room_there() ->
     assert areas == {True: 26, False: 20}
 
 
+def test_a_room_beside_a_floor_called_room_is_one_room() -> None:
+    """R1: the hall is all that the source draws but the storey, and no storey itself."""
+    parts = [*_hall_and_chamber(2.4), *shell((0.0, 6.2, 12.0, 10.2))]
+    storey, hall = shapely.box(0, 0, 12, 10.2), shapely.box(0, 0, 12, 6)
+    found = layout(
+        parts, rooms=tuple(SourceRoom((name,), (), area) for name, area in (("Room", storey), ("Hall", hall)))
+    )
+    assert len(found.rooms) == 2
+
+
 def test_a_room_of_the_source_that_nothing_else_closes_closes_at_its_edge() -> None:
     """R1: walls on two sides, which close nothing."""
     parts = [*wall((-0.2, -0.2, 6.0, 0.0)), *wall((-0.2, 0.0, 0.0, 5.0))]
