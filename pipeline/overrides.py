@@ -168,9 +168,22 @@ def _each_once(first: tuple[_T, ...], second: tuple[_T, ...]) -> tuple[_T, ...]:
     return tuple(dict.fromkeys((*first, *second)))
 
 
+_FORMS: Final = {"door": "[[x, y], [x, y]], or a list of these,", "no_room": "[x, y], or a list of these,"}
+
+
+def _has_depth(value: Any, depth: int) -> bool:
+    """Return whether a value is a point, a pair of numbers (depth 1), or a pair of what has one depth less."""
+    if depth == 0:
+        return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, list) and len(value) == 2 and all(_has_depth(part, depth - 1) for part in value)
+
+
 def _override(name: str, table: Any, path: Path) -> Override:
     if isinstance(table, Mapping):
         table = {key: override_values(value, key) if key in LISTS else value for key, value in table.items()}
+        for key in sorted(LISTS.keys() & table.keys()):
+            if not (isinstance(table[key], list) and all(_has_depth(value, LISTS[key]) for value in table[key])):
+                raise ConfigError(f"{path}: {name}.{key}: expected {_FORMS[key]} in metres, found {table[key]!r}")
     with name_in_config_errors(path):
         override = config_from_mapping(Override, table, name, convert=convert_to_type)
     place = f"{path}: {name}"
@@ -226,7 +239,7 @@ def check_override_ids(overrides: Mapping[str, Override], inputs: Iterable[Input
         if known.isdisjoint(_inputs_of(name)):
             near = difflib.get_close_matches(name, ids, n=1, cutoff=0.0)
             hint = f"did you mean {near[0]!r}?" if near else "the build has no inputs"
-            raise ConfigError(f"{NAME}: {name}: expected an id of this build, found no such input; {hint}")
+            raise ConfigError(f"corrections: {name}: expected an id of this build, found no such input; {hint}")
 
 
 def overrides_by_input(overrides: Mapping[str, Override]) -> Mapping[str, Mapping[str, Override]]:
@@ -249,14 +262,16 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     own = {name: override for name, override in overrides.items() if override.of_file and is_id_of_input(name, item.id)}
     for name in own:
         if name != item.id:
-            raise ConfigError(f"{NAME}: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]")
+            raise ConfigError(
+                f"corrections: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]"
+            )
     if not own:
         return item
     override = own[item.id]
     told = {"scale": override.scale and repr(override.scale), "drop_nodes": _patterns(override)}
     options = {key: value for key, value in told.items() if value}
     if unknown := sorted(set(options) - set(OVERRIDABLE.get(item.reader, ()))):
-        raise ConfigError(f"{NAME}: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
+        raise ConfigError(f"corrections: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
     return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
 
 

@@ -179,11 +179,13 @@ def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:
         said = ", ".join(f"{reason} {count:,}" for reason, count in reasons.items())
         yield Text.assemble((f"rejected: {said}", "red"), f"; why, and what to do: {out}/rejected.jsonl")
         return
-    for file, refused in sorted_rejections(data_set):
+    rejections = list(sorted_rejections(data_set))
+    for number, (file, refused) in enumerate(rejections):
         named = refused.id if file in {"", refused.id} else f"{file} ({refused.id})"
         said = refused.detail.removeprefix(f"{Path(file).name}: ")  # the file stands before it
         yield Text.assemble(("rejected ", "red"), (named, "bold"), f": {said}")
-        if refused.advice:
+        following = rejections[number + 1][1].advice if number + 1 < len(rejections) else ""
+        if refused.advice and refused.advice != following:  # the same advice stands once, below all that it is for
             yield Text(f"         {refused.advice}", "dim")
 
 
@@ -202,7 +204,7 @@ def next_commands(data_set: BuildResult, out: str) -> list[str]:
     if "://" in out or not data_set.ids:
         return []
     place, some = shlex.quote(out), " --sample 12" if len(data_set.ids) > _LISTED else ""
-    return [f"houseexpo serve {place}", f"houseexpo show {place}{some} --out {shlex.quote(Path(out).name)}.png"]
+    return [f"houseexpo serve {place}", f"houseexpo show {place}{some} --out {shlex.quote(f'{Path(out).name}.png')}"]
 
 
 def outcome_table(stats: Mapping[str, Any]) -> Table:

@@ -57,7 +57,12 @@ def run(
         float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
     ] = None,
     split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
-    plans: Annotated[int, typer.Option(min=1, help="Number of plans; for avoidance, of episodes.")] = 500,
+    plans: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Number of plans; for avoidance, of episodes.", show_default="500, or all if there are fewer"
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
@@ -83,12 +88,14 @@ def run(
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
-    from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
+    from houseexpo.pseudoslam.benchmark.run import DEFAULT_PLANS, RunSettings, run_benchmark
     from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
 
     _check_out(out)
     wanted = find_track(track)
-    settings = RunSettings(split, plans, seed, workers or count_cores(), decision_limit, prediction or "")
+    settings = RunSettings(
+        split, plans or DEFAULT_PLANS, seed, workers or count_cores(), decision_limit, prediction or "", plans is None
+    )
     with CommandOutput(out, [dataset, maps], replace=replace):  # check before hours of work
         houses: Dataset | list[MapHouse] | None = None
         if maps is not None:

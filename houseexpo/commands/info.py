@@ -63,9 +63,14 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
         ("rooms", _summary(rooms), f"{_range_words(rooms, '')}, {sum(rooms)} in all"),
         ("area", _summary(area), _range_words(area, " m2")),
         *_quality(plans.column("quality")),
-        ("labels", most, ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)"),
+        ("labels", most, _label_words(most)),
         ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items()) or "none"),
     ]
+
+
+def _label_words(most: dict[str, int]) -> str:
+    """Return how many plans have each label, or that none has one."""
+    return ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)" if most else "none"
 
 
 def _quality(scores: list[float | None]) -> list[_Row]:
@@ -103,7 +108,7 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
         ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
         ("vertices", vertices, f"{len(plan.verts)}, {count_noun(len(plan.holes), 'hole')}"),
         ("rooms", plan.room_num, f"{plan.room_num} by the source's count"),
-        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items())),
+        ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items()) or "none"),
     ]
     rows += _of_quality(plan.quality)
     for room in plan.rooms:

@@ -12,7 +12,10 @@ def prepare(
     dataset: Annotated[
         Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
     ] = None,
-    resolution: Annotated[float, typer.Option(min=1.0, help="Pixels per metre of the grid.")] = 25.0,
+    pixels_per_metre: Annotated[
+        float,
+        typer.Option("--pixels-per-metre", "--resolution", min=1.0, help="Cells of the grid, per metre."),
+    ] = 25.0,
     robot_radius: Annotated[float, typer.Option(help="Radius of the robot, metres.")] = 0.2,
     laser_range: Annotated[float, typer.Option(help="Range of the laser, metres.")] = 5.0,
     config: Annotated[
@@ -37,7 +40,7 @@ def prepare(
     given = (
         SimulatorConfig.from_yaml(config)
         if config
-        else SimulatorConfig(resolution, RobotConfig(radius_m=robot_radius), LaserConfig(range_m=laser_range))
+        else SimulatorConfig(pixels_per_metre, RobotConfig(radius_m=robot_radius), LaserConfig(range_m=laser_range))
     )
     done = run_prepare(open_data_set(dataset), given, workers or count_cores())
     out = make_console()

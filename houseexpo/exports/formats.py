@@ -87,6 +87,8 @@ ALIASES: Final = {
     "map_server": "ros",
     "mujoco": "mjcf",
     "nav2": "ros",
+    "pgm": "ros",
+    "ros2": "ros",
     "traffic_editor": "rmf",
 }
 

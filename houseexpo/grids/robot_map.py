@@ -228,7 +228,10 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
     if suffix == WORLD:
         return _from_world(file)
     if resolution is None:
-        raise MapError(f"{file.name}: expected the side of a cell, found none", "give the resolution", "bad_units")
+        told = next((each for each in map(file.with_suffix, YAMLS) if each.is_file()), None)
+        beside = "" if told is None else f" (name {told.name}, which lies beside it, if that is its map)"
+        found = f"{file.name}: expected the side of a cell, found none{beside}"
+        raise MapError(found, "give the resolution", "bad_units")
     size = _number(resolution, "resolution", file.name)
     if suffix == ".npy":
         return RobotMap(_from_array(file), size, name=file.name)

@@ -21,7 +21,10 @@ from pipeline.values import Spaces
 LONGEST_M: Final = 500.0
 """The longest side of a house, metres. Of 33,717 published plans the longest has 100 m, the Pentagon 431 m."""
 
-_ADVICE = "for a mesh, give the unit by --units or the scale by --scale; else export the file again in its true unit"
+_ADVICE = (
+    "for a mesh, give the unit by --units or the scale by --scale; for a picture of a map, the side of a cell by "
+    "--resolution; else export the file again in its true unit"
+)
 
 
 def trace_contour(spaces: Spaces) -> Spaces:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,11 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.terminal_report import (
     doubt_lines,
     duplicate_lines,
+    next_commands,
     notes_lines,
     outcome_table,
     read_index_rows,
+    rejection_lines,
     slowest_inputs,
     stage_seconds,
 )
@@ -164,6 +167,23 @@ def test_the_terminal_says_which_plans_repeat_others_and_how_to_keep_them(tmp_pa
         "duplicate two: its plan repeats one",
         "left out; `keep = true` under its id in overrides.toml keeps such a plan",
     ]
+
+
+def test_advice_for_several_rejections_stands_once_below_them(tmp_path: Path) -> None:
+    (tmp_path / "street").mkdir()
+    for name in ("a", "b"):
+        (tmp_path / "street" / f"{name}.ifc").touch()
+    (tmp_path / "street" / "c.ply").write_bytes(b"ply of another kind")
+    said = [line.plain for line in rejection_lines(run_build([tmp_path / "street"], tmp_path / "out"), "out")]
+    assert [line.startswith("rejected") for line in said] == [True, True, False, True, False], said
+    assert said[2].strip() == "export or copy it again"
+
+
+def test_the_commands_to_run_next_can_be_pasted_where_names_have_spaces(tmp_path: Path) -> None:
+    one_room(tmp_path / "street" / "one.ply", 4.0)
+    built = run_build([tmp_path / "street"], tmp_path / "my plans")
+    assert shlex.split(next_commands(built, "my plans")[1])[-2:] == ["--out", "my plans.png"]
+    assert next_commands(built, "Pläne")[1].endswith("--out 'Pläne.png'")
 
 
 def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:

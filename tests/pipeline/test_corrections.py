@@ -57,7 +57,7 @@ def test_the_overrides_of_an_input_are_those_that_concern_it() -> None:
 
 @pytest.mark.parametrize("name", ["vila", "villa_L", "villa_L1x", "villa_2", "illa", "villa_L1_B2"])
 def test_an_id_that_no_house_has_is_refused_with_the_nearest(name: str) -> None:
-    with pytest.raises(ConfigError, match=f"overrides.toml: {name}: expected an id .* did you mean 'villa'"):
+    with pytest.raises(ConfigError, match=f"corrections: {name}: expected an id .* did you mean 'villa'"):
         check_override_ids({name: Override(keep=True)}, [VILLA, SCENE])
 
 
@@ -160,6 +160,23 @@ def built(tmp_path: Path, corrections: str) -> str:
     done = CliRunner().invoke(make_app(), [*words, "--workers", "1"])
     assert done.exit_code == 0, done.output
     return " ".join(done.output.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            "door = [1, 1, 1, 2]",
+            r"villa.door: expected \[\[x, y\], \[x, y\]\], or a list of these, in metres, found \[1, 1,",
+        ),
+        ('door = "left"', "villa.door: expected .* found 'left'"),
+        ("no_room = [[1, 2, 3]]", r"villa.no_room: expected \[x, y\], or a list of these, in metres, found"),
+    ],
+)
+def test_a_door_or_a_point_of_another_form_is_refused_with_the_form(tmp_path: Path, line: str, said: str) -> None:
+    (tmp_path / "mine.toml").write_text(f"[villa]\n{line}\n")
+    with pytest.raises(ConfigError, match=f"mine.toml: {said}"):
+        load_overrides(None, tmp_path / "mine.toml")
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,7 @@ def _reader(path: Path) -> Callable[[Path], Iterator[StoredPlan]]:
         return _read_lines
     what = "if it is a plan, houseexpo.load_plan(path) opens it"
     if path.suffix != ".json":
-        what = "if it is a model of a house, `houseexpo build` makes a data set of it"
+        what = "if it is a model of a house, a drawn plan or a robot's map, `houseexpo build` makes a data set of it"
     raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; {what}")
 
 

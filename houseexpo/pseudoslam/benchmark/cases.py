@@ -66,13 +66,17 @@ def content_sha256(plans: Dataset) -> str:
     return found.hexdigest()
 
 
-def choose_plan_ids(plans: Dataset, split: str, number: int, workers: int = 1, largest: int = 0) -> list[str]:
+def choose_plan_ids(
+    plans: Dataset, split: str, number: int, workers: int = 1, largest: int = 0, *, fewer: bool = False
+) -> list[str]:
     """Return the ids of ``number`` plans of a list that comes with a data set.
 
     Parameters
     ----------
     largest
         Draw from so many of the largest suitable plans, or from all of them if there are fewer; 0 for all.
+    fewer
+        Whether all suitable plans will do if there are fewer than ``number``, but at least one.
 
     Raises
     ------
@@ -99,7 +103,7 @@ def choose_plan_ids(plans: Dataset, split: str, number: int, workers: int = 1, l
         area = dict(zip(here.ids, here.column("area"), strict=True))
         order.sort(key=lambda name: -area[name])
     found = sorted(_choose_plans(plans, order, largest or number, workers), key=_hash)[:number]
-    if len(found) < number:
+    if len(found) < number and not (fewer and found):
         raise ConfigError(
             f"--plans {number}: list {split!r} of {plans.path} has {count_noun(len(found), 'plan')} that a robot of "
             f"{RADIUS_M} m can cross and that repeat no other; ask for at most so many"

@@ -41,6 +41,8 @@ from houseexpo.pseudoslam.worlds.maps import MapHouse
 
 _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-headless", "scipy")
 
+DEFAULT_PLANS: Final = 500
+
 
 @dataclass(frozen=True)
 class RunSettings:
@@ -50,6 +52,8 @@ class RunSettings:
     ----------
     split, number
         The list from which plans are chosen, and their number; for avoidance, the number of episodes.
+    fewer
+        Whether all suitable plans will do if the list has fewer than ``number``.
     seed
         The seed of the policy; starts do not depend on it.
     workers
@@ -61,11 +65,12 @@ class RunSettings:
     """
 
     split: str = "test"
-    number: int = 500
+    number: int = DEFAULT_PLANS
     seed: int = 0
     workers: int = 1
     decision_limit_s: float = 60.0
     prediction: str = ""
+    fewer: bool = False
 
 
 def run_benchmark(
@@ -131,7 +136,7 @@ def _cases(
         raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
     if plans is None:
         raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
-    ids = choose_plan_ids(plans, settings.split, settings.number, settings.workers, track.largest)
+    ids = choose_plan_ids(plans, settings.split, settings.number, settings.workers, track.largest, fewer=settings.fewer)
     chosen = plans.only(ids)
     record = results.PlansRecord(settings.split, len(ids), ids_sha256(ids), content_sha256(chosen))
     return chosen, make_cases(track.id, ids), record

@@ -82,7 +82,9 @@ def record_episode(
     if steps < 1 or every < 1:
         raise ConfigError(f"record: expected steps and every to be at least 1, found {steps} and {every}")
     if path is None and bag is None:
-        raise ConfigError("record: expected a movie or a bag to write, found neither")
+        raise ConfigError(
+            "record: expected a movie or a bag to write, found neither; name it with --out run.gif or --bag run.mcap"
+        )
     inner, done = unwrap_env(env), RecordedEpisode()
     trail: list[Any] = []
 

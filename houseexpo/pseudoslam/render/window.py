@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 from types import TracebackType
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import MissingDependencyError, install_command
+from houseexpo.errors import ConfigError, MissingDependencyError, install_command
+
+_UNSEEN: Final = ("dummy", "offscreen")
+"""What SDL falls back to where there is no display: nobody would see such a window, and no key would reach it."""
 
 
 class Window:
@@ -57,8 +61,18 @@ class Window:
             self._clock.tick(fps)
 
     def keys(self, wait_s: float) -> list[str]:
-        """Return the names of pressed keys, such as "up" or "q", after waiting for one; "q" if the window is closed."""
+        """Return the names of pressed keys, such as "up" or "q", after waiting for one; "q" if the window is closed.
+
+        Raises
+        ------
+        ConfigError
+            There is no display, so no key will come, and SDL_VIDEODRIVER does not ask for such a window.
+        """
         pygame = self._pygame
+        if pygame.display.get_driver() in _UNSEEN and "SDL_VIDEODRIVER" not in os.environ:
+            raise ConfigError(
+                "window: expected a display, found none; start it on a desktop, or set DISPLAY or WAYLAND_DISPLAY"
+            )
         first = pygame.event.wait(round(1000 * wait_s))
         return [
             "q" if event.type == pygame.QUIT else pygame.key.name(event.key)

@@ -211,7 +211,7 @@ def open_maps(
         try:
             found = read_map(file, resolution, negate=negate, occupied_thresh=occupied_thresh, free_thresh=free_thresh)
         except MapError as error:
-            raise ConfigError(f"{file}: {error}") from None
+            raise ConfigError(f"{file}: {str(error).removeprefix(f'{file.name}: ')}") from None
         houses.append(map_house(found, unknown=unknown, name=file.stem))
     return houses
 

@@ -100,7 +100,9 @@ def test_no_data_set(tmp_path):
     (tmp_path / "plan.png").write_bytes(b"")
     assert "found .png" in refused(tmp_path / "plan.png")
     (tmp_path / "house.obj").write_bytes(b"")
-    assert "found .obj; if it is a model of a house, `houseexpo build` makes" in refused(tmp_path / "house.obj")
+    assert "found .obj; if it is a model of a house, a drawn plan or a robot's map, `houseexpo build` makes" in refused(
+        tmp_path / "house.obj"
+    )
     (tmp_path / "plan.json").write_text("{}")
     assert "found .json; if it is a plan, houseexpo.load_plan(path) opens it" in refused(tmp_path / "plan.json")
 

@@ -187,6 +187,9 @@ def test_a_picture_outside_the_folder_is_not_opened(tmp_path: Path) -> None:
 def test_a_picture_alone_has_grey_as_unknown(tmp_path: Path) -> None:
     saved(tmp_path)
     assert read_map(tmp_path / "map.pgm", 0.1).occupancy.tolist() == [[0, -1, 100], [0, -1, 100]]
+    with pytest.raises(MapError, match=r"found none \(name map.yaml, which lies beside it, .*\); give the resolution"):
+        read_map(tmp_path / "map.pgm")
+    (tmp_path / "map.yaml").unlink()
     with pytest.raises(MapError, match="expected the side of a cell, found none; give the resolution"):
         read_map(tmp_path / "map.pgm")
 

@@ -70,6 +70,12 @@ def test_fewer_plans_are_the_first_of_more(plans: Dataset) -> None:
     assert choose_plan_ids(plans, "test", 2) == choose_plan_ids(plans, "test", 3)[:2]
 
 
+def test_all_there_are_will_do_where_nobody_gave_a_number(plans: Dataset) -> None:
+    assert choose_plan_ids(plans, "test", 500, fewer=True) == choose_plan_ids(plans, "test", 3)
+    with pytest.raises(ConfigError, match=r"--plans 500: list 'test' of .* has 3 plans"):
+        choose_plan_ids(plans, "test", 500)
+
+
 def test_the_largest_are_chosen_by_area_and_ordered_by_hash(plans: Dataset) -> None:
     """own_c is larger than own_b and its copy, these than own_a."""
     assert choose_plan_ids(plans, "test", 1, largest=1) == ["own_c"]
