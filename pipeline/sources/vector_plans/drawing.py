@@ -217,6 +217,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
                 and ends.min() <= OFF_LINE_M
                 and ends.max() >= -OFF_LINE_M
                 and ends.max() - ends.min() < DEEPEST_WALL_M
+                and np.abs(ends).max() < DEEPEST_WALL_M - SAME_M  # else the ray ends in a wall along it
             ):
                 found.append((float(ends.min()), float(ends.max())))
         if found:  # nearest to what is asked for: the wall itself, then the ends beside it

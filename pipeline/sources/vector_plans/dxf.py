@@ -11,6 +11,7 @@ R4  Where no layer says wall or room, or such layers hold only texts, the lines 
 R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall, and so
     is a polyline with a width.
 R6  An arc on a layer called door or opening is a swing: also one of a polyline, and of a block that was stretched.
+R7  On a layer called both door and window, what lies around the hinge of a swing is a door, and the rest is a window.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from pipeline.sources.vector_plans.dxf_units import metres_per_unit
 from pipeline.sources.vector_plans.named_features import (
     DrawnFeatures,
     kind_from_name,
+    names_doors_and_windows,
     nest_rings,
     polygon_from_points,
     storey_from_features,
@@ -58,15 +60,31 @@ AJAR_DEG: Final = 12
 """A leaf is drawn this far open, at least."""
 _PIECES: Final = 8
 """Of a quarter of a circle."""
+_BOTH: Final = "door or window"
+_AROUND_HINGE: Final = 1.2
+"""A leaf, its frame and its sill reach this far from the hinge, in widths of the leaf."""
 _MOST_GUESSED: Final = 5_000
 _MOST_GUESSED_CORNERS: Final = 5_000
 """A clinic of 52 rooms has 1,600; lines that are no walls make a tangle with more."""
 _OTHERS = re.compile(
     r"dim|defpoint|text|note|anno|title|frame|border|viewport|grid|axis|achse|cote|hatch|furn|equip|elec|plumb|sanit|"
     r"light|detail|legend|schedule|wire|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|"
-    r"graph|node|edge|point|coord",
+    r"graph|node|edge|point|coord|beam|viga|poutre|travi|балк|[梁轴軸]|尺寸|标注|標註|文字|填充|图框|楼梯|給排水|给排水|配电",
     re.IGNORECASE,
 )
+
+
+_FAULTS: Final = (
+    OSError,
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    AttributeError,
+    ArithmeticError,
+    RecursionError,
+)
+"""What damaged entities lead ezdxf to, besides its own errors."""
 
 
 def can_read(path: Path, head: bytes) -> bool:
@@ -117,9 +135,10 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         document = document or recover.read(io.BytesIO(data))[0]
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
+        found = _doors_or_windows(_sound(found, left_out))  # R7
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
         if is_guessed:
-            found += _unnamed(every)  # R4
+            found += _sound(_unnamed(every), left_out)  # R4
         outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
         swings = [
             math.dist(swing[0], swing[1])
@@ -129,17 +148,7 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         ]
         stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
         scale, is_stated = metres_per_unit(outlines, swings, _letters(entity for _, entity in found), stated, path.name)
-    except (
-        DXFError,
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        IndexError,
-        AttributeError,
-        ArithmeticError,
-        RecursionError,
-    ) as error:
+    except (DXFError, *_FAULTS) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
     drawn = DrawnFeatures()
@@ -179,7 +188,7 @@ def _sound_document(data: bytes) -> Any:
     try:
         document = Document.read(io.TextIOWrapper(io.BytesIO(data), "ascii"))
         auditor = document.audit()
-    except (DXFError, ValueError, TypeError, KeyError, IndexError, AttributeError, ArithmeticError, RecursionError):
+    except (DXFError, *_FAULTS):
         return None
     return None if auditor.has_errors or auditor.has_fixes else document
 
@@ -204,7 +213,7 @@ def _entities(
             )
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
-            kind = kind_from_name(str(entity.dxf.get("layer", "0"))) or (kind_from_name(within[-1]) if within else "")
+            kind = _kind(str(entity.dxf.get("layer", "0"))) or (_kind(within[-1]) if within else "")
             yield kind, entity, bool(within)
             continue
         block = str(entity.dxf.name)
@@ -216,8 +225,55 @@ def _entities(
             continue
         layer = str(entity.dxf.get("layer", "0"))
         name = block if kind_from_name(block) or not kind_from_name(layer) else layer
-        for kind, part, _ in _entities(entity.virtual_entities(), document, left_out, (*within, block), numbers):
-            yield kind or kind_from_name(name), part, True
+        for kind, part, _ in _entities(_parts(entity, left_out), document, left_out, (*within, block), numbers):
+            yield kind or _kind(name), part, True
+
+
+def _kind(name: str) -> str:
+    """Return the kind of a name; _BOTH where it says door and window."""
+    kind = kind_from_name(name)
+    return _BOTH if kind == "door" and names_doors_and_windows(name) else kind
+
+
+def _parts(insert: Any, left_out: LeftOutParts) -> list[Any]:
+    """Return what an insert draws; nothing where it is scaled to a line or is damaged."""
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        return list(insert.virtual_entities())
+    except (DXFError, *_FAULTS) as error:
+        left_out.add(f"block {str(insert.dxf.name)[:60]}: {type(error).__name__}")
+        return []
+
+
+def _sound(found: list[tuple[str, Any]], left_out: LeftOutParts) -> list[tuple[str, Any]]:
+    """Return the entities that have points which can be computed."""
+    from ezdxf.lldxf.const import DXFError
+
+    kept = []
+    for kind, entity in found:
+        try:
+            _points(entity)
+            list(_swings(entity))
+        except (DXFError, *_FAULTS) as error:
+            left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
+        else:
+            kept.append((kind, entity))
+    return kept
+
+
+def _doors_or_windows(found: list[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    """R7."""
+    hinges = [
+        (swing[0], math.dist(swing[0], swing[1])) for kind, each in found if kind == _BOTH for swing in _swings(each)
+    ]
+
+    def which(entity: Any) -> str:
+        points = _points(entity)
+        around = (all(math.dist(at, hinge) < _AROUND_HINGE * wide for at in points) for hinge, wide in hinges)
+        return "door" if any(_swings(entity)) or any(around) else "window"
+
+    return [(which(entity) if kind == _BOTH else kind, entity) for kind, entity in found]
 
 
 def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:

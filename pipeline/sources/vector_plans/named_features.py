@@ -4,11 +4,12 @@ R1  Areas that are called wall are walls; an area inside another is a hole of it
     two of them close to each other the faces of one (``drawing.walls_between_faces``).
 R2  Areas called room are rooms. A text inside one names it; one that is the name of a room names what is around it.
 R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
-    to the end that lies nearer to a wall.
+    to the end that lies at a wall; of two, to the one across a gap; else to the one nearer to a wall.
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
-    wide inside, and in no closed line but one around the names of two rooms, is space, too.
+    wide inside, and in no closed line but one around the names of two rooms, is space, too. Where nothing is drawn but
+    closed lines that are wide inside, all are outlines.
 R6  A closed line called room without a name, inside one with a name, is a hole of it.
 R7  Two lines called wall that run beside each other, longer than they are apart, are the two faces of a wall, also
     where its ends are open. A line much farther off than another beside it (a measure beside a wall) is no face of it.
@@ -38,6 +39,7 @@ from pipeline.sources.tolerances import (
     DOOR_M,
     MASSIVE_WALL_M,
     NAME_BOX_M,
+    OFF_LINE_M,
     ROUGH_M,
     SAME_M,
     SHEET_M,
@@ -65,13 +67,16 @@ _WORDS: Final = {
     r"janela|janelas|okno|okna|fönster|vindu|vindue|pencere|ablak|.*[窗窓].*|창.*|окн\w*",
     "wall": r"wall|walls|wand|wände|waende|wanden|mauer|mur|murs|muro|muros|muri|parede|paredes|parete|pareti|muur|"
     r"muren|wal|muratura|murature|pared|mury|ściany?|sciany?|vägg|väggar|duvar|duvarlar|falak|zdi|zidovi|perete|pereți|"
-    r".*[壁牆].*|벽.*|column|columns|pillar|pillars|stütze|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
+    r".*[壁牆柱].*|벽.*|기둥.*|колонн\w*|(?!.*半高).*隔断.*|column|columns|pillar|pillars|stütze|stützen|columna|columnas|pilar|"
+    r"pilares|pilastro|pilastri|poteau|poteaux|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
     r".*墙.*|стен\w*",
     "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
     "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures|.*家具.*|мебел\w*",
 }
 _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
 """Words of walls that are under a floor, or nowhere."""
+
+_FRENCH_WINDOW: Final = re.compile(r"portes?.?fen[eê]tre|puertas?.?ventana|porta.?(finestra|janela)|window.?door", re.I)
 
 NamedArea = tuple[Polygon, tuple[str, ...], str]
 """Area, the source's words, and our label where the file says it."""
@@ -107,6 +112,13 @@ def kind_from_name(name: str) -> str:
     return "object" if found == "door" and names_furniture_with_doors(name) else found
 
 
+def names_doors_and_windows(name: str) -> bool:
+    """Return whether a layer's name says that both doors and windows are on it; a French window is a door."""
+    parts = re.split(r"[\W\d_]+", re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower())
+    both = all(any(re.fullmatch(_WORDS[kind], part) for part in parts) for kind in ("door", "window"))
+    return both and not _FRENCH_WINDOW.search(name)
+
+
 def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:
     """Return the storey of a drawing; it may be empty."""
     drawn_rooms = _with_holes(drawn)
@@ -119,7 +131,8 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     walls = [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
     holes = deepen_to_walls(_of_areas(drawn.door_areas), walls)
     holes += [hole for a, b, leaf in drawn.door_lines if (hole := door_hole(a, b, walls, has_door=leaf)) is not None]
-    holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls)) is not None]
+    solid = shapely.union_all(walls) if drawn.arcs else Polygon()
+    holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls, solid)) is not None]
     return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
         holes=tuple(holes),
@@ -166,6 +179,9 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
         in_house = len(named.query(around, "contains")) > 1
         is_outline = _is_wide_round(wall, None if in_house else tree) or _is_beside(wall, side_by_side)
         (outlines if is_outline else bodies).append(wall)
+    is_all = not (drawn.wall_lines or drawn.wall_bodies or rooms or outlines)
+    if is_all and all(_is_wide(wall, MASSIVE_WALL_M) for wall in bodies):
+        bodies, outlines = [], bodies
     whole = shapely.union_all(outlines)
     sides: list[tuple[Point, Point]] = []
     for ring in drawn.wall_areas if outlines else ():
@@ -273,12 +289,17 @@ def _of_areas(areas: Sequence[tuple[Polygon, bool]]) -> list[Hole]:
     ]
 
 
-def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon]) -> Hole | None:
+def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: BaseGeometry) -> Hole | None:
     """R3."""
     hinge, *ends = arc
-    solid = shapely.union_all(list(walls))
-    end = min(ends, key=lambda at: solid.distance(LineString([hinge, at]).centroid) + solid.distance(shapely.Point(at)))
-    return door_hole(hinge, end, walls, has_door=True)
+    at_walls = [end for end in ends if shapely.dwithin(solid, shapely.Point(end), OFF_LINE_M)]
+    gaps = [end for end in at_walls if not shapely.dwithin(solid, LineString([hinge, end]).centroid, OFF_LINE_M)]
+
+    def away(end: Point) -> float:
+        return float(solid.distance(LineString([hinge, end]).centroid) + solid.distance(shapely.Point(end)))
+
+    sure = next((found for found in (at_walls, gaps) if len(found) == 1), ends)
+    return door_hole(hinge, min(sure, key=away), walls, has_door=True)
 
 
 def polygon_from_points(points: Iterable[Sequence[float]]) -> Polygon | None:

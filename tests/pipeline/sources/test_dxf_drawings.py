@@ -197,6 +197,10 @@ def test_a_tangle_on_layers_that_say_nothing_is_no_plan(tmp_path):
         ("A-WALL-PRTN", "wall"),
         ("A-320G - Permanent Solid Partitions 12", "wall"),
         ("墙体", "wall"),
+        ("BS-柱", "wall"),
+        ("隔断", "wall"),
+        ("DS-半高隔断", ""),
+        ("BS-梁", ""),
         ("门窗", "door"),
         ("Стены", "wall"),
         ("Дверь", "door"),
@@ -413,3 +417,82 @@ def test_a_sound_drawing_is_read_without_mending(tmp_path, monkeypatch):
     level = drawn(tmp_path, draw)
     monkeypatch.setattr("ezdxf.recover.read", lambda _: pytest.fail("it was mended"))
     assert plan_of(drawn(tmp_path, draw)).area == plan_of(level).area
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_one_closed_line_alone_is_the_outline_of_a_room(tmp_path, closed):
+    def draw(space: Any) -> None:
+        corners = ring(0, 0, 6, 4)
+        space.add_lwpolyline(corners if closed else [*corners, corners[0]], close=closed)
+
+    assert plan_of(drawn(tmp_path, draw)).area == pytest.approx(24.0, rel=0.02)
+
+
+@pytest.mark.parametrize("through", [True, False])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_leaf_that_opens_against_a_wall_is_no_passage_of_it(tmp_path, through, turned):
+    """A door beside the wall between two rooms: its open leaf lies at that wall, or in it."""
+
+    def draw(space: Any) -> None:
+        def wall(*corners: float) -> None:
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALLS"})
+
+        for corners in ((0, 0, 8, 0.1), (0, 3.9, 8, 4), (0, 0, 0.1, 4), (7.9, 0, 8, 4)):
+            wall(*corners)
+        wall(3.95, 1.6, 4.05, 4)  # between the rooms
+        wall(0, 1.5, 2, 1.6)  # the wall of a corridor, with a door on each side of it
+        wall(2.9, 1.5, 4.05, 1.6)
+        wall(4.95, 1.5, 8, 1.6)
+        hinge = 4.0 if through else 4.06
+        space.add_arc((2.0, 1.6), 0.9, 0, 90, dxfattribs={"layer": "DOORS"})
+        space.add_arc((hinge, 1.6), 0.95 - (hinge - 4.0), 0, 90, dxfattribs={"layer": "DOORS"})
+        if turned:
+            for each in space:
+                each.transform(ezdxf.math.Matrix44.z_rotate(0.5))
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert sorted(round(room.area) for room in plan.rooms) == [9, 9, 11]
+    assert kinds(plan) == ["door", "door"]
+
+
+def test_a_window_on_a_layer_of_doors_and_windows_is_no_door(tmp_path):
+    def draw(space: Any, layer: str) -> None:
+        for corners in ((0, 0, 2, 0.2), (3, 0, 6, 0.2), (0, 3.8, 2, 4), (4, 3.8, 6, 4), (0, 0, 0.2, 4), (5.8, 0, 6, 4)):
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALLS"})
+        about = {"layer": layer}
+        space.add_arc((2, 0.2), 1.0, 0, 90, dxfattribs=about)
+        space.add_line((2, 0.2), (2, 1.2), dxfattribs=about)
+        space.add_lwpolyline(ring(2, 0, 3, 0.2), close=True, dxfattribs=about)  # the sill
+        space.add_lwpolyline(ring(2, 3.8, 4, 4), close=True, dxfattribs=about)
+        space.add_line((2, 3.9), (4, 3.9), dxfattribs=about)
+
+    for layer in ("Doors & Windows", "门窗"):
+        plan = plan_of(drawn(tmp_path, lambda space, layer=layer: draw(space, layer)))
+        assert plan.area == pytest.approx(5.6 * 3.6, rel=0.02)
+        (entrance,) = plan.doors
+        assert entrance.kind == "entrance"
+        assert float(shapely.LineString(entrance.segment).length) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_damaged_block_costs_no_more_than_itself(tmp_path):
+    def draw(space: Any) -> None:
+        block = space.doc.blocks.new("BIN")
+        block.add_blockref("INNER", (0, 0), dxfattribs={"xscale": 1.0})
+        space.doc.blocks.new("INNER").add_line((0, 0), (1, 1))
+        space.add_blockref("BIN", (1, 1), dxfattribs={"xscale": 1e-200, "yscale": 1e-200, "zscale": 1e-200})
+        for corners in (OUTER, INNER):
+            space.add_lwpolyline(ring(*corners), close=True, dxfattribs={"layer": "WALLS"})
+
+    level = drawn(tmp_path, draw)
+    assert plan_of(level).area == pytest.approx(7.6 * 3.6, rel=0.01)
+    assert "block" in str(level.provenance)
+
+
+def test_beams_of_a_drawing_without_names_are_no_walls(tmp_path):
+    def draw(space: Any) -> None:
+        for corners in (OUTER, INNER):
+            space.add_lwpolyline(ring(*corners), close=True)
+        for y in (1.9, 2.1):
+            space.add_line((0.2, y), (7.8, y), dxfattribs={"layer": "BS-梁"})
+
+    assert [round(room.area) for room in plan_of(drawn(tmp_path, draw)).rooms] == [27]
