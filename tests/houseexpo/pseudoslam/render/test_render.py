@@ -218,9 +218,11 @@ def test_a_window_that_nobody_sees_waits_for_no_keys(monkeypatch: pytest.MonkeyP
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
-    with pytest.raises(ConfigError, match="window: expected a display, found none"), Window("a house") as window:
-        window.show(np.zeros((4, 4, 3), np.uint8))  # a picture may be shown to nobody, as in a test
+    window = Window("a house")
+    window.show(np.zeros((4, 4, 3), np.uint8))  # a picture may be shown to nobody, as in a test
+    with pytest.raises(ConfigError, match="window: expected a display, found none"):
         window.keys(60.0)
+    window.close()
     assert not pygame.display.get_init()
 
 
