@@ -12,6 +12,7 @@ R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches)
     is a polyline with a width.
 R6  An arc on a layer called door or opening is a swing: also one of a polyline, and of a block that was stretched.
 R7  On a layer called both door and window, what lies around the hinge of a swing is a door, and the rest is a window.
+R8  A polyline without marks of subclasses, as people write by hand, is read as if it had them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import io
 import logging
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import count, pairwise
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
@@ -34,7 +35,7 @@ from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.tolerances import SAME, SWING_M, WALL_THICKNESS_M
-from pipeline.sources.vector_plans.drawing import Drawing, Point
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point
 from pipeline.sources.vector_plans.dxf_units import metres_per_unit
 from pipeline.sources.vector_plans.named_features import (
     DrawnFeatures,
@@ -120,7 +121,6 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         Where ezdxf is not installed.
     """
     try:
-        from ezdxf import recover
         from ezdxf.document import Drawing as Document
         from ezdxf.lldxf.const import DXFError
         from ezdxf.lldxf.tagger import binary_tags_loader
@@ -131,8 +131,7 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
     left_out = LeftOutParts()
     logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
-        document = Document.load(binary_tags_loader(data)) if data.startswith(_BINARY) else _sound_document(data)
-        document = document or recover.read(io.BytesIO(data))[0]
+        document = Document.load(binary_tags_loader(data)) if data.startswith(_BINARY) else _text_document(data)
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         found = _doors_or_windows(_sound(found, left_out))  # R7
@@ -163,19 +162,66 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         detail += f"expected {MOST_WALL_LINES:,} at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
     storey = storey_from_features(drawn)
-    if not storey.walls and not storey.rooms:
-        if not data.rstrip().endswith((b"EOF", b"EOF\0")):
-            raise Rejection("source", Reason.UNREADABLE, f"{path.name} breaks off before its end (EOF)", _ADVICE)
-        layers = ", ".join(sorted(str(layer.dxf.name) for layer in document.layers)[:8])
-        detail = f"{path.name}: expected layers that are called wall or room, found {layers or 'none'}"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
-    corners = sum(shapely.get_num_coordinates(wall.shape) for wall in storey.walls)
-    if is_guessed and corners > _MOST_GUESSED_CORNERS:
-        detail = f"{path.name}: no layer is called wall or room, and the lines of the others are a tangle of "
-        detail += f"{corners:,} corners, expected {_MOST_GUESSED_CORNERS:,} at most"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "rename the layer that holds the walls to WALL")
+    layers = sorted(str(layer.dxf.name) for layer in document.layers)
+    _check_storey(storey, path.name, layers, is_whole=data.rstrip().endswith((b"EOF", b"EOF\0")), is_guessed=is_guessed)
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
     return Drawing("dxf", (storey,), left_out, guesses)
+
+
+def _check_storey(storey: DrawnStorey, name: str, layers: Sequence[str], *, is_whole: bool, is_guessed: bool) -> None:
+    """Raise Rejection where nothing was found, or a tangle; ``layers`` are the names of all layers."""
+    advice = "rename the layer that holds the walls to WALL"
+    if not storey.walls and not storey.rooms:
+        if not is_whole:
+            raise Rejection("source", Reason.UNREADABLE, f"{name} breaks off before its end (EOF)", _ADVICE)
+        detail = f"{name}: expected layers that are called wall or room, found {', '.join(layers[:8]) or 'none'}"
+        raise Rejection("source", Reason.NO_LEVEL, detail, advice)
+    corners = sum(shapely.get_num_coordinates(wall.shape) for wall in storey.walls)
+    if is_guessed and corners > _MOST_GUESSED_CORNERS:
+        detail = f"{name}: no layer is called wall or room, and the lines of the others are a tangle of "
+        detail += f"{corners:,} corners, expected {_MOST_GUESSED_CORNERS:,} at most"
+        raise Rejection("source", Reason.NO_LEVEL, detail, advice)
+
+
+def _text_document(data: bytes) -> Any:
+    """R8: return a drawing, mended where that is needed."""
+    from ezdxf import recover
+    from ezdxf.lldxf.const import DXFStructureError
+
+    document = _sound_document(data)
+    if document is not None:
+        return document
+    try:
+        return recover.read(io.BytesIO(data))[0]
+    except DXFStructureError:
+        if b"LWPOLYLINE" not in data:
+            raise
+        return recover.read(io.BytesIO(_with_old_polylines(data)))[0]
+
+
+def _with_old_polylines(data: bytes) -> bytes:
+    """R8: return a drawing whose polylines without marks are of the old form, which has none."""
+    lines = [line.strip() for line in data.splitlines()]
+    entities: list[list[tuple[bytes, bytes]]] = [[]]
+    for tag in zip(lines[::2], lines[1::2], strict=False):
+        if tag[0] == b"0":
+            entities.append([])
+        entities[-1].append(tag)
+    tags = [tag for entity in entities for tag in _old_polyline(entity)]
+    return b"".join(b"%s\n%s\n" % tag for tag in tags)
+
+
+def _old_polyline(tags: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
+    """Return the tags of a polyline with its vertices apart; any other entity, or one with marks, stays the same."""
+    if not tags or tags[0] != (b"0", b"LWPOLYLINE") or any(code == b"100" for code, _ in tags):
+        return tags
+    layer = next((value for code, value in tags if code == b"8"), b"0")
+    found = [(b"0", b"POLYLINE"), (b"8", layer), (b"66", b"1")]
+    found += [tag for tag in tags if tag[0] == b"70"]
+    for code, value in tags:
+        found += [(b"0", b"VERTEX"), (b"8", layer)] if code == b"10" else []
+        found += [(code, value)] if code in {b"10", b"20", b"42"} else []
+    return [*found, (b"0", b"SEQEND")]
 
 
 def _sound_document(data: bytes) -> Any:

@@ -496,3 +496,17 @@ def test_beams_of_a_drawing_without_names_are_no_walls(tmp_path):
             space.add_line((0.2, y), (7.8, y), dxfattribs={"layer": "BS-梁"})
 
     assert [round(room.area) for room in plan_of(drawn(tmp_path, draw)).rooms] == [27]
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_polylines_that_people_write_by_hand_are_read(tmp_path, ends):
+    """Without a version, tables and marks of subclasses."""
+    ways = (((0, 0), (8, 0), (8, 6), (0, 6)), ((5, 0), (5, 2)), ((5, 3), (5, 6)))
+    tags: list[object] = [0, "SECTION", 2, "HEADER", 9, "$INSUNITS", 70, 6, 0, "ENDSEC", 0, "SECTION", 2, "ENTITIES"]
+    for way in ways:
+        tags += [0, "LWPOLYLINE", 8, "WALL", 62, 7, 90, len(way), 70, int(len(way) > 2)]
+        tags += [each for x, y in way for each in (10, x, 20, y)]
+    tags += [0, "CIRCLE", 8, "COLUMN", 10, 2, 20, 2, 40, 0.2, 0, "ENDSEC", 0, "EOF"]
+    (tmp_path / "plan.dxf").write_text(ends.join(map(str, tags)) + ends, newline="")
+    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    assert sorted(round(room.area) for room in plan_of(level).rooms) == [18, 30]
