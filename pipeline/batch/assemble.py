@@ -158,21 +158,23 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
     )
 
 
-def load_while_workers_start() -> None:
-    """Begin to load, in a thread, the libraries and kernels that ``assemble`` needs.
+def load_while_workers_start(several: bool) -> None:
+    """Begin to load, in a thread, what ``assemble`` needs: libraries, and the kernels that compare ``several`` plans.
 
-    That takes a second, and so does the start of the workers, which this process only waits for.
+    That takes a second, and so does the start of the workers, which this process only waits for. One plan alone is
+    compared with none: to load the kernels would keep it waiting.
     """
-    threading.Thread(target=_load_for_assembling, daemon=True).start()
+    threading.Thread(target=_load_for_assembling, args=(several,), daemon=True).start()
 
 
-def _load_for_assembling() -> None:
+def _load_for_assembling(several: bool) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is the main thread's business
     with suppress(Exception):  # what is wrong shows where it is needed
         new_summaries()
         index_table([])
-        square = np.ones((4, 4), bool)
-        find_similar_pairs(lambda _: square, 2)
+        if several:
+            square = np.ones((4, 4), bool)
+            find_similar_pairs(lambda _: square, 2)
 
 
 def _is_unchanged(folder: DataSetFolder, finished: FinishedBuild) -> bool:
@@ -352,6 +354,8 @@ def find_duplicate_pairs(
 
     ``file`` remembers what was compared; a damaged one is as good as none.
     """
+    if len(kept) < 2:
+        return ()
     recipe = hashlib.sha256(
         msgspec.json.encode((asdict(config), modules_digest("houseexpo.analysis.similarity")))
     ).hexdigest()

@@ -60,9 +60,9 @@ class OutcomeStore(Protocol):
 class Planning:
     """The inputs of a shard, and what is known of them.
 
-    ``begins`` is called when the first of them is about to be planned, if there is one; ``ended`` hears what came of
-    each that was at work; ``listed`` are those that were come across, ``unfinished`` those that a transient fault kept
-    from being done.
+    ``begins`` is called when the first of them is about to be planned, with whether there are several; ``ended`` hears
+    what came of each that was at work; ``listed`` are those that were come across, ``unfinished`` those that a
+    transient fault kept from being done.
     """
 
     listing: Listing
@@ -72,7 +72,7 @@ class Planning:
     rehash: bool = False
     shard: Shard = WHOLE
     ended: Callable[[Entry], None] = ignore_outcome
-    begins: Callable[[], None] = lambda: None
+    begins: Callable[[bool], None] = lambda _: None
     listed: set[str] = field(default_factory=set)
     unfinished: dict[str, Entry] = field(default_factory=dict)
 
@@ -83,17 +83,17 @@ class Planning:
         config = self.listing.config
         limits = Limits(config.limits.seconds, int(min(max(config.limits.memory_gb * 2**30, 1), 2**62)))
         jobs = self.jobs()
-        first = next(jobs, None)
+        first = list(itertools.islice(jobs, 2))
         total, open_jobs = -(-self.listing.total() // self.shard.count), 0
 
         def hand_over() -> Iterator[Job]:
             nonlocal open_jobs
-            for job in itertools.chain([first] if first else [], jobs):
+            for job in itertools.chain(first, jobs):
                 open_jobs += 1
                 yield job
 
-        if first is not None:  # else all is done, and no worker need start
-            self.begins()
+        if first:  # else all is done, and no worker need start
+            self.begins(len(first) > 1)
             function = partial(run_job, self._settings(plan))
             for job, result in execute(function, hand_over(), limits=limits, preload=["pipeline.algorithm", __name__]):
                 self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)

@@ -107,7 +107,10 @@ class Store(Protocol):
         ...
 
     def add(self, name: str, data: bytes) -> None:
-        """Write data whose name contains its hash; nothing is done if it is there already."""
+        """Write data whose name contains its hash, unless it is there already.
+
+        A crash of the system may lose it or damage it: who reads it compares the hash.
+        """
         ...
 
     def get(self, name: str) -> bytes:
@@ -159,14 +162,12 @@ class FolderStore:
 
     def put(self, name: str, data: bytes) -> None:
         """Write a file; it is on the disk when this returns."""
-        file = self.root / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(file, data, durable=True)
+        self._write(name, data, durable=True)
 
     def add(self, name: str, data: bytes) -> None:
-        """Write a file unless one of its size is there."""
+        """Write a file unless one of its size is there; to wait for the disk takes longer than to plan a drawing."""
         if self.size(name) != len(data):
-            self.put(name, data)
+            self._write(name, data, durable=False)
 
     def get(self, name: str) -> bytes:
         """Return a file's bytes; raise OSError if it cannot be read."""
@@ -193,6 +194,11 @@ class FolderStore:
         """Remove the remains of interrupted writes in the folders of ``under``."""
         for folder in (self.root / under).glob("*/"):
             disk.remove_interrupted_writes(folder)
+
+    def _write(self, name: str, data: bytes, *, durable: bool) -> None:
+        file = self.root / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, data, durable=durable)
 
     @contextlib.contextmanager
     def hold_with_shards(self) -> Iterator[None]:

@@ -34,6 +34,7 @@ from pipeline.geometry.areas import (
     trace_outlines,
     unite,
 )
+from pipeline.geometry.groups import Groups
 from pipeline.geometry.portals import Portal, find_portals, portal_strips
 from pipeline.tolerances import (
     AROUND_M,
@@ -143,30 +144,27 @@ def minimal_separators(
     away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
     as that holds no two spaces, the outside being one of them.
     """
-    import networkx
-    from networkx.utils import UnionFind
-
     spaces = [*rooms, area_outside(plane)]
     others = unite(candidate.polygon for candidate in kept)
     bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
     shapes = [drop_lines_and_points(shape) for shape in drop_thin_parts_of_each(bare, 4 * HAIR_M)]
     grown = shapely.buffer(shapes, MM_M, join_style="mitre")
-    meets = networkx.Graph()
-    meets.add_edges_from((("piece", k), ("space", space)) for k, space in _touching(grown, spaces))
-    meets.add_edges_from((("piece", k), ("piece", other)) for k, other in _touching(grown, shapes) if k != other)
-    sets = UnionFind([("space", k) for k in range(len(spaces))])
-    left = []
-    gone: set[int] = set()
-    for k in range(len(pieces) - 1, -1, -1):
-        node = ("piece", k)
-        touched = [n for n in meets[node] if n[0] == "space" or n[1] in gone] if node in meets else []
-        owners = {sets[n] for n in touched}
-        held = {sets[("space", space)] for space in range(len(spaces))} & owners
+    n = len(pieces)
+    meets: list[set[int]] = [set() for _ in pieces]  # pieces, and after them the spaces
+    for k, space in _touching(grown, spaces):
+        meets[k].add(n + space)
+    for k, other in _touching(grown, shapes):
+        meets[k].add(other)
+        meets[other].add(k)
+    groups, left = Groups(n + len(spaces)), set[int]()
+    for k in range(n - 1, -1, -1):
+        touched = [each for each in meets[k] if each >= n or (each > k and each not in left)]
+        held = {groups.of(space) for space in range(n, n + len(spaces))} & {groups.of(each) for each in touched}
         if len(held) > 1:
-            left.append(k)
+            left.add(k)
             continue
-        gone.add(k)
-        sets.union(node, *touched)
+        for each in touched:
+            groups.join(k, each)
     return [pieces[k] for k in sorted(left)]
 
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -34,6 +33,7 @@ from pipeline.geometry.doorways import (
     fit_into_wall,
     strips_beside,
 )
+from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
@@ -208,12 +208,8 @@ def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     """Return the parts in groups of those that touch."""
     boxes = [parts[k] for k in keys]
     shapes = np.array([box_polygon(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
-    graph = nx.Graph()
-    graph.add_nodes_from(range(len(keys)))
-    if len(keys) > 1:
-        pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T
-        graph.add_edges_from(pairs[pairs[:, 0] < pairs[:, 1]].tolist())
-    return [sorted(keys[k] for k in group) for group in nx.connected_components(graph)]
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T.tolist()
+    return [sorted(keys[k] for k in group) for group in connected_groups(len(keys), pairs)]
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
@@ -303,11 +299,9 @@ def _volume(bodies: Bodies, body: int) -> float:
 
 def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
     """R3, R4: return the leaves, and the rows of three plates or more, from their first plate to their last."""
-    rows = nx.Graph()
-    rows.add_nodes_from(range(len(leaves)))
     pairs = combinations(range(len(leaves)), 2)
-    rows.add_edges_from((one, other) for one, other in pairs if _in_row(leaves[one].box, leaves[other].box))
-    panelling = {k for row in nx.connected_components(rows) if len(row) > 2 for k in row}
+    near = (pair for pair in pairs if _in_row(*(leaves[k].box for k in pair)))
+    panelling = {k for row in connected_groups(len(leaves), near) if len(row) > 2 for k in row}
     panelling |= {k for k, leaf in enumerate(leaves) if leaf.box.width > LEAF_WIDTH_M[1] and _plates(leaf) > 2}
     panelling -= {k for k, leaf in enumerate(leaves) if leaf.has_handle}
     return [leaf for k, leaf in enumerate(leaves) if k not in panelling], [leaves[k] for k in sorted(panelling)]

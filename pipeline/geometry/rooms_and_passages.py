@@ -20,6 +20,7 @@ from pipeline.geometry.areas import (
     polygons_of,
     subtract_pairs,
 )
+from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.portals import Portal, portal_strips
 from pipeline.tolerances import (
     THIN_WALL_M,
@@ -107,13 +108,8 @@ def rooms_inside(outlines: Sequence[Polygon], rooms: Sequence[Polygon]) -> tuple
 
 def connected_rooms(spaces: Spaces) -> list[list[int]]:
     """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
-    import networkx as nx
-
-    graph = nx.Graph()
-    graph.add_nodes_from(range(len(spaces.rooms)))
-    graph.add_edges_from(p.portal.sides for p in spaces.passages if not p.leads_outside)
-    graph.add_edges_from(spaces.joins)
-    return sorted(sorted(part) for part in nx.connected_components(graph))
+    inner = [p.portal.sides for p in spaces.passages if not p.leads_outside]
+    return connected_groups(len(spaces.rooms), [*inner, *spaces.joins])
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-import networkx as nx
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -25,6 +24,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import IsolatedConfig
 from pipeline.geometry.areas import Shapes, intersect, polygons_of, subtract, unite
+from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.rooms_and_passages import connected_rooms, rooms_inside
 from pipeline.tolerances import AROUND_M, GROUP, HAND_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
@@ -36,16 +36,14 @@ STAIR_M2: Final = 1.0
 def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
     """Return each building as a level with its spaces. A level with one building is returned as it is."""
     outlines = list(spaces.outlines)
-    near = nx.Graph()
-    near.add_nodes_from(range(len(outlines)))
     pairs = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=config.distance_m).T
     entered = _outlines_with_entrance(spaces)
-    near.add_edges_from(
+    near = (
         (a, b)
         for a, b in pairs.tolist()
         if not (a in entered and b in entered and outlines[a].distance(outlines[b]) > AROUND_M)
     )
-    groups = [sorted(group) for group in nx.connected_components(near)]  # R1
+    groups = connected_groups(len(outlines), near)  # R1
     if len(groups) < 2:
         return _separate_dwellings(level, spaces) if config.dwellings else [(level, spaces)]
     groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-import networkx as nx
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -50,6 +49,7 @@ from pipeline.geometry.closing_candidates import (
     wall_ends,
 )
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, boxes_around_polygons
+from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.open_boundaries import (
     are_rooms_half_of_house,
     bands_across_hall_openings,
@@ -297,9 +297,7 @@ def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: Lay
 def hall_closings(layout: Layout, least_m2: float) -> list[Polygon]:
     """Return the bands that close the openings of a hall (R10)."""
     portals = [(c.polygon, set(c.portal.sides)) for c in layout.candidates if c.portal is not None]
-    joined = nx.Graph()
-    joined.add_nodes_from(range(len(layout.rooms)))
-    joined.add_edges_from(sorted(sides) for _, sides in portals if len(sides) == 2 and OUTSIDE not in sides)
-    part = {room: k for k, rooms in enumerate(nx.connected_components(joined)) for room in rooms}
+    joined = (sides for _, sides in portals if len(sides) == 2 and OUTSIDE not in sides)
+    part = {room: k for k, rooms in enumerate(connected_groups(len(layout.rooms), joined)) for room in rooms}
     ways = [(p, part[room]) for p, sides in portals if OUTSIDE in sides for room in sides - {OUTSIDE}]
     return bands_across_hall_openings(layout.ground, ways, least_m2)

@@ -28,7 +28,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
-import networkx as nx
 import numpy as np
 import shapely
 from shapely import Polygon
@@ -49,6 +48,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.closing_candidates import GAPS, assign_sides
 from pipeline.geometry.doorways import box_around_polygon, boxes_around_polygons
+from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips, strips_before
 from pipeline.geometry.prisms import Prisms
@@ -247,18 +247,20 @@ def _windows_to_the_floor(
 
 def _rows(portals: list[Portal], post_m: float) -> tuple[list[float], list[int]]:
     """Return for each portal the width of the row in which it stands, with the posts, and how many stand in it."""
-    rows, between = nx.Graph(), dict[frozenset[int], list[int]]()
+    near, between = list[tuple[float, int, int]](), dict[frozenset[int], list[int]]()
     for k, portal in enumerate(portals):
         between.setdefault(frozenset(portal.sides), []).append(k)
     for i, j in (pair for group in between.values() for pair in combinations(group, 2)):
         apart = distance_in_row(portals[i], portals[j])
         if apart is not None and apart <= post_m:
-            rows.add_edge(i, j, apart=max(apart, 0.0))
+            near.append((max(apart, 0.0), i, j))
     span, count = [portal.width for portal in portals], [1] * len(portals)
-    for row in nx.connected_components(rows):
-        posts = nx.minimum_spanning_tree(rows.subgraph(row), weight="apart").size(weight="apart")
+    rows = Groups(len(portals))
+    posts = [(apart, i) for apart, i, j in sorted(near) if rows.join(i, j)]  # of all pairs, the neighbours
+    for row in rows.lists():
+        wide = sum(apart for apart, i in posts if i in row) + sum(portals[k].width for k in row)
         for k in row:
-            span[k], count[k] = posts + sum(portals[i].width for i in row), len(row)
+            span[k], count[k] = wide, len(row)
     return span, count
 
 

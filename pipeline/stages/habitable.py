@@ -35,7 +35,6 @@ from __future__ import annotations
 from functools import cache
 from typing import Final
 
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -55,6 +54,7 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
+from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2, subtract_floor_voids
@@ -238,26 +238,24 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
 
 def _joins_rooms(place: int, rooms: list[Polygon], candidates: list[ClosingCandidate], outside: set[int]) -> bool:
     """Return whether two rooms or more open wide to a place, and nothing but it joins them."""
-    joined = nx.Graph()
-    joined.add_nodes_from(set(range(len(rooms))) - outside)
-    open_to: set[int] = set()
+    joined, open_to = Groups(len(rooms)), set[int]()
     for portal in (c.portal for c in candidates if c.portal is not None):
-        if place not in portal.sides and not outside & set(portal.sides):
-            joined.add_edge(*portal.sides)
+        if not {OUTSIDE, *outside} & set(portal.sides):
+            joined.join(*portal.sides)
         elif place in portal.sides and portal.width > SINGLE_DOOR_M[1]:
-            open_to |= set(portal.sides) - outside
-    joined.remove_nodes_from([OUTSIDE] if OUTSIDE in joined else [])
-    parts = [part for part in nx.connected_components(joined) if part & open_to]
-    return len(parts) > 1
+            open_to |= set(portal.sides) - {OUTSIDE, *outside}
+    return len({joined.of(room) for room in open_to}) > 1
 
 
 def _alone_joins_rooms(place: int, candidates: list[ClosingCandidate]) -> bool:
     """Return whether a place has ways to two other spaces or more that nothing inside but it joins."""
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
-    ways = nx.Graph([sides for sides in inner if sides[0] != sides[1]])
-    around = set(ways[place]) if place in ways else set()
-    ways.remove_nodes_from([place])
-    return len({frozenset(nx.node_connected_component(ways, each)) for each in around}) > 1
+    joined = Groups(1 + max((side for sides in inner for side in sides), default=0))
+    for sides in inner:
+        if place not in sides:
+            joined.join(*sides)
+    around = {side for sides in inner if place in sides for side in sides} - {place}
+    return len({joined.of(side) for side in around}) > 1
 
 
 def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[int]:

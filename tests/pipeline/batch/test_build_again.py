@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -41,11 +43,12 @@ def test_what_is_done_is_not_done_again(street: Path, tmp_path: Path) -> None:
 def test_what_assembling_needs_is_loaded_early_only_where_something_is_to_be_planned(
     street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    loads = list[str]()
-    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda: loads.append("once"))
+    loads = list[bool]()
+    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", loads.append)
     for _ in range(2):
         run_build([street], tmp_path / "out")
-    assert loads == ["once"]
+    run_build([street / "a.ply"], tmp_path / "alone")
+    assert loads == [True, False]
 
 
 def test_an_input_that_changed_is_done_again(street: Path, tmp_path: Path) -> None:
@@ -279,3 +282,13 @@ def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=words):
             run_build(sources, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_one_plan_alone_loads_no_compiler(street: Path, tmp_path: Path) -> None:
+    """It is compared with none; to load numba takes longer than to plan a house."""
+    said = (
+        "import sys; from pathlib import Path; from tests.builders.batch import run_build\n"
+        "run_build([Path(sys.argv[1])], Path(sys.argv[2]), workers=1); print('numba' in sys.modules)"
+    )
+    command = [sys.executable, "-c", said, str(street / "a.ply"), str(tmp_path / "out")]
+    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip() == "False"
