@@ -3,7 +3,11 @@
 R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says. Others are
     passed over.
 R2  Coordinates are metres where ``crs`` says so, or where they are no degrees; degrees become metres about the middle.
-R3  ``level``, ``level_id`` or ``floor`` divides storeys.
+    What is neither, and larger than any site, is in centimetres or millimetres, whichever makes the areas as large as
+    rooms; the plan says that this is a guess.
+R3  ``level``, ``level_id``, ``floor`` or ``floor_id`` divides storeys.
+R4  In a file without walls, areas that are called by the function of a room (classroom, retail) are rooms. Where these
+    and rooms are half of the areas that are called anything, all are rooms.
 """
 
 from __future__ import annotations
@@ -21,11 +25,29 @@ from shapely import Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, decode_document
-from pipeline.sources.tolerances import EARTH_M, HIGHEST_OBJECT_M, SPECK_M2, STOREY_HEIGHT_M
+from pipeline.sources.tolerances import (
+    DRAWING_M,
+    EARTH_M,
+    HIGHEST_OBJECT_M,
+    LONGEST_SITE_M,
+    SPECK_M2,
+    STOREY_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawing import Drawing
-from pipeline.sources.vector_plans.named_features import DrawnFeatures, kind_from_name, storey_from_features
+from pipeline.sources.vector_plans.named_features import (
+    DrawnFeatures,
+    function_of_room,
+    kind_from_name,
+    storey_from_features,
+)
 
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
+_LEVELS: Final = ("level", "level_id", "floor", "floor_id", "floorId", "levelId", "storey")
+_UNITS: Final = (0.01, 0.001)
+ROOM_M2: Final = 20.0
+"""A room is about as large."""
+_OWN_MARKS: Final = frozenset({"label_box", "free_space"})
+"""Kinds of our export that are neither walls nor rooms."""
 _ADVICE = "export it again as GeoJSON"
 _FAULTS = (
     KeyError,
@@ -60,6 +82,7 @@ def read_drawing(path: Path) -> Drawing:
     left_out = LeftOutParts()
     levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
     known = [(number, feature, _kind(feature)) for number, feature in enumerate(found.features)]
+    known = _with_rooms_by_function(known)
     named = [each for each in known if each[2] or not isinstance(each[1], dict)]
     for (number, feature, kind), shape in zip(named, _shapes_of([feature for _, feature, _ in named]), strict=True):
         if shape is None:
@@ -71,7 +94,7 @@ def read_drawing(path: Path) -> Drawing:
     if not shapes:
         detail = f"{path.name}: expected features that are called wall or room, found none of {len(found.features)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
-    to_metres = _to_metres(shapes, found.crs)
+    to_metres, guesses = _to_metres(shapes, found.crs)
     if to_metres is not None:
         levels = {
             name: [(kind, shapely.transform(shape, to_metres), about) for kind, shape, about in level]
@@ -81,7 +104,35 @@ def read_drawing(path: Path) -> Drawing:
         storey_from_features(_features_of(level), STOREY_HEIGHT_M * n)
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
-    return Drawing("geojson", tuple(storeys), left_out)
+    return Drawing("geojson", tuple(storeys), left_out, guesses)
+
+
+_Known = list[tuple[int, Any, str]]
+"""Number, feature and kind of each feature."""
+
+
+def _with_rooms_by_function(known: _Known) -> _Known:
+    """R4."""
+    if any(kind == "wall" for _, _, kind in known):
+        return known
+    said = [_word_of_area(feature) for _, feature, _ in known]
+    by_function = [function_of_room(word) is not None if word else False for word in said]
+    rooms = sum(kind == "room" or (not kind and found) for (*_, kind), found in zip(known, by_function, strict=True))
+    are_all = 2 * rooms >= sum(bool(word) for word in said)
+    return [
+        (number, feature, "room" if not kind and word and (found or (rooms and are_all)) else kind)
+        for (number, feature, kind), word, found in zip(known, said, by_function, strict=True)
+    ]
+
+
+def _word_of_area(feature: Any) -> str:
+    """Return what an area is called; "" for other features, and for those that have no word."""
+    geometry = feature.get("geometry") if isinstance(feature, dict) else None
+    if not isinstance(geometry, dict) or geometry.get("type") not in {"Polygon", "MultiPolygon"}:
+        return ""
+    about = _properties(feature)
+    word = next((each for key in _KEYS if isinstance(each := about.get(key), str)), "")
+    return "" if word in _OWN_MARKS else word
 
 
 def _properties(feature: Any) -> Mapping[str, Any]:
@@ -97,7 +148,7 @@ def _kind(feature: Any) -> str:
     said = [
         str(holder.get(key, "")) for holder in (about, feature) for key in _KEYS if key != "type" or holder is about
     ]
-    if any(word in {"label_box", "free_space"} for word in said):
+    if any(word in _OWN_MARKS for word in said):
         return ""
     return next((each for word in said if (each := kind_from_name(word))), "")
 
@@ -150,18 +201,26 @@ def decode_collection(data: bytes, name: str) -> _Collection:
 
 def _level(about: Mapping[str, Any]) -> str:
     """R3."""
-    return next((str(about[key]) for key in ("level", "level_id", "floor") if about.get(key) is not None), "")
+    return next((str(about[key]) for key in _LEVELS if about.get(key) is not None), "")
 
 
-def _to_metres(shapes: list[Any], crs: Any) -> Any:
-    """Return the function that turns points into metres, or None where they are (R2)."""
+def _to_metres(shapes: list[Any], crs: Any) -> tuple[Any, tuple[str, ...]]:
+    """R2: return the function that turns points into metres, or None where they are, and what was guessed."""
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
-    name = str(crs)
-    in_metres = "metre" in name or "LOCAL_CS" in name
-    degrees = (
-        not in_metres and max(abs(x1), abs(x2)) <= 180 and max(abs(y1), abs(y2)) <= 90 and max(x2 - x1, y2 - y1) < 0.5
-    )
-    return degrees_to_metres(shapes) if degrees else None
+    said = str(crs)
+    in_metres = "metre" in said or "LOCAL_CS" in said
+    long = max(x2 - x1, y2 - y1)
+    if in_metres or long <= 0:
+        return None, ()
+    if max(abs(x1), abs(x2)) <= 180 and max(abs(y1), abs(y2)) <= 90 and long < 0.5:
+        return degrees_to_metres(shapes), ()
+    areas = [part.area for shape in shapes for part in simple_parts(shape) if part.area > 0]
+    fits = [unit for unit in _UNITS if long * unit <= DRAWING_M[1]]
+    if long > LONGEST_SITE_M and areas and fits:
+        usual = math.sqrt(float(np.median(areas)) / ROOM_M2)
+        unit = min(fits, key=lambda each: abs(math.log(each * usual)))
+        return lambda points: points * unit, ("units",)
+    return None, ()
 
 
 def degrees_to_metres(shapes: list[Any]) -> Any:
@@ -189,6 +248,7 @@ def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatur
             label = str(about.get("label") or "")
             said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
             words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
+            label = label or next((function_of_room(each) or "" for key in _KEYS if (each := about.get(key))), "")
             drawn.rooms += [(area, words, label) for area in areas]
         elif kind in {"door", "opening"}:
             leaf = kind == "door" and about.get("door_kind") not in {"opening", "cut"}

@@ -11,6 +11,8 @@ R3  Units may lie in one another: a room ends where a smaller unit or a wall beg
     rooms, up to the thickness of a wall, is wall.
 R4  An opening is a door if its ``door`` says so, and an opening without a leaf else. Fixtures and kiosks are furniture.
 R5  Levels are sorted by their ordinal; without ``level.geojson``, by their ids. Units of no level are one level.
+R6  A unit with an opening in its edge has a wall where it touches others. A walkway has none of its own: from there one
+    goes on into what has no openings.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of
@@ -33,7 +35,15 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, unite_rooms, walls_around
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import SPECK_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import (
+    CRACK_M,
+    EDGE_REACH_M,
+    OUTER_WALL_M,
+    SAME_M,
+    SPECK_M2,
+    STOREY_HEIGHT_M,
+    WALL_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, named_room
 from pipeline.sources.vector_plans.geojson import (
     decode_collection,
@@ -42,6 +52,7 @@ from pipeline.sources.vector_plans.geojson import (
     shape_of,
     simple_parts,
 )
+from pipeline.sources.vector_plans.named_features import ROOM_FUNCTIONS
 from pipeline.values import SourceObject, SourceRoom
 
 UNITS: Final = "unit.geojson"
@@ -68,19 +79,8 @@ PARTS: Final = frozenset(
 """The other files of an archive, which hold no rooms."""
 _READ: Final = ("opening.geojson", "level.geojson", "fixture.geojson", "kiosk.geojson")
 _WALLS: Final = frozenset({"brick", "column", "concrete", "drywall", "glass", "structure", "wood"})
+_WALKWAYS: Final = frozenset({"walkway", "footbridge", "movingwalkway", "walkway.island"})
 _NO_ROOMS: Final = frozenset({"nonpublic", "opentobelow", "vegetation"})
-_CATEGORIES: Final = {
-    "walkway": "Hallway",
-    "footbridge": "Hallway",
-    "movingwalkway": "Hallway",
-    "conferenceroom": "Office",
-    "classroom": "Room",
-    "auditorium": "Hall",
-    "foodservice": "Kitchen",
-    "waitingroom": "Lobby",
-    "fitnessroom": "Gym",
-}
-"""Labels of categories that are the names of no rooms in other files."""
 _FIXTURE_M: Final = 1.0
 _UNIT = re.compile(rb'"feature_type"\s*:\s*"unit"')
 _ADVICE = "export the archive again"
@@ -194,15 +194,13 @@ def _storey(level: _Level, to_metres: Any, height_m: float) -> DrawnStorey:
         return [area for part in flat for area in polygons_of(part) if area.area > SPECK_M2]
 
     drawn = [wall for shape in level.walls for wall in areas(shape)]
-    rooms = list(_rooms([(area, about) for shape, about in level.rooms for area in areas(shape)], drawn))
+    ways = [(ends, leaf) for shape, leaf in level.openings for ends in _lines(shapely.transform(shape, to_metres))]
+    units = [(area, about) for shape, about in level.rooms for area in areas(shape)]
+    drawn += _walls_between(units, [ends for ends, _ in ways])
+    rooms = list(_rooms(units, drawn))
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     walls = [wall.shape for wall in walls_around(shapes, WALL_HEIGHT_M)] + drawn
-    holes = [
-        hole
-        for shape, leaf in level.openings
-        for a, b in _lines(shapely.transform(shape, to_metres))
-        if (hole := door_hole(a, b, walls, has_door=leaf)) is not None
-    ]
+    holes = [hole for (a, b), leaf in ways if (hole := door_hole(a, b, walls, has_door=leaf)) is not None]
     furniture = [(area, word) for shape, word in level.fixtures for area in areas(shape)]
     return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
@@ -213,6 +211,23 @@ def _storey(level: _Level, to_metres: Any, height_m: float) -> DrawnStorey:
         height_m=height_m,
         all_named=False,
     )
+
+
+def _walls_between(units: list[tuple[Polygon, Mapping[str, Any]]], ways: list[tuple[Point, Point]]) -> list[Polygon]:
+    """R6."""
+    if not ways:
+        return []
+    middles = shapely.STRtree([LineString(ends).centroid for ends in ways])
+    areas = shapely.STRtree([area for area, _ in units])
+    edges = []
+    for number, (area, about) in enumerate(units):
+        edge = shapely.boundary(area)
+        is_walkway = str(about.get("category") or "").lower() in _WALKWAYS
+        if not is_walkway and len(middles.query(edge, "dwithin", distance=EDGE_REACH_M)):
+            beside = [areas.geometries[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
+            edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
+    lines = shapely.union_all(edges, grid_size=SAME_M)
+    return polygons_of(shapely.buffer(lines, OUTER_WALL_M / 2, cap_style="flat", join_style="mitre"))
 
 
 def _rooms(units: list[tuple[Polygon, Mapping[str, Any]]], walls: list[Polygon]) -> Iterator[SourceRoom]:
@@ -234,7 +249,7 @@ def _name(about: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
     first = next((word for word in words if labels_for((word,))), "")
     if first:
         return first, labels_for((first,))
-    known = _CATEGORIES.get(category.split(".")[0])
+    known = ROOM_FUNCTIONS.get(category.split(".")[0])
     label = canonical(category)
     labels = (known,) if known else (label,) if label else labels_for((category.replace(".", " "),))
     return (words[0] if words else category if category != "unspecified" else ""), labels

@@ -3,13 +3,12 @@
 R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
     two of them close to each other the faces of one (``drawing.walls_between_faces``).
 R2  Areas called room are rooms. A text inside one names it; one that is the name of a room names what is around it.
-R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the hinge
-    to the end that lies at a wall; of two, to the one across a gap; else to the one nearer to a wall.
+R3  Areas and lines called door are passages; of an arc, which shows how the leaf turns, the passage runs from the
+    hinge to the end that lies at a wall; of two, to the one across a gap; else to the one nearer to a wall.
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
-    wide inside, and in no closed line but one around the names of two rooms, is space, too. Where nothing is drawn but
-    closed lines that are wide inside, all are outlines.
+    wide inside, and in no closed line but one around the names of two rooms, is space, too. So is a closed line alone.
 R6  A closed line called room without a name, inside one with a name, is a hole of it.
 R7  Two lines called wall that run beside each other, longer than they are apart, are the two faces of a wall, also
     where its ends are open. A line much farther off than another beside it (a measure beside a wall) is no face of it.
@@ -61,22 +60,37 @@ from pipeline.values import SourceObject, SourceRoom
 _WORDS: Final = {
     "name": r"name|text|label|beschriftung|texte|annot",
     "opening": r"opening|openings|doorway|durchgang|passage|cut|entrance_open",
-    "door": r"door|doors|entrance|entrances|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|porta|portas|deur|"
-    r"deuren|dør|dörr|dörrar|drzwi|dveře|dvere|vrata|kap\u0131|kapi|cửa|ajtó|uși|.*[门門扉戸].*|.*ドア.*|.*문|двер\w*",
+    "door": r"door|doors|entrance|entrances|exit|exits|tür|türen|tuer|tueren|tur|porte|portes|puerta|puertas|porta|"
+    r"portas|deur|deuren|dør|dörr|dörrar|drzwi|dveře|dvere|vrata|kap\u0131|kapi|cửa|ajtó|uși|.*[门門扉戸].*|.*ドア.*|.*문|двер\w*",
     "window": r"window|windows|fenster|fenêtre|fenetre|ventana|ventanas|finestra|finestre|glaz|glazing|raam|wid|win|"
     r"janela|janelas|okno|okna|fönster|vindu|vindue|pencere|ablak|.*[窗窓].*|창.*|окн\w*",
     "wall": r"wall|walls|wand|wände|waende|wanden|mauer|mur|murs|muro|muros|muri|parede|paredes|parete|pareti|muur|"
     r"muren|wal|muratura|murature|pared|mury|ściany?|sciany?|vägg|väggar|duvar|duvarlar|falak|zdi|zidovi|perete|pereți|"
-    r".*[壁牆柱].*|벽.*|기둥.*|колонн\w*|(?!.*半高).*隔断.*|column|columns|pillar|pillars|stütze|stützen|columna|columnas|pilar|"
-    r"pilares|pilastro|pilastri|poteau|poteaux|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
+    r".*[壁牆柱].*|벽.*|기둥.*|колонн\w*|(?!.*半高).*隔断.*|column|columns|pillar|pillars|stütze|stützen|columna|columnas|"
+    r"pilar|pilares|pilastro|pilastri|poteau|poteaux|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
     r".*墙.*|стен\w*",
     "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
     "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures|.*家具.*|мебел\w*",
 }
+ROOM_FUNCTIONS: Final = {
+    **dict.fromkeys(("walkway", "footbridge", "movingwalkway"), "Hallway"),
+    "conferenceroom": "Office",
+    "classroom": "Room",
+    "auditorium": "Hall",
+    "foodservice": "Kitchen",
+    "waitingroom": "Lobby",
+    "fitnessroom": "Gym",
+    **dict.fromkeys(("retail", "shop", "boutique", "booth", "stall", "kiosk", "food", "restaurant", "cafe", "bar"), ""),
+    **dict.fromkeys(("lab", "laboratory", "lecture", "workshop", "ward", "cubicle", "apartment", "flat"), ""),
+    **dict.fromkeys(("stairs", "stair", "staircase", "stairwell", "escalator", "ramp"), ""),
+}
+"""Words that indoor maps have for spaces, and our labels of those which are the names of no rooms in other files."""
 _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
 """Words of walls that are under a floor, or nowhere."""
 
-_FRENCH_WINDOW: Final = re.compile(r"portes?.?fen[eê]tre|puertas?.?ventana|porta.?(finestra|janela)|window.?door", re.I)
+_FRENCH_WINDOW: Final = re.compile(
+    r"portes?.?fen[eê]tre|puertas?.?ventana|porta.?(finestra|janela)|window.?door", re.IGNORECASE
+)
 
 NamedArea = tuple[Polygon, tuple[str, ...], str]
 """Area, the source's words, and our label where the file says it."""
@@ -110,6 +124,13 @@ def kind_from_name(name: str) -> str:
         return ""
     found = next((kind for kind, words in _WORDS.items() if any(re.fullmatch(words, part) for part in parts)), "")
     return "object" if found == "door" and names_furniture_with_doors(name) else found
+
+
+def function_of_room(name: str) -> str | None:
+    """Return our label of the space that a word is the function of, "" where we have none; None for other words."""
+    parts = re.split(r"[\W\d_]+", name.lower())
+    known = next((ROOM_FUNCTIONS[part] for part in (name.lower(), *parts) if part in ROOM_FUNCTIONS), None)
+    return known or next(iter(labels_for((name,))), known)
 
 
 def names_doors_and_windows(name: str) -> bool:
@@ -179,8 +200,7 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
         in_house = len(named.query(around, "contains")) > 1
         is_outline = _is_wide_round(wall, None if in_house else tree) or _is_beside(wall, side_by_side)
         (outlines if is_outline else bodies).append(wall)
-    is_all = not (drawn.wall_lines or drawn.wall_bodies or rooms or outlines)
-    if is_all and all(_is_wide(wall, MASSIVE_WALL_M) for wall in bodies):
+    if len(rings) == 1 and not (inside or drawn.wall_bodies) and _is_wide(rings[0], MASSIVE_WALL_M):
         bodies, outlines = [], bodies
     whole = shapely.union_all(outlines)
     sides: list[tuple[Point, Point]] = []
@@ -298,8 +318,9 @@ def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: Ba
     def away(end: Point) -> float:
         return float(solid.distance(LineString([hinge, end]).centroid) + solid.distance(shapely.Point(end)))
 
-    sure = next((found for found in (at_walls, gaps) if len(found) == 1), ends)
-    return door_hole(hinge, min(sure, key=away), walls, has_door=True)
+    sure: list[Point] = at_walls if len(at_walls) == 1 else gaps if len(gaps) == 1 else list(ends)
+    end: Point = min(sure, key=away)
+    return door_hole(hinge, end, walls, has_door=True)
 
 
 def polygon_from_points(points: Iterable[Sequence[float]]) -> Polygon | None:

@@ -142,3 +142,24 @@ def test_a_zip_that_is_none_or_damaged(tmp_path):
     with pytest.raises(Rejection) as caught:
         list(reader(item.reader).read(item))
     assert caught.value.reason is Reason.UNREADABLE
+
+
+@pytest.mark.parametrize("walled", [True, False])
+def test_units_that_touch_are_parted_where_the_map_has_openings(tmp_path, walled):
+    """Two classrooms beside a walkway in two parts, and a lobby without openings of its own."""
+    units = [
+        unit("classroom", (0.0, 2.0, 4.0, 6.0)),
+        unit("classroom", (4.0, 2.0, 8.0, 6.0)),
+        unit("walkway", (0.0, 0.0, 4.0, 2.0)),
+        unit("walkway", (4.0, 0.0, 8.0, 2.0)),
+        unit("lobby", (8.0, 0.0, 11.0, 2.0)),
+    ]
+    ways = [((1.0, 2.0), (2.0, 2.0)), ((5.0, 2.0), (6.0, 2.0))] if walled else []
+    openings = [
+        feature("opening", {"type": "LineString", "coordinates": [degrees(*a), degrees(*b)]}, level_id=LOWER, door={})
+        for a, b in ways
+    ]
+    (plan,) = plans_of(written(tmp_path / "map", {"unit": units, "opening": openings}))
+    assert len(plan.rooms) == 5
+    assert [door.kind for door in plan.doors] == ["door"] * len(ways)
+    assert (plan.area < 53.5) == walled
