@@ -5,8 +5,9 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
     gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
-    the strip. A door that the source names is one, however wide, in meshes too. Where a known door beside it in the
-    same wall parts the same two rooms, what is wider than ``widest_m`` is an ``opening`` between them.
+    the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
+    Where a known door beside it in the same wall parts the same two rooms, what is wider than ``widest_m`` is an
+    ``opening`` between them.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
@@ -84,13 +85,14 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
     portals = [portal for _, portal in strips]
     spans, _ = _rows(portals, config.post_m)
-    for (candidate, portal), span, at_door in zip(strips, spans, _lie_at_named_doors(portals, planes), strict=True):
+    at_named = _lie_at_named_ways(portals, planes, drawn=isinstance(level.walls, Prisms))
+    for (candidate, portal), span, is_at_named in zip(strips, spans, at_named, strict=True):
         if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
         outside = OUTSIDE in portal.sides
         kind = _kind(candidate, portal, level, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        is_named = candidate.kind == "door" and at_door
+        is_named = candidate.kind in {"door", "opening"} and is_at_named
         wide = span > config.widest_m and not is_named
         beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
         if not outside and beside_door:
@@ -113,9 +115,10 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _lie_at_named_doors(portals: Sequence[Portal], planes: Planes) -> list[bool]:
-    """Return for each portal (n,) whether a doorway lies there in which the source names a door."""
-    named = shapely.STRtree([each.polygon for each in planes.doorways if each.source == "named" and each.has_door])
+def _lie_at_named_ways(portals: Sequence[Portal], planes: Planes, *, drawn: bool) -> list[bool]:
+    """Return for each portal (n,) whether a doorway lies there that the source names, in a mesh one with a door (R3)."""
+    ways = [each for each in planes.doorways if each.source == "named" and (drawn or each.has_door)]
+    named = shapely.STRtree([each.polygon for each in ways])
     found = np.zeros(len(portals), np.bool_)
     found[named.query(portal_strips(portals), predicate="intersects")[0]] = True
     return found.tolist()

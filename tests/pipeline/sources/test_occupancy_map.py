@@ -96,6 +96,14 @@ def test_a_wide_way_is_an_opening(tmp_path: Path) -> None:
     assert [door.kind for door in plan.doors] == ["opening"]
 
 
+def test_a_way_wider_than_any_door_is_an_opening(tmp_path: Path) -> None:
+    """2.9 m of a wall of 12 m are open."""
+    shades = corridor_with_rooms(58)
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert [door.kind for door in plan.doors] == ["opening", "opening"]
+    assert [door.width for door in plan.doors] == pytest.approx([2.9, 2.9], abs=0.2)
+
+
 def test_a_map_of_walls_alone_has_no_furniture(tmp_path: Path) -> None:
     """A pillar of 0.5 m, and a corner that is cut off by 1 m x 1 m: furniture in a robot's map, wall in a drawn one."""
     shades = two_rooms()
