@@ -7,7 +7,8 @@ R2  Basins are joined, the least likely border first, as long as a border more p
     rooms. The value was chosen on empty maps that were left out of the fit.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
-R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them.
+R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them. So is
+    every other place where free cells of both touch for TOUCH_M or more: two basins may meet beside a narrow place.
 R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
     the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
     or as thin as a wall.
@@ -63,6 +64,8 @@ SMALLEST_M2 = 1.0
 DRAWN_ROOM_M2 = 0.9
 """R8: that of SMALLEST_M2, less the cells on its edge."""
 APART_M = 0.75
+TOUCH_M = 0.6
+"""R4: what is as wide lets a robot through."""
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
 PARTED_M2 = 1.0
@@ -170,6 +173,7 @@ def segment_rooms(
         label = with_scattered_cells(label, free, occupied, cell_m)
         if likely is not None:
             label = with_likely_cells(label, likely & ~free, occupied, cell_m)
+    ways = _with_ways_where_rooms_touch(ways, label, free, cell_m)
     return Segmentation(label, ways, cell_m, scale, outside)
 
 
@@ -398,6 +402,50 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConn
             middles[pair].append(middle)
             found.append(RoomConnection(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k])))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
+
+
+def _with_ways_where_rooms_touch(
+    ways: tuple[RoomConnection, ...], label: Labels, free: Bools, cell_m: float
+) -> tuple[RoomConnection, ...]:
+    """R4: return ways, and those at other places where free cells of two rooms touch; arrays are (rows, cols)."""
+    touching, pairs = np.zeros(label.shape, np.uint8), [np.zeros((0, 2), np.int64)]
+    cells, middles = [np.zeros((0, 2), np.int64)], [np.zeros((0, 2))]
+    for down, right in ((0, 1), (1, 0)):
+        here, there = np.s_[: len(label) - down, : label.shape[1] - right], np.s_[down:, right:]
+        meet = (label[here] != label[there]) & (label[here] > 0) & (label[there] > 0) & free[here] & free[there]
+        at = np.argwhere(meet)
+        touching[here][meet] = touching[there][meet] = 1
+        pairs.append(np.sort(np.stack([label[here][meet], label[there][meet]], axis=1), axis=1).astype(np.int64))
+        cells.append(at)
+        middles.append(at[:, ::-1] + 0.5 + np.array([right, down]) / 2)
+    if not touching.any():
+        return ways
+    _, places = cv2.connectedComponents(touching, connectivity=8)
+    row, col = np.concatenate(cells).T
+    keys = np.column_stack([np.concatenate(pairs), places[row, col]])
+    groups, group = np.unique(keys, axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    edges = np.split(np.concatenate(middles)[order], np.searchsorted(group[order], np.arange(1, len(groups))))
+    found = list(ways)
+    for (low, high, _), points in zip(groups.tolist(), edges, strict=True):
+        jambs = _ends_of_row(points)
+        width_m = float(np.hypot(*(jambs[1] - jambs[0]))) * cell_m
+        known = np.array([way.jambs.mean(axis=0) for way in ways if way.rooms == (low, high)]).reshape(-1, 1, 2)
+        near = np.hypot(*np.moveaxis(points - known, 2, 0)) * cell_m <= APART_M
+        if width_m >= TOUCH_M and not near.any():
+            found.append(RoomConnection((low, high), jambs, width_m, 0.0))
+    return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
+
+
+def _ends_of_row(points: Floats) -> Floats:
+    """Return the ends (2, 2) of edges of cells, in cells, whose middles (n, 2) lie in a row."""
+    middle = points.mean(axis=0)
+    x, y = (points - middle).T
+    angle = np.arctan2(2 * (x * y).sum(), (x * x - y * y).sum()) / 2
+    along = np.array([np.cos(angle), np.sin(angle)])
+    far = (points - middle) @ along
+    half_cell = along / 2
+    return np.stack([middle + along * float(far.min()) - half_cell, middle + along * float(far.max()) + half_cell])
 
 
 def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:

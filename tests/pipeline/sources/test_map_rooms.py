@@ -10,7 +10,12 @@ from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_likely_cells, with_scattered_cells
-from pipeline.sources.occupancy_map.rooms import count_in_blocks, segment_rooms
+from pipeline.sources.occupancy_map.rooms import (
+    RoomConnection,
+    _with_ways_where_rooms_touch,
+    count_in_blocks,
+    segment_rooms,
+)
 
 CELL_M = 0.05
 
@@ -301,3 +306,20 @@ def test_blocks_count_their_cells(scale: int) -> None:
         for r in range(rows)
     ]
     assert count_in_blocks(cells, scale).tolist() == expected
+
+
+def test_every_place_where_free_cells_of_two_rooms_touch_is_a_way() -> None:
+    """A wall between two rooms has a known way of 1 m, and gaps of 0.9 m and 0.3 m."""
+    label = np.ones((120, 60), np.int32)
+    label[:, 30:] = 2
+    free = np.zeros(label.shape, bool)
+    free[:, :29] = free[:, 31:] = True
+    for first, last in ((10, 30), (50, 68), (100, 106)):
+        free[first:last, 29:31] = True
+    known = RoomConnection((1, 2), np.array([(30.0, 10.0), (30.0, 30.0)]), 1.0, 0.1)
+    one, other = _with_ways_where_rooms_touch((known,), label, free, CELL_M)
+    assert one is known
+    assert other.rooms == (1, 2)
+    assert np.sort(other.jambs, axis=0) == pytest.approx(np.array([(30.0, 50.0), (30.0, 68.0)]))
+    assert other.width_m == pytest.approx(0.9)
+    assert _with_ways_where_rooms_touch((), label, free & (label == 1), CELL_M) == ()
