@@ -55,6 +55,14 @@ class BuildRequest:
         sources = tuple(absolute_source(source) for source in self.given["sources"])
         return BuildRecord(BuildCommand(sources, {name: str(value) for name, value in sorted(options.items())}))
 
+    def load_ahead(self) -> None:
+        """Begin to load what the workers need, unless an earlier build may have left them nothing to do."""
+        if self.executor == "local" and not Path(self.out, ".build").exists():
+            from pipeline.batch import WORKER_MODULES
+            from pipeline.executors import local
+
+            local.load_ahead(WORKER_MODULES)
+
     def execute(self) -> Executor:
         """Return the executor."""
         from functools import partial
@@ -69,9 +77,9 @@ class BuildRequest:
 
 def build_and_show(work: BuildRequest, others: str, check: Callable[[], None]) -> int:
     """Build, show the outcome, and return the exit code."""
-    from pipeline.terminal_report import read_index_rows
-
     data_set = build_data_set(work, others, check)
+    from pipeline.terminal_report import read_index_rows  # not before the workers have begun to load
+
     return show_outcomes(data_set, read_index_rows(data_set.root), work.out)
 
 
@@ -97,6 +105,7 @@ def from_python(
 
 def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -> BuildResult:
     """Build a data set folder with its report and the record of how it was made."""
+    work.load_ahead()
     from houseexpo.dataset.build_record import read_build_record, write_build_record
     from pipeline.batch.build import build as run_build
     from pipeline.batch.data_set_folder import ExistingPlansPolicy

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import msgspec
 
+from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
 from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
 from pipeline.batch.job import Job, JobSettings, Plan, make_plans, not_done_rejection, run_job
@@ -95,7 +96,7 @@ class Planning:
         if first:  # else all is done, and no worker need start
             self.begins(len(first) > 1)
             function = partial(run_job, self._settings(plan))
-            for job, result in execute(function, hand_over(), limits=limits, preload=["pipeline.algorithm", __name__]):
+            for job, result in execute(function, hand_over(), limits=limits, preload=WORKER_MODULES):
                 self._finish(_entry_of_failure(job, result) if isinstance(result, Failure) else result)
                 open_jobs -= 1
                 progress("planning", min(len(self.listed) - open_jobs, total), total)

@@ -28,7 +28,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
 from multiprocessing import connection as pipes
-from multiprocessing import resource_tracker
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -74,6 +74,17 @@ class Executor(Protocol):
     ) -> Iterator[tuple[Item, Result | Failure]]:
         """Begin; items are taken from their iterator as there is room for them."""
         ...
+
+
+def load_ahead(preload: Sequence[str]) -> None:
+    """Begin to import the modules that the workers of the next ``run`` share, in the process that these come from.
+
+    Returns at once. Where the system has no fork server, nothing is begun.
+    """
+    context = _context(preload)
+    if context.get_start_method() == "forkserver":
+        with limit_child_threads(), _hold_interrupts(), _without_main(load_ahead):
+            forkserver.ensure_running()
 
 
 # A worker process, from both sides of its pipe.

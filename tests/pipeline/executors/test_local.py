@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -39,6 +40,11 @@ def threads(name: str) -> str | None:
     return os.environ.get(name)
 
 
+def parent_with(name: str) -> str:
+    """Return the number of this process's parent, and whether a module is loaded."""
+    return f"{os.getppid()} {name in sys.modules}"
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_item_that_fails_takes_no_other_with_it(workers: int) -> None:
     words = ["a", "sleep", "b", "segfault", "c", "kill", "d", "allocate", "e", "raise", "f"]
@@ -71,6 +77,20 @@ def sleep_beside(path: str) -> str:
         time.sleep(60)
         Path(f"{path}.ended").touch()
     return path
+
+
+def test_what_workers_share_is_loaded_before_the_run_begins() -> None:
+    """In a process of its own: the fork server of the tests stands already."""
+    said = (
+        "import os\nfrom multiprocessing import forkserver\n"
+        "from tests.pipeline.executors.test_local import LIMITS, parent_with\n"
+        "from pipeline.executors.local import load_ahead, run\n"
+        "load_ahead(['colorsys'])\nserver = forkserver._forkserver._forkserver_pid\n"
+        "(_, found), = run(parent_with, ['colorsys'], workers=1, limits=LIMITS, preload=['colorsys'])\n"
+        "print(server is not None and found == f'{server} True')"
+    )
+    done = subprocess.run([sys.executable, "-c", said], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "True"
 
 
 def test_leaving_early_stops_the_workers(tmp_path: Path) -> None:
