@@ -6,7 +6,7 @@ R2  Layers are told by words in their names (wall, door, room, text and their li
 R3  Inserts are taken apart as deep as they go; a block that holds itself is left out, with a note.
 R4  Where no layer says wall or room, or such layers hold only texts, the lines of the layers that say nothing are
     walls, but those in blocks and on layers with the words of ``_OTHERS``; the plan says that its layers are a guess.
-    An arc among them as wide as a door is a door, and a line from its hinge to its end the leaf.
+    An arc among them as wide as a door is a door, and a line from about its hinge to about its end the leaf.
     Where all lines stand in blocks (a drawing that was inserted as a whole), those of the blocks count.
 R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall, and so
     is a polyline with a width.
@@ -64,6 +64,8 @@ _PIECES: Final = 8
 _BOTH: Final = "door or window"
 _AROUND_HINGE: Final = 1.2
 """A leaf, its frame and its sill reach this far from the hinge, in widths of the leaf."""
+_OFF_HINGE: Final = 0.15
+"""A leaf ends this near to the hinge and to the end of its swing, in widths of the leaf."""
 _MOST_GUESSED: Final = 5_000
 _MOST_GUESSED_CORNERS: Final = 5_000
 """A clinic of 52 rooms has 1,600; lines that are no walls make a tangle with more."""
@@ -335,22 +337,20 @@ def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
             lines.append(("door", entity))
         elif entity.dxftype() == "LINE" or entity.dxftype() in _POLYLINES:
             lines.append(("wall", entity))
-    arcs = [entity for kind, entity in lines if kind == "door"]
-    leaves = {_ends(arc.dxf.center, end) for arc in arcs for end in (arc.start_point, arc.end_point)}
-    kept = [
-        pair for pair in lines if pair[1].dxftype() != "LINE" or _ends(pair[1].dxf.start, pair[1].dxf.end) not in leaves
-    ]
+    swings = [swing for kind, entity in lines if kind == "door" for swing in _swings(entity)]
+    kept = [pair for pair in lines if pair[1].dxftype() != "LINE" or not _is_leaf(pair[1], swings)]
     return kept if len(kept) <= _MOST_GUESSED else []
 
 
-def _ends(start: Any, end: Any) -> frozenset[tuple[float, float]]:
-    """Return the ends of a line, whichever comes first, for comparison."""
-    return frozenset((_rounded(start), _rounded(end)))
-
-
-def _rounded(at: Any) -> tuple[float, float]:
-    """Return a place to six digits, for comparison."""
-    return float(f"{at.x:.6g}"), float(f"{at.y:.6g}")
+def _is_leaf(line: Any, swings: Sequence[tuple[Point, Point, Point]]) -> bool:
+    """R4: return whether a line runs from the hinge of a swing to one of its ends, as exactly as people draw."""
+    start, end = (line.dxf.start.x, line.dxf.start.y), (line.dxf.end.x, line.dxf.end.y)
+    for hinge, *ends in swings:
+        off = _OFF_HINGE * math.dist(hinge, ends[0])
+        for near, far in ((start, end), (end, start)):
+            if math.dist(near, hinge) <= off and any(math.dist(far, each) <= off for each in ends):
+                return True
+    return False
 
 
 def _points(entity: Any) -> list[tuple[float, float]]:

@@ -510,3 +510,23 @@ def test_polylines_that_people_write_by_hand_are_read(tmp_path, ends):
     (tmp_path / "plan.dxf").write_text(ends.join(map(str, tags)) + ends, newline="")
     (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
     assert sorted(round(room.area) for room in plan_of(level).rooms) == [18, 30]
+
+
+@pytest.mark.parametrize("off", [0.0, 0.08])
+def test_leaves_that_are_drawn_by_eye_are_no_walls(tmp_path, off):
+    """Single lines, through which the walls go on under the doors; the leaves stand ajar, ``off`` their arcs."""
+
+    def draw(space: Any) -> None:
+        space.add_lwpolyline(ring(0, 0, 8, 6), close=True)
+        space.add_line((0, 2), (8, 2))
+        space.add_line((4, 2), (4, 6))
+        for x in (1.0, 6.0):
+            space.add_arc((x, 2), 0.9, 0, 22)
+            angle = math.radians(22)
+            space.add_line((x + off / 2, 2 + off / 4), (x + 0.9 * math.cos(angle), 2 + 0.9 * math.sin(angle) - off))
+        space.add_arc((8, 0.5), 0.9, 90, 120)
+        space.add_line((8, 0.5), (8 - 0.45 - off, 0.5 + 0.78))
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert sorted(round(room.area) for room in plan.rooms) == [16, 16, 16]
+    assert kinds(plan) == ["door", "door", "entrance"]
