@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import yaml
@@ -52,6 +53,13 @@ def test_links_of_the_pages_lead_somewhere() -> None:
     for name in ("CONTRIBUTING.md", "SECURITY.md"):
         for place in re.findall(r"\]\(([^)#:]+)", (ROOT / name).read_text()):
             assert (ROOT / place).is_file(), (name, place)
+
+
+def test_the_page_on_installing_has_a_row_for_each_extra() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    rows = re.findall(r"^\| `([\w-]+)` \|", (ROOT / "docs" / "installation.md").read_text(), re.MULTILINE)
+    wanted = {name for name, needs in extras.items() if needs and name not in {"dev", "docs"} and "tests" not in name}
+    assert sorted(rows) == sorted(wanted)
 
 
 def test_a_term_stands_in_the_glossary_once() -> None:

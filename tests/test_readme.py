@@ -46,6 +46,7 @@ PYTHON = {  # by the lines, so that what two pages show runs once
 }
 
 INSTALLED_BY = {
+    "torch": "make learn",
     "stable_baselines3": "make learn",
     "sb3_contrib": "make learn",
     "geopandas": "make readers",
