@@ -458,7 +458,7 @@ def _without_places(words: list[str]) -> list[str]:
     return kept
 
 
-# German, English, French and Spanish room names to the 25 labels of the data set.
+# Room names of some languages to the 25 labels of the data set.
 #
 # R1  Case, accents, umlauts spelled out (ue, oe, ae), numbers, punctuation and camel case make no difference.
 # R2  A whole name that the table holds decides; else each of its parts does: parts are divided by / + & , and the words
@@ -469,23 +469,34 @@ def _without_places(words: list[str]) -> list[str]:
 
 _TABLE: Final[dict[str, str]] = {
     "Bedroom": "schlafen, schlafzimmer, schlafraum, eltern, elternzimmer, bed, master, sleeping, chambre, "
-    "chambre à coucher, chambre parentale, suite parentale, dormitorio, habitación, alcoba, recámara, cuarto de dormir",
+    "chambre à coucher, chambre parentale, suite parentale, dormitorio, habitación, alcoba, recámara, "
+    "cuarto de dormir, camera da letto, camera matrimoniale, camera singola, dormitório, quarto, slaapkamer, "
+    "soveværelse, soverom, sovrum, спальня, 卧室, 主卧, 主卧室, 次卧, 次卧室, 寝室, 침실",
     "Bathroom": "bad, badezimmer, bath, shower, shower room, dusche, duschbad, ensuite, en suite, wet room, "
-    "salle de bain, salle de bains, salle d'eau, sdb, douche, baño, cuarto de baño, ducha, aseo principal",
+    "salle de bain, salle de bains, salle d'eau, sdb, douche, baño, cuarto de baño, ducha, aseo principal, "
+    "bagno, banheiro, casa de banho, badkamer, badeværelse, badrum, ванная, ванная комната, "
+    "санузел, 浴室, 卫浴, 욕실",
     "Toilet": "wc, gäste wc, gästetoilette, toilette, toiletten, toilettes, klo, restroom, washroom, lavatory, loo, "
-    "powder room, half bath, cloakroom wc, water closet, cabinet de toilette, aseo, aseos, servicio, retrete, inodoro",
-    "Kitchen": "küche, kochen, kochnische, wohnküche, kitchenette, cuisine, coin cuisine, cocina, office de cuisine",
+    "powder room, half bath, cloakroom wc, water closet, cabinet de toilette, aseo, aseos, servicio, retrete, inodoro, "
+    "туалет, уборная, 卫生间, 洗手间, 厕所, トイレ, 화장실",
+    "Kitchen": "küche, kochen, kochnische, wohnküche, kitchenette, cuisine, coin cuisine, cocina, office de cuisine, "
+    "cucina, angolo cottura, cozinha, keuken, bijkeuken, køkken, kjøkken, kök, кухня, 厨房, キッチン, 주방",
     "Room": "zimmer, raum, pièce, salle, cuarto, sala, multipurpose room, hobbyraum, hobby, spare room, space",
     "Living_Room": "wohnen, wohn, wohnzimmer, wohnraum, wohnbereich, stube, living, lounge, sitting room, family room, "
     "family, great room, drawing room, parlour, den, salon, séjour, salle de séjour, pièce de vie, pièce à vivre, "
-    "salón, sala de estar, estar, living comedor",
+    "salón, sala de estar, estar, living comedor, "
+    "soggiorno, salotto, zona giorno, woonkamer, vardagsrum, opholdsstue, гостиная, 客厅, 起居室, リビング, 거실",
     "Office": "büro, arbeiten, arbeitszimmer, arbeitsraum, homeoffice, home office, study, library, bibliothek, "
-    "bureau, cabinet de travail, bibliothèque, oficina, despacho, estudio, biblioteca",
+    "bureau, cabinet de travail, bibliothèque, oficina, despacho, estudio, biblioteca, "
+    "ufficio, escritório, kantoor, kontor, кабинет, офис, 书房, 办公室, 사무실",
     "Dining_Room": "essen, esszimmer, essbereich, essplatz, speisezimmer, dining, dinette, breakfast room, "
-    "breakfast nook, salle à manger, coin repas, comedor",
-    "Garage": "carport, tiefgarage, stellplatz, parking, car port, abri voiture, garaje, cochera",
+    "breakfast nook, salle à manger, coin repas, comedor, "
+    "sala da pranzo, pranzo, sala de jantar, eetkamer, spisestue, столовая, 餐厅, ダイニング",
+    "Garage": "carport, tiefgarage, stellplatz, parking, car port, abri voiture, garaje, cochera, "
+    "autorimessa, garagem, гараж, 车库",
     "Hallway": "flur, gang, korridor, corridor, hall way, passage, circulation, landing, couloir, dégagement, palier, "
-    "pasillo, corredor, distribuidor",
+    "pasillo, corredor, distribuidor, "
+    "corridoio, disimpegno, overloop, коридор, 走廊, 过道, 走道, 廊下, 복도",
     "Hall": "diele, halle, großer flur, grand hall, salle des pas perdus, recibidor, rellano",
     "Child_Room": "kind, kinder, kinderzimmer, jugendzimmer, child, children, children room, childrens room, kids, "
     "kids room, nursery, playroom, play room, spielzimmer, chambre enfant, chambre d'enfant, chambre enfants, "
@@ -495,24 +506,27 @@ _TABLE: Final[dict[str, str]] = {
     "keller, kellerraum, speicher, hauswirtschaftsraum, hauswirtschaft, hwr, waschküche, waschraum, store, store room, "
     "storeroom, cupboard, pantry, larder, cellar, basement, utility, utility room, laundry, laundry room, box room, "
     "débarras, cellier, cave, rangement, réserve, buanderie, garde manger, trastero, despensa, almacén, bodega, "
-    "lavadero, lavandería",
-    "Balcony": "balkon, balcon, balcón",
+    "lavadero, lavandería, "
+    "ripostiglio, cantina, lavanderia, área de serviço, lavandaria, berging, кладовая, 储藏室, 储物间, 仓库, 창고",
+    "Balcony": "balkon, balcon, balcón, balcone, varanda, балкон, лоджия, 阳台, バルコニー, 발코니",
     "Wardrobe": "garderobe, ankleide, ankleidezimmer, schrankraum, closet, walk in closet, wic, dressing, "
     "dressing room, cloakroom, cloaks, penderie, placard, vestidor, armario, ropero, guardarropa",
     "Guest_Room": "gast, gäste, gästezimmer, guest, guest bedroom, guests, chambre d'ami, chambre d'amis, "
     "cuarto de invitados, habitación de invitados, dormitorio de invitados",
-    "Lobby": "empfang, empfangshalle, reception, vestíbulo principal, hall d'accueil, accueil",
+    "Lobby": "empfang, empfangshalle, reception, vestíbulo principal, hall d'accueil, accueil, 大堂, 大厅, 로비",
     "Entryway": "eingang, eingangsbereich, eingangshalle, windfang, vorraum, vorzimmer, entrance, entrance hall, "
     "entry, entry hall, foyer, vestibule, vestibül, mudroom, porch, entrée, hall d'entrée, sas d'entrée, sas, entrada, "
-    "vestíbulo, zaguán",
-    "Terrace": "terrasse, dachterrasse, patio, deck, veranda, véranda, terraza, azotea, porche",
+    "vestíbulo, zaguán, "
+    "ingresso, hall de entrada, прихожая, тамбур, 玄关, 门厅, 현관",
+    "Terrace": "terrasse, dachterrasse, patio, deck, veranda, véranda, terraza, azotea, porche, "
+    "terrazza, терраса, 露台",
     "Loggia": "laubengang, galería cubierta",
     "Boiler_room": "heizung, heizraum, heizungsraum, technik, technikraum, haustechnik, hausanschlussraum, boiler, "
     "plant room, mechanical, mechanical room, technical room, chaufferie, local technique, cuarto de calderas, "
     "sala de calderas, cuarto técnico",
     "Aeration": "schacht, lüftung, lüftungsschacht, luftraum, lichtschacht, shaft, vent, ventilation, air shaft, duct, "
     "gaine, gaine technique, ventilación, patinillo",
-    "Passenger_elevator": "aufzug, fahrstuhl, lift, elevator, ascenseur, ascensor",
+    "Passenger_elevator": "aufzug, fahrstuhl, lift, elevator, ascenseur, ascensor, ascensore, elevador, лифт, 电梯",
     "Freight_elevator": "lastenaufzug, goods lift, service elevator, monte charge, montacargas",
 }
 _ROOFS: Final = "dach, dachraum, roof, toit, toiture, cubierta, tejado, techo"
@@ -568,9 +582,10 @@ def _by_ending(token: str) -> str | None:
 def _tokens(word: str) -> list[str]:
     """R1: plain lower-case words; "/" stands between parts."""
     parted = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", word)
-    plain = unicodedata.normalize("NFKD", parted.replace("ß", "ss")).encode("ascii", "ignore").decode().lower()
+    parts = unicodedata.normalize("NFKD", parted.replace("ß", "ss"))
+    plain = "".join(each for each in parts if not unicodedata.combining(each)).lower()
     plain = re.sub(r"[/+&,;|]", " / ", plain)
-    tokens = ["/" if token in _AND else token for token in re.findall(r"[a-z]+|/", plain)]
+    tokens = ["/" if token in _AND else token for token in re.findall(r"[^\W\d_]+|/", plain)]
     return [re.sub(r"([aou])e", r"\1", token) for token in tokens]
 
 

@@ -486,6 +486,17 @@ def test_a_floor_may_name_its_room(name, words):
         ("Kitchen & Dining", ["Kitchen", "Dining_Room"]),
         ("Walk-in closet", ["Wardrobe"]),
         ("Garage", ["Garage"]),
+        ("SOGGIORNO", ["Living_Room"]),
+        ("Bagno 2", ["Bathroom"]),
+        ("Cozinha", ["Kitchen"]),
+        ("Slaapkamer 1", ["Bedroom"]),
+        ("Køkken", ["Kitchen"]),
+        ("Кухня", ["Kitchen"]),
+        ("Санузел 3", ["Bathroom"]),
+        ("客厅", ["Living_Room"]),
+        ("主卧室", ["Bedroom"]),
+        ("주방", ["Kitchen"]),
+        ("トイレ", ["Toilet"]),
     ],
 )
 def test_known_names(word, labels):
