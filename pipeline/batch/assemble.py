@@ -158,21 +158,25 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
     )
 
 
-def load_while_workers_start(several: bool) -> None:
-    """Begin to load, in a thread, what ``assemble`` needs: libraries, and the kernels that compare ``several`` plans.
+_SOON_S = 0.5
+"""What is planned by then after the libraries are there is most often one plan."""
 
-    That takes a second, and so does the start of the workers, which this process only waits for. One plan alone is
-    compared with none: to load the kernels would keep it waiting.
+
+def load_while_workers_start(planned: threading.Event, several: bool) -> None:
+    """Begin to load, in a thread, what ``assemble`` needs: libraries, and the kernels that compare plans.
+
+    That takes a second, and so does the start of the workers, which this process only waits for. Where there are not
+    ``several`` inputs and all is ``planned`` soon, the kernels are left out: one plan is compared with none.
     """
-    threading.Thread(target=_load_for_assembling, args=(several,), daemon=True).start()
+    threading.Thread(target=_load_for_assembling, args=(planned, several), daemon=True).start()
 
 
-def _load_for_assembling(several: bool) -> None:
+def _load_for_assembling(planned: threading.Event, several: bool) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is the main thread's business
     with suppress(Exception):  # what is wrong shows where it is needed
         new_summaries()
         index_table([])
-        if several:
+        if several or not planned.wait(_SOON_S):
             square = np.ones((4, 4), bool)
             find_similar_pairs(lambda _: square, 2)
 

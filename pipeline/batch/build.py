@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
+import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -107,9 +108,14 @@ def build(
                 if journal.get(entry.input) != entry:
                     journal.put(entry)
             plans = PlanStore(FolderStore(out.absolute()))
-            planning = Planning(
-                listing, journal, plans, overrides, rehash, ended=ended, begins=load_while_workers_start
-            )
+            planned = threading.Event()
+
+            def note(entry: Entry) -> None:
+                planned.set()
+                ended(entry)
+
+            begins = partial(load_while_workers_start, planned)
+            planning = Planning(listing, journal, plans, overrides, rehash, ended=note, begins=begins)
             own = Rights(config.build.licence, config.build.credit)
             rights = rights_by_source(folder, dict.fromkeys(listing.sources, own), beside)
             batch = _Batch(planning, journal, beside, common_rights(rights))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import threading
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
+from pipeline.batch import assemble
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
@@ -44,7 +44,7 @@ def test_what_assembling_needs_is_loaded_early_only_where_something_is_to_be_pla
     street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     loads = list[bool]()
-    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", loads.append)
+    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda _, several: loads.append(several))
     for _ in range(2):
         run_build([street], tmp_path / "out")
     run_build([street / "a.ply"], tmp_path / "alone")
@@ -284,11 +284,17 @@ def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_one_plan_alone_loads_no_compiler(street: Path, tmp_path: Path) -> None:
-    """It is compared with none; to load numba takes longer than to plan a house."""
-    said = (
-        "import sys; from pathlib import Path; from tests.builders.batch import run_build\n"
-        "run_build([Path(sys.argv[1])], Path(sys.argv[2]), workers=1); print('numba' in sys.modules)"
-    )
-    command = [sys.executable, "-c", said, str(street / "a.ply"), str(tmp_path / "out")]
-    assert subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip() == "False"
+def test_one_plan_alone_is_compared_with_none(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To load what compares plans takes longer than to plan a house."""
+    compared = list[int]()
+    monkeypatch.setattr(assemble, "find_similar_pairs", lambda _, count, **__: compared.append(count))
+    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda *_: None)
+    run_build([street / "a.ply"], tmp_path / "out")
+    planned = threading.Event()
+    planned.set()
+    assemble._load_for_assembling(planned, several=False)
+    assert not compared
+    assemble._load_for_assembling(planned, several=True)
+    monkeypatch.setattr(assemble, "_SOON_S", 0.0)
+    assemble._load_for_assembling(threading.Event(), several=False)  # it takes long, and may be several storeys
+    assert compared == [2, 2]
