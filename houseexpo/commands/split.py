@@ -35,7 +35,9 @@ def split(
     from houseexpo.words import count_noun
 
     if out is None and not files_at(dataset, "split without --out").is_dir():
-        raise ConfigError(f"{dataset}: splits cannot be written into an archive; name a folder with --out")
+        raise ConfigError(
+            f"{dataset}: expected the folder of a data set to write lists into; name another folder with --out"
+        )
     if paper and any(share is not None for share in (train, val, test)):
         raise ConfigError("--paper: the shares are 0.7 and 0.3; leave out --train, --val and --test")
     if out is not None and not (out.exists() and dataset.exists() and out.samefile(dataset)):

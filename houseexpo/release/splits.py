@@ -68,7 +68,8 @@ def _check_lists(own: Mapping[str, tuple[str, ...]], plans: Dataset) -> dict[str
     if wrong:
         raise DatasetError(
             f"{plans.path}: expected each plan in one of the lists {', '.join(sorted(own))}, found "
-            f"{count_noun(len(wrong), 'id')} otherwise, {wrong[0]!r} in {times[wrong[0]]}; run houseexpo split again"
+            f"{count_noun(len(wrong), 'id')} otherwise, {wrong[0]!r} in {times[wrong[0]]}; run houseexpo split again, "
+            "and take lists of your own out of splits/: a release is divided once"
         )
     return {name: ids for name, ids in own.items() if ids}
 

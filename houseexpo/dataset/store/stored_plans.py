@@ -129,7 +129,7 @@ def _reader(path: Path) -> Callable[[Path], Iterator[StoredPlan]]:
         return _read_zip
     if path.name.endswith((".jsonl", ".jsonl.gz")):
         return _read_lines
-    what = "if it is a plan, houseexpo.load_plan(path) opens it"
+    what = "if it is a plan, houseexpo.load_plan(path) opens it, and `houseexpo info` and `houseexpo show` take it"
     if path.suffix != ".json":
         what = "if it is a model of a house, a drawn plan or a robot's map, `houseexpo build` makes a data set of it"
     raise DatasetError(f"{path}: expected {', '.join(KINDS)}; found {path.suffix or 'no suffix'}; {what}")
