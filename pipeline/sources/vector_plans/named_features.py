@@ -8,7 +8,8 @@ R3  Areas and lines called door are passages; of an arc, which shows how the lea
 R4  Without walls, rooms stand for themselves: walls are between and around them. Lines called room enclose rooms.
 R5  A closed line called wall that is wide inside, and has rooms, doors or other walls in it, is the outline of a house
     or of a room, and no massive wall: its sides are lines. So are those of the closed lines that it touches. What is
-    wide inside, and in no closed line but one around the names of two rooms, is space, too. So is a closed line alone.
+    wide inside, and in no closed line but one around the names of two rooms, is space, too. So is a closed line alone,
+    or with pillars in it.
 R6  A closed line called room without a name, inside one with a name, is a hole of it.
 R7  Two lines called wall that run beside each other, longer than they are apart, are the two faces of a wall, also
     where its ends are open. A line much farther off than another beside it (a measure beside a wall) is no face of it.
@@ -200,7 +201,7 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
         in_house = len(named.query(around, "contains")) > 1
         is_outline = _is_wide_round(wall, None if in_house else tree) or _is_beside(wall, side_by_side)
         (outlines if is_outline else bodies).append(wall)
-    if len(rings) == 1 and not (inside or drawn.wall_bodies) and _is_wide(rings[0], MASSIVE_WALL_M):
+    if not (outlines or inside or drawn.wall_bodies) and _is_alone(rings):
         bodies, outlines = [], bodies
     whole = shapely.union_all(outlines)
     sides: list[tuple[Point, Point]] = []
@@ -208,6 +209,13 @@ def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Po
         if whole.intersects(ring.exterior):
             sides += pairwise([(float(x), float(y)) for x, y in shapely.get_coordinates(ring.exterior)])
     return bodies, sides
+
+
+def _is_alone(rings: Sequence[Polygon]) -> bool:
+    """R5: return whether the last of some rings, the largest, is wide inside, and the others are pillars in it."""
+    if not rings or not _is_wide(rings[-1], MASSIVE_WALL_M):
+        return False
+    return all(rings[-1].contains(ring) and not _is_wide(ring, MASSIVE_WALL_M) for ring in rings[:-1])
 
 
 def _ring_rooms(drawn: DrawnFeatures) -> list[NamedArea]:

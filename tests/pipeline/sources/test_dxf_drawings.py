@@ -428,6 +428,17 @@ def test_one_closed_line_alone_is_the_outline_of_a_room(tmp_path, closed):
     assert plan_of(drawn(tmp_path, draw)).area == pytest.approx(24.0, rel=0.02)
 
 
+def test_a_closed_line_with_pillars_is_an_outline(tmp_path):
+    def draw(space: Any) -> None:
+        space.add_lwpolyline(ring(0, 0, 20, 10), close=True, dxfattribs={"layer": "WALL"})
+        for x in (5.0, 15.0):
+            space.add_circle((x, 5), 0.3, dxfattribs={"layer": "COLUMN"})
+
+    plan = plan_of(drawn(tmp_path, draw))
+    assert plan.area == pytest.approx(200.0 - 2 * math.pi * 0.3**2, rel=0.01)
+    assert len(plan.holes) == 2
+
+
 @pytest.mark.parametrize("through", [True, False])
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_leaf_that_opens_against_a_wall_is_no_passage_of_it(tmp_path, through, turned):
