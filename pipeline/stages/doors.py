@@ -116,7 +116,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
 
 
 def _lie_at_named_ways(portals: Sequence[Portal], planes: Planes, *, drawn: bool) -> list[bool]:
-    """Return for each portal (n,) whether a doorway lies there that the source names, in a mesh one with a door (R3)."""
+    """Return for each portal (n,) whether the source names a doorway there, in a mesh one with a door (R3)."""
     ways = [each for each in planes.doorways if each.source == "named" and (drawn or each.has_door)]
     named = shapely.STRtree([each.polygon for each in ways])
     found = np.zeros(len(portals), np.bool_)
