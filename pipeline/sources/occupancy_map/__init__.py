@@ -14,6 +14,7 @@ R7  Where the file says that what is not free is wall (``RobotMap.walls_only``),
     steps of the cells are straightened.
 R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
     It ends before a wider one that meets it, or lies before it. If nothing is left of it so, there is only the other.
+    A way narrower than any door, at a corner of the rooms, is moved to where a door has space.
 R8  Where half of the border or more is free, and all rooms touch it (``rooms``, R7), they are open ground: nothing but
     the picture ends them. So it is where thresholds make unseen space free, and no wall is closed.
 """
@@ -315,9 +316,10 @@ def _flatten_doorways(
     between the doorway and the room into which that leads.
     """
     rooms, holes = dict(rooms), list[tuple[_Slot, float, float]]()
-    for slot in slots:
-        if outside.issuperset(slot.rooms):
+    for drawn in slots:
+        if outside.issuperset(drawn.rooms):
             continue
+        slot = _moved_from_corner(drawn, rooms)
         sides = [rooms[number] for number in slot.rooms if number in rooms]
         spans = [span for side in sides if (span := _reach(slot, side)) is not None]
         if len(spans) < 2:
@@ -352,6 +354,18 @@ def _flatten_doorways(
         if hole is not None:
             cut[k] = hole
     return list(kept.values()), [cut[k] for k in sorted(cut)]
+
+
+def _moved_from_corner(slot: _Slot, rooms: dict[int, Polygon]) -> _Slot:
+    """R9: return a slot as narrow as a door may be, moved by its width at most to where both rooms are beside it."""
+    half = float(np.hypot(*slot.half))
+    if half > NARROWEST_DOOR_M / 2 + GRID_M or not rooms.keys() >= set(slot.rooms):
+        return slot
+    along = slot.half / half
+    around = slot.between(-THICKEST_M, THICKEST_M, NARROWEST_DOOR_M)
+    one, other = (_spans_along(shapely.intersection(rooms[k], around), slot.middle, along) for k in slot.rooms)
+    moves = [min(max(0.0, low + half), high - half) for low, high in _shared_spans(one, other) if high - low > 2 * half]
+    return replace(slot, middle=slot.middle + along * min(moves, key=abs)) if moves else slot
 
 
 def _as_wide_as_both(

@@ -5,6 +5,9 @@ R2  Basins are joined, the least likely border first, as long as a border more p
     (``separation_odds``). A border of several narrow places is as likely as the least likely of them.
     A place wider than WIDE_M needs log-odds of WIDE_ODDS: to cut a corridor costs more of its area than to join two
     rooms. The value was chosen on empty maps that were left out of the fit.
+R11 Through a slit, narrower than SLIT_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
+    thinner than SLIT_WALL_M, and SLIT_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
+    else joins its rooms.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them. So is
@@ -32,6 +35,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
+import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import shapely
@@ -66,6 +70,9 @@ DRAWN_ROOM_M2 = 0.9
 APART_M = 0.75
 TOUCH_M = 0.6
 """R4: what is as wide lets a robot through."""
+SLIT_M = 0.2
+SLIT_WALL_M = 0.3
+SLIT_M2 = 4.0
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
 PARTED_M2 = 1.0
@@ -173,7 +180,7 @@ def segment_rooms(
         label = with_scattered_cells(label, free, occupied, cell_m)
         if likely is not None:
             label = with_likely_cells(label, likely & ~free, occupied, cell_m)
-    ways = _with_ways_where_rooms_touch(ways, label, free, cell_m)
+    ways = _with_ways_where_rooms_touch(_without_slits(ways), label, free, cell_m)
     return Segmentation(label, ways, cell_m, scale, outside)
 
 
@@ -325,9 +332,11 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
     narrows = basins.narrows
+    slits = (narrows.width_m < SLIT_M) & (narrows.thin_m < SLIT_WALL_M)
     while True:
         sides = root[narrows.sides]
         odds = separation_log_odds(narrows, peak[sides], area[sides]) - WIDE_ODDS * (narrows.width_m > WIDE_M)
+        odds[slits & (area[sides].min(axis=1) >= SLIT_M2)] = np.inf  # R11
         apart = sides[:, 0] != sides[:, 1]
         low, high = sides[apart].min(axis=1), sides[apart].max(axis=1)
         least = np.full(len(peak), np.inf)
@@ -435,6 +444,17 @@ def _with_ways_where_rooms_touch(
         if width_m >= TOUCH_M and not near.any():
             found.append(RoomConnection((low, high), jambs, width_m, 0.0))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
+
+
+def _without_slits(ways: tuple[RoomConnection, ...]) -> tuple[RoomConnection, ...]:
+    """R11: return ways without the slits between rooms that others join."""
+    joined, kept = nx.utils.UnionFind(), list[RoomConnection]()
+    for way in sorted(ways, key=lambda way: -way.width_m):
+        low, high = way.rooms
+        if way.width_m >= SLIT_M or joined[low] != joined[high]:
+            joined.union(low, high)
+            kept.append(way)
+    return tuple(way for way in ways if way in kept)
 
 
 def _ends_of_row(points: Floats) -> Floats:

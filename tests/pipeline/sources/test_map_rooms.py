@@ -323,3 +323,20 @@ def test_every_place_where_free_cells_of_two_rooms_touch_is_a_way() -> None:
     assert np.sort(other.jambs, axis=0) == pytest.approx(np.array([(30.0, 50.0), (30.0, 68.0)]))
     assert other.width_m == pytest.approx(0.9)
     assert _with_ways_where_rooms_touch((), label, free & (label == 1), CELL_M) == ()
+
+
+def two_rooms_and_a_slit(gap_cells: int, thick_cells: int = 2) -> np.ndarray:
+    """Two rooms of 4 m x 4 m; the wall between them has a gap."""
+    free = np.zeros((90, 170), bool)
+    free[4:84, 4:84] = free[4:84, 84 + thick_cells : 164 + thick_cells] = True
+    free[40 : 40 + gap_cells, 84 : 84 + thick_cells] = True
+    return free
+
+
+def test_a_slit_in_a_thin_wall_parts_rooms_and_is_a_way_only_where_nothing_else_joins_them() -> None:
+    (way,) = segment_rooms(two_rooms_and_a_slit(2), CELL_M).ways
+    assert way.width_m < 0.2
+    beside_a_door = two_rooms_and_a_slit(2)
+    beside_a_door[60:78, 84:86] = True
+    (way,) = segment_rooms(beside_a_door, CELL_M).ways
+    assert way.width_m == pytest.approx(0.9, abs=0.1)

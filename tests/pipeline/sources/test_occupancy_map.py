@@ -104,6 +104,18 @@ def test_a_way_wider_than_any_door_is_an_opening(tmp_path: Path) -> None:
     assert [door.width for door in plan.doors] == pytest.approx([2.9, 2.9], abs=0.2)
 
 
+def test_a_slit_beside_a_corner_becomes_a_door_that_both_rooms_have(tmp_path: Path) -> None:
+    """The thin wall between two rooms ends two cells before the wall below."""
+    shades = two_rooms()
+    shades[10:70, 90:94] = WALL
+    shades[10:70, 90:92] = FREE
+    shades[68:70, 92:94] = FREE
+    (plan,) = plans_of(saved(tmp_path, shades))
+    (door,) = plan.doors
+    assert (door.kind, door.width) == ("door", pytest.approx(0.6, abs=0.05))
+    assert len(plan.rooms) == 2
+
+
 def test_a_map_of_walls_alone_has_no_furniture(tmp_path: Path) -> None:
     """A pillar of 0.5 m, and a corner that is cut off by 1 m x 1 m: furniture in a robot's map, wall in a drawn one."""
     shades = two_rooms()
