@@ -31,7 +31,7 @@ from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
 from pipeline.stages.room_doubt import closed_cells, doubt_spaces, unlikely_rooms
-from pipeline.stages.rooms import name_rooms
+from pipeline.stages.rooms import name_rooms, with_doors_between_parts
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
 from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
@@ -126,6 +126,7 @@ def _of_building(
         level, whole.evidence, whole.layout, spaces, far_walls=whole.far_walls, doubts=whole.doubts
     )
     named = name_rooms(level, spaces)
+    spaces = with_doors_between_parts(spaces, named, whole.evidence.doorways)
     rated = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
     planned = without_unlikely_entrances(rated)
     provenance = _provenance(level, whole.planes, planned.spaces)

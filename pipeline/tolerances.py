@@ -45,6 +45,7 @@ STONE_WALL_M: Final = 1.2  # the thickest wall that a door goes through, in old 
 BLOCK_M: Final = 2.5  # the longest thing between two rooms: a block of cupboards, a chimney, what hides a wall
 HOLE_M: Final = 1.4  # the widest hole in a scanned wall that is closed without a trace; straight walls are longer
 SINGLE_DOOR_M: Final = (0.5, 1.25)  # the width of a doorway with one leaf, from a toilet's to a hospital's
+UNNAMED_WAY_M: Final = 1.5  # a hole in a wall beside named openings is a way; through a wider one two rooms meet
 DOORWAY_M: Final = (0.5, 2.5)  # the width of any doorway: ``DoorsConfig.widest_m``
 HALL_M: Final = 8.0  # the widest place at which two rooms meet, or that is the open front of one
 FOOT_M: Final = 0.3  # what stands on the floor begins lower, whatever plinth or threshold is under it

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -84,14 +84,20 @@ class Portal:
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
         """Return whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
+        return any(self._jambs(door_plane))
+
+    def has_two_jambs(self, door_plane: BaseGeometry) -> bool:
+        """Return whether a wall goes on in line at both ends: that it is a hole in one wall."""
+        return all(self._jambs(door_plane))
+
+    def _jambs(self, door_plane: BaseGeometry) -> Iterator[bool]:
+        """Yield for each end whether a wall goes on there, and none stands beside it."""
         shapely.prepare(door_plane)
         for end, on in zip(self.segment, (-self.along, self.along), strict=True):
             beside = self.across * (self.depth / 2 + THIN_WALL_M)
             stub = end + THIN_WALL_M / 2 * on
             wall, left, right = shapely.intersects(door_plane, shapely.points([stub, stub + beside, stub - beside]))
-            if wall and not left and not right:
-                return True
-        return False
+            yield bool(wall and not left and not right)
 
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
         """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""

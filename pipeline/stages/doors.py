@@ -2,7 +2,8 @@
 
 R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower one stays wall.
 R2  It is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, an ``opening`` in a
-    gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam.
+    gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam, or, where its
+    wall goes on in line at both ends and it is no wider than a door (a wall that is drawn with a hole), an ``opening``.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
     the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
@@ -69,6 +70,7 @@ from pipeline.tolerances import (
     SLIVER_M,
     SOME,
     STAND_M,
+    UNNAMED_WAY_M,
 )
 from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
 
@@ -90,7 +92,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
         outside = OUTSIDE in portal.sides
-        kind = _kind(candidate, portal, level, leaves)
+        kind = _kind(candidate, portal, level, planes, leaves)
         bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
         is_named = candidate.kind in {"door", "opening"} and is_at_named
         wide = span > config.widest_m and not is_named
@@ -267,14 +269,18 @@ def _rows(portals: list[Portal], post_m: float) -> tuple[list[float], list[int]]
     return span, count
 
 
-def _kind(candidate: ClosingCandidate, portal: Portal, level: Level, leaves: shapely.STRtree) -> DoorKind | None:
+def _kind(
+    candidate: ClosingCandidate, portal: Portal, level: Level, planes: Planes, leaves: shapely.STRtree
+) -> DoorKind | None:
     """Return the kind of a passage (R2), or None if the source names its openings and has none here."""
     if candidate.kind in {"door", "opening"}:
         return "door" if candidate.kind == "door" else "opening"
     if candidate.kind in GAPS:
         beside = leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)
         return "door" if len(beside) else "opening"
-    return None if level.named_openings else "door"
+    if level.named_openings:
+        return "opening" if portal.width <= UNNAMED_WAY_M and portal.has_two_jambs(planes.door) else None
+    return "door"
 
 
 def _share_strip(portal: Portal, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:

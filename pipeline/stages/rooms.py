@@ -1,7 +1,8 @@
 """Give rooms the labels and words of the source's rooms, and divide a space in which the source draws several rooms.
 
 R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds several of them is divided: each point
-    goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either.
+    goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either,
+    unless the source names one between two such parts: in a wall that ends in the space.
 R2  A source room with a polygon names the room that it overlaps most.
 R3  A source room with a box only (SUNCG: the box of the room and its objects) names the room that fits it best, each
     room at most once in the first round; those left over then name the room they lie in, so one room may carry several.
@@ -18,8 +19,10 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.areas import Floats, intersect, polygons_of, shared_areas, subtract, unite
-from pipeline.tolerances import PATCH_M2, SOME
-from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
+from pipeline.geometry.doorways import Doorway, boxes_around_polygons
+from pipeline.geometry.portals import Portal, portal_strips
+from pipeline.tolerances import BESIDE_M, MOST, PATCH_M2, SOME
+from pipeline.values import Level, NamedRoom, Passage, SourceRoom, Spaces
 
 
 def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
@@ -38,6 +41,32 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     for source, k in _by_box(boxed, list(rooms)):  # R3
         named[k] = _with_name(named[k], source)
     return tuple(named)
+
+
+def with_doors_between_parts(spaces: Spaces, named: Sequence[NamedRoom], doorways: Sequence[Doorway]) -> Spaces:
+    """Return the spaces with a passage for each door that the source names between two parts of one space (R1).
+
+    ``named`` are the rooms with the parts of divided spaces, ``doorways`` where doors are known to be.
+    """
+    if len(named) == len(spaces.rooms):  # nothing is divided
+        return spaces
+    parts = shapely.STRtree([room.polygon for room in named])
+    used = shapely.union_all(portal_strips([passage.portal for passage in spaces.passages]))
+    rooms, passages = list(spaces.rooms), list(spaces.passages)
+    shapes = [each.polygon for each in doorways if each.source == "named" and each.has_door]
+    free = [shape for shape in shapes if not shape.intersects(used)]
+    for shape, box in zip(free, boxes_around_polygons(free), strict=True):
+        space = next((k for k, room in enumerate(rooms) if intersect(room, shape).area > MOST * shape.area), None)
+        if space is None:
+            continue
+        portal = Portal(box.centre, box.along, box.width, box.thickness, (space, space))
+        out = portal.across * (portal.depth / 2 + BESIDE_M)
+        before = parts.nearest(shapely.points(np.stack([portal.centre - out, portal.centre + out]))).tolist()
+        rest = polygons_of(subtract(rooms[space], portal.strip()))
+        if before[0] != before[1] and len(rest) == 1:
+            rooms[space] = rest[0]
+            passages.append(Passage(portal, "door", closed_by="door"))
+    return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 
 def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:

@@ -2,7 +2,8 @@
 
 **Levels**: what stands on each, its rooms, its openings, its furniture.
 
-L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it.
+L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it. One that
+    starts in the slab over a level and is as high as a wall above it stands on the next.
 L2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
     In a file without a door or a hole in any wall, none is where several hang over the rooms of the level: these are
     the beams of a floor on posts (a timber frame), and nobody drew the walls and doors between the posts.
@@ -21,8 +22,9 @@ L10 Where spaces on a level are external, one is outside; but not where one of t
     whole building does.
 L11 Where no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates), but for those
     too small for one.
-L12 Where no wall of a file with rooms is as high as one, and they make no level therefore, somebody has drawn a plan
-    and no heights: they are raised to a storey's, spaces that begin above them are lowered, and that is a guess.
+L12 Where no wall of a file with rooms is as high as one, so that none of its levels has a wall, somebody has drawn a
+    plan and no heights, or a maze for a robot: they are raised to a storey's, spaces that begin above them are lowered,
+    spaces end where the walls do, and that is a guess.
 L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
     of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
@@ -111,7 +113,8 @@ def find_levels(building: Building) -> list[IfcLevelParts]:
     building = _with_high_spaces(building)
     as_drawn, guesses = building, tuple[str, ...]()
     building, found = _building_with_levels(as_drawn)
-    if not found and (raised := _with_high_walls(as_drawn)) is not as_drawn:  # L12
+    has_walls = any(level.own_walls_m for level in found)
+    if not has_walls and (raised := _with_high_walls(as_drawn)) is not as_drawn:  # L12
         building, found = _building_with_levels(raised)
         guesses = ("heights",)
     of_building = {storey.key: storey.building for storey in building.storeys}
@@ -140,11 +143,18 @@ def _with_high_walls(building: Building) -> Building:
         return building
     foot, top = min(part.bottom for part in low), max(part.top for part in low)
     spaces = (_moved(space, foot - space.bottom) if space.bottom > top else space for space in building.spaces)
-    return replace(building, walls=tuple(map(_raised, low)), spaces=tuple(spaces))
+    return replace(building, walls=tuple(map(_raised, low)), spaces=tuple(map(_lowered, spaces)))
 
 
 def _moved(part: ElementBody, up: float) -> ElementBody:
     return replace(part, mesh=Mesh(part.mesh.vertices + np.array((0.0, 0.0, up)), part.mesh.faces))
+
+
+def _lowered(space: ElementBody) -> ElementBody:
+    """Return a space no higher than a storey: its ceiling is that of the raised walls."""
+    points = space.mesh.vertices.copy()
+    points[:, 2] = np.minimum(points[:, 2], space.bottom + COMMON_STOREY_M[0])
+    return replace(space, mesh=Mesh(points, space.mesh.faces))
 
 
 def _raised(wall: ElementBody) -> ElementBody:
@@ -194,9 +204,7 @@ def _level(
 ) -> IfcLevelParts:
     floor = standing.floor_z
     parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
-    here = [
-        part for part in parts if _runs_through(part, floor + RUNS_THROUGH_M, standing.above - RUNS_THROUGH_M)
-    ]  # L1
+    here = [part for part in parts if _runs_through(part, floor, standing.above)]  # L1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
     spaces = [space for space in building.spaces if _is_on(space, standing, floors)]
     screens = _screens(here, spaces)  # L9
@@ -229,8 +237,10 @@ def _level(
     )
 
 
-def _runs_through(part: ElementBody, low: float, high: float) -> bool:
-    return part.bottom < high and part.top > low
+def _runs_through(part: ElementBody, floor: float, above: float) -> bool:
+    """L1."""
+    stands_above = part.bottom >= above - OFF_FLOOR_M and part.top >= above + CLEAR_M
+    return part.bottom < above - RUNS_THROUGH_M and part.top > floor + RUNS_THROUGH_M and not stands_above
 
 
 def _is_lintel(beam: ElementBody, floor: float) -> bool:

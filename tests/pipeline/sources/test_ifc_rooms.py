@@ -807,3 +807,18 @@ def test_an_external_space_around_the_house_says_nothing_of_its_rooms(flat, tmp_
     (level,) = [x for item in ifc.find(str(flat.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
     assert level.outdoors is None
     assert len(plan_of(level).rooms) == 2
+
+
+def test_a_door_in_a_wall_that_ends_in_the_air_parts_the_two_spaces_that_the_file_draws(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    house.walls_around(storey, (0, 0, 0, 8, 6, 2.5))
+    stub = house.element("IfcWall", storey, (4, 0.2, 0, 4.2, 1.5, 2.5), "stub")
+    house.opening(stub, (4, 0.4, 0, 4.2, 1.25, 2.1), "IfcDoor")
+    house.space(storey, (0.2, 0.2, 0, 4.05, 1.5, 2.4), "1", "Storage")
+    house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.4), "2", "Hall")
+    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "stairs.ifc"))) for x in ifc.read(item)]
+    found = plan_of(level)
+    assert sorted(round(room.area) for room in found.rooms) == [5, 37]
+    (door,) = found.doors
+    assert (door.kind, door.width, sorted(door.rooms)) == ("door", pytest.approx(0.85, abs=0.02), [0, 1])

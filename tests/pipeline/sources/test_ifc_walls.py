@@ -134,3 +134,43 @@ def test_a_plan_drawn_with_walls_of_a_metre_gets_walls_as_high_as_a_storey_and_t
     assert level.walls.vertices[:, 2].min() == pytest.approx(0.0)
     assert level.ceiling_m > 2.0
     assert plan_of(level).rooms
+
+
+def test_low_walls_around_high_spaces_are_raised_too(house):
+    for x1, y1, _, x2, y2, _ in WALLS[:4]:
+        house.file.element("IfcWall", house.storey, (x1, y1, 0.0, x2, y2, 0.35))
+    house.file.element("IfcWall", house.storey, (4.08, 0.2, 0.0, 4.12, 4.8, 0.35))  # no screen below a ceiling
+    house.file.element("IfcSpace", house.storey, (0.2, 0.2, 0.0, 4.0, 5.8, 4.0), "Room")
+    house.file.element("IfcSpace", house.storey, (4.2, 0.2, 0.0, 7.8, 5.8, 4.0), "Room")
+    (level,) = house.levels()
+    assert level.guesses == ("heights",)
+    assert not level.furniture
+    assert sorted(round(room.area, 1) for room in plan_of(level).rooms) == pytest.approx([20.6, 21.7], abs=0.2)
+
+
+def test_walls_that_stand_in_the_slab_over_a_storey_part_no_room_of_it(house):
+    upper = house.file.storey("OG", 3.0)
+    around: list[Box] = [(0, 0, 0, 10, 0.2, 3), (9.8, 0, 0, 10, 8, 3), (0, 8, 0, 10, 8.2, 3), (-0.2, 0, 0, 0, 8, 3)]
+    for z, storey in ((0.0, house.storey), (3.0, upper)):
+        house.file.element("IfcSlab", storey, (0, 0, z, 10, 8, z + 0.2))
+        for x1, y1, _, x2, y2, _ in around:
+            house.file.element("IfcWall", storey, (x1, y1, z, x2, y2, z + 3.0))
+    house.file.element("IfcWall", house.storey, (0, 5, 0, 10, 5.15, 3))
+    for x1, y1, x2, y2 in ((3.2, 0, 3.35, 8), (6.5, 0, 6.65, 8), (2.35, 6, 2.5, 8), (0, 6, 2.5, 6.15)):
+        house.file.element("IfcWall", upper, (x1, y1, 3, x2, y2, 6))
+    ground, above = house.levels()
+    assert sorted(round(room.area) for room in plan_of(ground).rooms) == [28, 47]
+    assert sorted(round(room.area) for room in plan_of(above).rooms) == [4, 20, 25, 25]
+
+
+def test_a_hole_that_a_wall_is_drawn_with_is_an_opening_beside_doors_that_are_named(house):
+    walls = house.build("IfcWall")
+    house.file.opening(walls[0], (1, 0, 0, 1.9, 0.2, 2.1), "IfcDoor")
+    (level,) = house.levels()
+    assert level.named_openings
+    found = plan_of(level)
+    assert [(door.kind, door.width) for door in found.doors] == [
+        ("opening", pytest.approx(0.9, abs=0.02)),
+        ("entrance", pytest.approx(0.9, abs=0.02)),
+    ]
+    assert len(found.rooms) == 2

@@ -120,11 +120,20 @@ def test_the_source_says_what_an_opening_is(has_door: bool, kind: str) -> None:
     assert kinds(doors(two_rooms(Hole(1.0, 1.9)), openings=(named,))) == [kind]
 
 
-def test_where_the_source_names_its_openings_others_are_beams() -> None:
+def test_where_the_source_names_its_openings_another_hole_in_a_wall_is_an_opening() -> None:
     named = SourceOpening(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
     found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
-    assert kinds(found) == ["door"]
-    assert found.joins == ((0, 1),)
+    assert kinds(found) == ["door", "opening"]
+    assert found.joins == ()
+    wide = doors(two_rooms(Hole(0.2, 1.9), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
+    assert kinds(wide) == ["door"]
+    assert wide.joins == ((0, 1),)
+
+
+@pytest.mark.parametrize(("named", "found"), [(True, []), (False, ["door"])])
+def test_where_the_source_names_its_openings_what_spans_a_whole_room_is_a_beam(named: bool, found: list[str]) -> None:
+    corridor = [*shell((0.0, 0.0, 8.2, 2.0)), *wall((4.0, 0.0, 4.2, 2.0), Hole(0.0, 2.0))]
+    assert kinds(doors(corridor, named_openings=named)) == found
 
 
 def test_an_open_front_is_no_entrance() -> None:
