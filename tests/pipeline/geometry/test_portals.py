@@ -39,6 +39,8 @@ def test_a_lintel_is_a_portal_from_face_to_face() -> None:
     assert portal.strip().symmetric_difference(LINTEL).area < 1e-9
     assert sorted(portal.segment[:, 1].tolist()) == pytest.approx([1.0, 1.9])
     assert portal.has_jamb(DOOR)
+    assert portal.has_two_jambs(DOOR)
+    assert not portal.has_two_jambs(DOOR.difference(LOWER))
 
 
 def test_a_film_that_rounding_left_shuts_nothing() -> None:
