@@ -56,8 +56,9 @@ class BuildRequest:
         return BuildRecord(BuildCommand(sources, {name: str(value) for name, value in sorted(options.items())}))
 
     def load_ahead(self) -> None:
-        """Begin to load what the workers need, unless an earlier build may have left them nothing to do."""
-        if self.executor == "local" and not Path(self.out, ".build").exists():
+        """Begin to load what the workers need, if files are named and no earlier build may have done all of it."""
+        is_new = not Path(self.out, ".build").exists()
+        if self.executor == "local" and is_new and any(Path(source).exists() for source in self.given["sources"]):
             from pipeline.batch import WORKER_MODULES
             from pipeline.executors import local
 

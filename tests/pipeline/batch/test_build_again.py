@@ -13,8 +13,9 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
-from pipeline.batch import assemble
+from pipeline.batch import WORKER_MODULES, assemble
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
+from pipeline.cli_build import BuildRequest
 from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
 
@@ -298,3 +299,21 @@ def test_one_plan_alone_is_compared_with_none(street: Path, tmp_path: Path, monk
     monkeypatch.setattr(assemble, "_SOON_S", 0.0)
     assemble._load_for_assembling(threading.Event(), several=False)  # it takes long, and may be several storeys
     assert compared == [2, 2]
+
+
+def test_workers_load_ahead_only_where_there_is_something_to_do(
+    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun = list[tuple[str, ...]]()
+    monkeypatch.setattr("pipeline.executors.local.load_ahead", begun.append)
+
+    def ask(source: Path, out: Path, executor: str = "local") -> None:
+        BuildRequest(None, {"sources": (str(source),)}, None, str(out), 1, executor, None, rehash=False).load_ahead()
+
+    run_build([street / "a.ply"], tmp_path / "built")
+    ask(street, tmp_path / "built")
+    ask(tmp_path / "nothing", tmp_path / "out")
+    ask(street, tmp_path / "out", "ray")
+    assert not begun
+    ask(street, tmp_path / "out")
+    assert begun == [WORKER_MODULES]
