@@ -10,7 +10,8 @@ R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is 
     it there is the edge of its floor. That it was not seen whole makes it no stage (R10).
 R3  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
     and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
-    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces.
+    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the
+    source itself calls walls is no character.
 R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
 R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
@@ -119,7 +120,9 @@ def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfi
     drawn = replace(level, rooms=tuple(room for room in level.rooms if room.polygon is not storey)) if storey else level
     pieces = find_closing_candidates(level, planes, config)
     whole = enclosed_pieces(close_plane(planes.door, pieces))
-    if config.characters and (level.sills or not (_is_floored(level, planes, whole[1]) or level.n_objects)):
+    is_named = level.only_walls and "layers" not in level.guesses
+    is_shown = is_named or _is_floored(level, planes, whole[1]) or level.n_objects > 0
+    if config.characters and (level.sills or not is_shown):
         _reject_characters(planes, whole[1])
 
     def within(fixed: list[ClosingCandidate]) -> Layout:

@@ -11,7 +11,8 @@ R3  A vertex whose name is the name of a room names the room around it. Where tw
     each, and none has two, these floors are the rooms, as our own export draws them.
 R4  A lift is a room of the levels that it has doors on, or passes where it names none; its doors are doors.
 R5  What refers to vertices that are not there is left out, with a note.
-R6  Holes of a level are no floor, and nobody walks there: they are wall.
+R6  Holes of a level are no floor, and nobody walks there: they are wall. So is a place between walls, in a level with
+    floors, that no floor, no door and no vertex is in: the block between corridors.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
 from pipeline.sources.files import DEEPEST, LeftOutParts
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import LINE_WALL_M, SAME_M, SHAFT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
@@ -86,6 +87,10 @@ def read_drawing(path: Path) -> Drawing:
     return Drawing("open-rmf", tuple(storeys), left_out)
 
 
+_NO_FLOOR = 0.1
+"""A place of which floors cover a smaller share has none."""
+
+
 class _Sheet:
     """One level: its vertices in metres, y up, and what refers to them."""
 
@@ -113,6 +118,7 @@ class _Sheet:
         found = [door_hole(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
         found += [door_hole(a, b, walls, has_door=True) for a, b in lift_doors]
         floors = self._floors()
+        walls += self._blocks(walls, [hole.shape for hole in found if hole is not None], floors)
         return DrawnStorey(
             walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
             holes=tuple(hole for hole in found if hole is not None),
@@ -140,6 +146,22 @@ class _Sheet:
         holes = shapely.union_all(self._polygons("holes"))
         floors = [shapely.difference(floor, holes) for floor in self._polygons("floors")]
         return [part for floor in floors for part in polygons_of(floor)]
+
+    def _blocks(self, walls: list[Polygon], doors: list[Polygon], floors: list[Polygon]) -> list[Polygon]:
+        """R6."""
+        if not floors:
+            return []
+        body = shapely.union_all([*walls, *doors], grid_size=SAME_M)
+        whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
+        seen = shapely.MultiPoint([point for point in self.points if point is not None])
+        floor = shapely.union_all(floors)
+        return [
+            place
+            for place in polygons_of(shapely.difference(whole, body))
+            if shapely.intersection(place, floor).area < _NO_FLOOR * place.area
+            and not place.intersects(seen)
+            and not any(shapely.dwithin(place, door, SAME_M) for door in doors)
+        ]
 
     def _polygons(self, kind: str) -> list[Polygon]:
         shapes = []

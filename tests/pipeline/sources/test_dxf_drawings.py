@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import shapely
 
-from pipeline.rejection import Rejection
+from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.vector_plans.dxf_units import metres_per_unit
 from pipeline.sources.vector_plans.named_features import kind_from_name
@@ -541,3 +541,22 @@ def test_leaves_that_are_drawn_by_eye_are_no_walls(tmp_path, off):
     plan = plan_of(drawn(tmp_path, draw))
     assert sorted(round(room.area) for room in plan.rooms) == [16, 16, 16]
     assert kinds(plan) == ["door", "door", "entrance"]
+
+
+@pytest.mark.parametrize(("layer", "is_house"), [("muratura", True), ("0", False)])
+def test_named_walls_of_plans_side_by_side_are_no_characters(tmp_path, layer, is_house):
+    """Three storeys on a sheet, with thick walls and a way in, but no doors."""
+
+    def draw(space: Any) -> None:
+        for x in (0.0, 9.0, 18.0):
+            way = [(2.5, 0.6), (0.6, 0.6), (0.6, 4.4), (4.4, 4.4), (4.4, 0.6), (3.5, 0.6)]
+            outer = [(3.5, 0), (5, 0), (5, 5), (0, 5), (0, 0), (2.5, 0)]
+            space.add_lwpolyline([(x + a, b) for a, b in [*way, *outer]], close=True, dxfattribs={"layer": layer})
+
+    level = drawn(tmp_path, draw)
+    if is_house:
+        assert plan_of(level).area == pytest.approx(3.8 * 3.8, rel=0.1)
+        return
+    with pytest.raises(Rejection) as caught:
+        plan_of(level)
+    assert caught.value.reason is Reason.CHARACTERS

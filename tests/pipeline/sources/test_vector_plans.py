@@ -227,6 +227,22 @@ def changed(**level):
     return building
 
 
+@pytest.mark.parametrize(
+    ("floors", "inside", "rooms"), [(True, [], 1), (False, [], 2), (True, [[60, 40, 0, "spot"]], 2)]
+)
+def test_a_block_between_corridors_is_no_room_where_floors_are_drawn(tmp_path, floors, inside, rooms):
+    outer, inner = [(0, 0), (120, 0), (120, 80), (0, 80)], [(20, 20), (100, 20), (100, 60), (20, 60)]
+    floor = [0, 1, 2, 3, 0, 4, 7, 6, 5, 4]
+    building = changed(
+        vertices=[*([x, y, 0, ""] for x, y in (*outer, *inner)), *inside],
+        walls=[[a + k, a + (k + 1) % 4, {}] for a in (0, 4) for k in range(4)],
+        doors=[],
+        floors=[{"parameters": {}, "vertices": floor}] if floors else [],
+    )
+    (plan,) = built(tmp_path, building)
+    assert len(plan.rooms) == rooms
+
+
 def test_a_building_of_two_rooms_with_a_door(tmp_path):
     (plan,) = built(tmp_path, TWO_ROOMS)
     assert sorted(room.label for room in plan.rooms) == ["Kitchen", UNLABELLED]
