@@ -14,9 +14,11 @@ import typer
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
+    from houseexpo.dataset import Dataset
     from houseexpo.floorplan import FloorPlan
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.poses import Pose
+    from houseexpo.pseudoslam.worlds.maps import House, MapHouse
 
 _RANGE_M, _RESOLUTION_DEG = 12.0, 1.0
 """A common laser's, if no configuration is given; it looks all round."""
@@ -24,9 +26,16 @@ _RANGE_M, _RESOLUTION_DEG = 12.0, 1.0
 
 def ros(
     dataset: Annotated[
-        Path | None, typer.Argument(help="Data set, or one plan's JSON file.", show_default="fetched")
+        Path | None,
+        typer.Argument(
+            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
+            show_default="fetched",
+        ),
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="the first")] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
+    ] = None,
     robots: Annotated[int, typer.Option(help="Number of robots; several are /robot1, /robot2, ...")] = 1,
     people: Annotated[int | None, typer.Option(help="Number of people who walk.", show_default="none")] = None,
     start: Annotated[
@@ -85,11 +94,14 @@ def ros(
     Topics and frames are those of nav2's loopback simulator: cmd_vel and initialpose in; clock, tf, odom, scan and map
     out.
     """
+    from dataclasses import replace
+
     from houseexpo.commands.printing import make_console
     from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
     from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS, Node, NodeConfig
+    from houseexpo.pseudoslam.worlds.maps import MapHouse
 
     shown = make_console()
 
@@ -109,9 +121,11 @@ def ros(
     )  # fmt: skip
     simulated = _config(config, people, laser_noise, odometry_noise)
     starts = [_pose(text) for text in start or ()]
-    houses = _Houses(dataset, plan)
+    houses = _Houses(dataset, plan, resolution)
+    if config is None and isinstance(houses.first, MapHouse):
+        simulated = replace(simulated, pixels_per_metre=houses.first.pixels_per_metre)
 
-    def fleet_in(one: FloorPlan, starts: list[Pose]) -> Fleet:
+    def fleet_in(one: House, starts: list[Pose]) -> Fleet:
         return Fleet(one, simulated, robots=robots, seed=seed, starts=starts, tick_s=1.0 / rate)
 
     network = Bridge(bridge, warn=say) if bridge else Network(domain, local=True if local else None, warn=say)
@@ -131,20 +145,30 @@ def ros(
 
 
 class _Houses:
-    """The plan to begin with, and others of the same data set."""
+    """The plan or the map to begin with, and others of the same data set or folder."""
 
-    def __init__(self, dataset: Path | None, plan: str | None) -> None:
+    def __init__(self, dataset: Path | None, plan: str | None, resolution: float | None) -> None:
         from houseexpo.commands.arguments import is_plan_file, open_data_set
         from houseexpo.floorplan import load_plan
+        from houseexpo.pseudoslam.worlds.maps import has_maps, open_maps
 
-        self._data = None
-        if dataset is not None and is_plan_file(dataset):
+        self._data: Dataset | None = None
+        self._maps: dict[str, MapHouse] = {}
+        self.first: House
+        if dataset is not None and has_maps(dataset):
+            self._maps = {house.id: house for house in open_maps(dataset, resolution)}
+            self.first = self.load(plan or next(iter(self._maps)))
+        elif dataset is not None and is_plan_file(dataset):
             self.first = load_plan(dataset)
         else:
             self._data = open_data_set(dataset)
             self.first = self._data[plan] if plan else self._data[0]
 
-    def load(self, plan_id: str) -> FloorPlan:
+    def load(self, plan_id: str) -> House:
+        if self._maps:
+            if plan_id not in self._maps:
+                raise ConfigError(f"house {plan_id!r}: expected one of the maps {', '.join(self._maps)}")
+            return self._maps[plan_id]
         if self._data is None:
             raise ConfigError(f"house {plan_id!r}: there is only {self.first.id!r}; start with a data set to choose")
         found: FloorPlan = self._data[plan_id]

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
@@ -32,6 +31,7 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import make_noise_params, make_scratch, make_step_params, take_first_scan
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
 from houseexpo.pseudoslam.worlds.cache import world_for
+from houseexpo.pseudoslam.worlds.maps import House, MapHouse
 from houseexpo.pseudoslam.worlds.reset import make_initial_state
 
 Floats = npt.NDArray[np.float64]
@@ -70,7 +70,7 @@ class Fleet:
     Parameters
     ----------
     plan
-        The house.
+        The house: a plan, or a map, whose occupied cells are its walls.
     config
         Robot, laser, noise, people, obstacles and start; its ``step_s`` is replaced by ``tick_s``.
     robots
@@ -93,7 +93,7 @@ class Fleet:
 
     def __init__(
         self,
-        plan: FloorPlan,
+        plan: House,
         config: SimulatorConfig,
         *,
         robots: int = 1,
@@ -352,10 +352,30 @@ class Fleet:
         mark_discs(occupied, self._world.frame.pixels_from_points(centres_m), radius_m / self._world.frame.cell_m)
 
 
-def _segments(plan: FloorPlan) -> Floats:
-    """Return the walls of a plan as segments (n, 4): x, y of both ends."""
+def _segments(plan: House) -> Floats:
+    """Return the walls of a plan, or the edges of a map's occupied cells, as segments (n, 4): x, y of both ends."""
+    if isinstance(plan, MapHouse):
+        return _edges(plan.with_border())
     rings = [np.asarray(ring, np.float64).reshape(-1, 2) for ring in all_rings(plan)]
     return np.concatenate([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in rings])
+
+
+def _edges(house: MapHouse) -> Floats:
+    """Return the edges between occupied and free cells, those in one line joined: (n, 4), metres."""
+    solid = house.occupied != 0
+    right, top, bottom = _runs((solid[:, 1:] != solid[:, :-1]).T)  # edges that run down
+    down, left, end = _runs(solid[1:] != solid[:-1])  # edges that run across
+    first = np.concatenate([np.column_stack([right + 1, top]), np.column_stack([left, down + 1])])
+    last = np.concatenate([np.column_stack([right + 1, bottom]), np.column_stack([end, down + 1])])
+    points = house.frame.points_from_pixels
+    return np.hstack([points(first.astype(np.float64)), points(last.astype(np.float64))])
+
+
+def _runs(are_edges: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.intp], ...]:
+    """Return the runs of true values in each row (n,): the row, the first column, and the column after the last."""
+    change = np.diff(np.pad(are_edges, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    row, start = np.nonzero(change == 1)
+    return row, start, np.nonzero(change == -1)[1]
 
 
 def _to_segments(walls: Floats, at: tuple[float, float], cos: Floats, sin: Floats, most_m: float) -> Floats:

@@ -61,6 +61,7 @@ from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.services import RequestQueue
 from houseexpo.pseudoslam.simulator import OccupancyGrid
+from houseexpo.pseudoslam.worlds.maps import MapHouse
 
 Maps = Literal["none", "slam", "house"]
 
@@ -442,7 +443,10 @@ def compute_frame_origin(pose: Pose, seen: Pose) -> Pose:
 
 
 def _whole(fleet: Fleet) -> OccupancyGrid:
-    """Return the house as a map, as ``houseexpo export --to ros`` writes it."""
+    """Return the house as a map, as ``houseexpo export --to ros`` writes it; of a map, its free and other cells."""
+    if isinstance(fleet.plan, MapHouse):
+        cells = np.where(fleet.plan.occupied[::-1] != 0, 100, 0).astype(np.int8)
+        return OccupancyGrid(cells, fleet.plan.frame.cell_m, fleet.plan.frame.origin_m)
     cell_m = 1.0 / fleet.config.pixels_per_metre
     pixels, frame = occupancy_picture(fleet.plan, cell_m, cell_m, "world")
     values = np.full(256, -1, np.int8)

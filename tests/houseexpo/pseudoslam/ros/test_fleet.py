@@ -14,6 +14,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
+from houseexpo.pseudoslam.worlds.maps import map_house
 
 HALL = FloorPlan(
     "hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {}, holes=([(5.0, 1.0), (6.0, 1.0), (6.0, 2.0), (5.0, 2.0)],)
@@ -55,6 +56,28 @@ def test_a_scan_meets_the_walls_where_they_are() -> None:
         x, y, heading = fleet.pose(0)
         beam = shapely.LineString([(x, y), (x + 12 * math.cos(heading + angle), y + 12 * math.sin(heading + angle))])
         assert found == pytest.approx(shapely.distance(shapely.Point(x, y), beam.intersection(walls)), abs=1e-5)
+
+
+def test_in_a_map_a_robot_drives_and_scans_as_in_the_plan_of_the_same_walls() -> None:
+    """The hall with walls of two cells, as a map of cells of 0.1 m."""
+    cells = np.ones((44, 84), bool)
+    cells[2:42, 2:82] = False
+    cells[22:32, 52:62] = True  # the hole, 1 to 2 m above the lower wall
+    config = replace(CONFIG, pixels_per_metre=10.0)
+    in_map = Fleet(map_house(cells, 0.1, origin_m=(-0.2, -0.2), name="hall"), config, starts=[(2.3, 1.7, 0.4)])
+    in_plan = Fleet(HALL, config, starts=[(2.3, 1.7, 0.4)])
+    found = in_map.scan(0, ALL_ROUND, 0.05, 12.0)
+    assert found == pytest.approx(in_plan.scan(0, ALL_ROUND, 0.05, 12.0), abs=1e-5)
+    for fleet in (in_map, in_plan):
+        for _ in range(50):
+            fleet.advance([Velocity(0.3, 0.0, 0.2)])
+    assert in_map.pose(0) == pytest.approx(in_plan.pose(0), abs=1e-6)
+
+
+def test_the_edges_of_cells_in_one_line_are_one_segment() -> None:
+    cells = np.ones((6, 8), bool)
+    cells[1:5, 1:7] = False
+    assert len(Fleet(map_house(cells, 0.5), replace(CONFIG, pixels_per_metre=2.0))._walls) == 4
 
 
 def test_beams_beyond_the_range_are_infinite() -> None:
