@@ -178,6 +178,17 @@ def _command_that_fails(entry: EntryPoint, why: str) -> Callable[..., Any]:
     return cannot_be_loaded
 
 
+class _PlainFormatter(logging.Formatter):
+    """Says what happened, without the module's name: "note: ..." or, from ERROR on, "error: ..."."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of a record."""
+        return f"{'error' if record.levelno >= logging.ERROR else 'note'}: {super().format(record)}"
+
+
+_WITH_MODULE = logging.Formatter("%(levelname)s %(name)s: %(message)s")
+
+
 def _set_up_logs(verbose: int, *, quiet: bool) -> None:
     """Send the log messages of our packages to standard error, from WARNING on.
 
@@ -185,7 +196,7 @@ def _set_up_logs(verbose: int, *, quiet: bool) -> None:
     """
     level = logging.ERROR if quiet else (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(levelname)s %(name)s: %(message)s"))
+    handler.setFormatter(_WITH_MODULE if verbose else _PlainFormatter())
     for name in _OURS:
         logger = logging.getLogger(name)
         logger.setLevel(level)

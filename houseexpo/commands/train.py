@@ -33,7 +33,10 @@ def train(
         Path | None, typer.Option(help="The data set, in the form of older versions.", show_default=False)
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.", show_default="the file's")] = None,
-    steps: Annotated[int | None, typer.Option(help="Number of steps of training.", show_default="the file's")] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(help="Number of steps of training, rounded up to whole updates.", show_default="the file's"),
+    ] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Number of threads.", show_default="one per core")] = None,
     motion: Annotated[
         MotionName | None,

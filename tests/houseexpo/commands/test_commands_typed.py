@@ -207,6 +207,22 @@ def test_how_much_is_said_may_stand_at_the_end(data):
     assert logging.getLogger("houseexpo").level == logging.WARNING
 
 
+@pytest.mark.parametrize(
+    ("words", "level", "line"),
+    [
+        ([], logging.WARNING, "note: the cache is full"),
+        ([], logging.ERROR, "error: the cache is full"),
+        (["-q"], logging.ERROR, "error: the cache is full"),
+        (["-v"], logging.WARNING, "WARNING houseexpo.cache: the cache is full"),
+    ],
+)
+def test_a_note_names_its_module_only_to_those_who_ask_for_more(words, level, line, data):
+    call(*words, "info", data)
+    (handler,) = logging.getLogger("houseexpo").handlers
+    record = logging.LogRecord("houseexpo.cache", level, "", 0, "the cache is full", None, None)
+    assert handler.format(record) == line
+
+
 def test_completion_is_offered():
     assert "--install-completion" in call("--help")
     asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
