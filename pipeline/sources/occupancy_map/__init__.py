@@ -9,7 +9,8 @@ R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a m
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
 R6  Where a room ends at unseen space or at the picture's border, its edge is a guess; the plan says how much of its
-    edges is, and how many rooms end there for the most part.
+    edges is, and how many rooms end there for the most part. Where most of all edges is one, nothing but the rays' ends
+    bounds the rooms: they are open ground, as in R8.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
     steps of the cells are straightened.
 R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
@@ -180,7 +181,8 @@ def _guesses(level: Level) -> tuple[str, ...]:
     about = level.provenance
     unseen = ("unseen space",) if float(about["unseen_edge"]) > UNSEEN else ()
     in_part = ("rooms seen in part",) if about.get("rooms_seen_in_part") else ()
-    return (*unseen, *in_part, EDGE) if "open_border" in about else (*unseen, *in_part)
+    is_open = "open_border" in about or float(about["unseen_edge"]) > MOSTLY
+    return (*unseen, *in_part, EDGE) if is_open else (*unseen, *in_part)
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
@@ -252,8 +254,8 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
     doorways = np.array([slot.shape for slot in slots], np.object_)
     places = shapely.STRtree(doorways)
     raw = {}
-    for number, (rows, cols) in sorted(label_boxes(parts.label)):
-        mask = parts.label[rows, cols] == number
+    for number, (rows, cols) in sorted(label_boxes(parts.rooms)):
+        mask = parts.rooms[rows, cols] == number
         corner = cols.start, rows.start
         if edges.exact:
             traced = _exact_area(mask, corner, parts.cell_m, height_m)
@@ -484,10 +486,10 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     The map's own cells (rows, cols) are ``cell_m`` wide. An occupied cell near an edge says that it was seen. Beyond
     the picture's border, nothing was.
     """
-    count = int(parts.label.max(initial=0)) + 1
+    count = int(parts.rooms.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)
-    is_room[[0, *parts.outside]] = 0
-    rooms = _framed(parts.to_cells(is_room[parts.label], free.shape))
+    is_room[[0, *(number for number in parts.outside if number < count)]] = 0
+    rooms = _framed(parts.to_cells(is_room[parts.rooms], free.shape))
     ring = cv2.dilate(rooms, np.ones((3, 3), np.uint8)) > (rooms | _framed(free.view(np.uint8)))
     reach = 2 * round(UNSEEN_M / cell_m) + 1
     near = cv2.dilate(_framed(occupied.view(np.uint8)), np.ones((reach, reach), np.uint8))
@@ -505,10 +507,10 @@ def _framed(cells: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
 
 def _rooms_beside(parts: Segmentation, cells: npt.NDArray[np.int64], width: int) -> npt.NDArray[np.int64]:
     """Return the number (n,) of a room beside each of some cells (n,), flat indices of a map with its rim."""
-    rows, cols = parts.label.shape
+    rows, cols = parts.rooms.shape
     row, col = np.divmod(cells, width)
     beside = np.zeros(len(row), np.int64)
     for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)):
         at = ((row + down - 1) // parts.scale).clip(0, rows - 1), ((col + right - 1) // parts.scale).clip(0, cols - 1)
-        beside = np.where(beside > 0, beside, parts.label[at])
+        beside = np.where(beside > 0, beside, parts.rooms[at])
     return beside

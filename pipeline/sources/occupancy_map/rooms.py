@@ -14,7 +14,8 @@ R4  Where two rooms meet, the widest of the narrow places within APART_M of each
     every other place where free cells of both touch for TOUCH_M or more: two basins may meet beside a narrow place.
 R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
     the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
-    or as thin as a wall.
+    or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than HALF of what it
+    shares with the room is occupied, more than HALF of its other edge is, too.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
@@ -24,6 +25,8 @@ R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. W
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
+R12 Where walls enclose a room, and the robot saw beyond them, the room ends there (``enclosure``). A room of which it
+    saw a fan alone is outside.
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do. A free line around the picture, with unseen space beyond it for the most part,
     is a frame and no margin.
@@ -43,6 +46,7 @@ from shapely import Polygon
 
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
+from pipeline.sources.occupancy_map.enclosure import find_fans, without_fans
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
@@ -75,6 +79,7 @@ SLIT_WALL_M = 0.3
 SLIT_M2 = 4.0
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
+HALF = 0.5
 PARTED_M2 = 1.0
 BESIDE_M = 0.3
 """R6: how far from the middle of a gap its rooms are looked for."""
@@ -111,7 +116,8 @@ class Segmentation:
     """The rooms of a map.
 
     ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``ways`` join the rooms. The numbers in
-    ``outside`` are no rooms, but what lies outside of the house.
+    ``outside`` are no rooms, but what lies outside of the house. ``enclosed`` (rows, cols) is ``label`` without what
+    the robot saw of a room beyond its walls (R12), or None if there is nothing of that.
     """
 
     label: Labels
@@ -119,6 +125,12 @@ class Segmentation:
     cell_m: float
     scale: int
     outside: frozenset[int] = frozenset()
+    enclosed: Labels | None = None
+
+    @property
+    def rooms(self) -> Labels:
+        """The labels (rows, cols) of the rooms as far as walls enclose them."""
+        return self.label if self.enclosed is None else self.enclosed
 
     def label_of_cells(self, shape: tuple[int, int]) -> Labels:
         """Return the labels of the map's own cells, where it has this shape."""
@@ -171,17 +183,40 @@ def segment_rooms(
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, walls, cell_m)
         outside = _outside(label, free, occupied, cell_m)
-    label = _fill_furniture(label, cell_m, outside)
-    if occupied is not None:
-        dropped = rooms_of_rays(label, free, occupied, cell_m)
-        label = _without(label, frozenset(dropped.tolist()))
-        ways = tuple(way for way in ways if not np.isin(way.rooms, dropped).any())
-        outside = outside - set(dropped.tolist())
-        label = with_scattered_cells(label, free, occupied, cell_m)
-        if likely is not None:
-            label = with_likely_cells(label, likely & ~free, occupied, cell_m)
-    ways = _with_ways_where_rooms_touch(_without_slits(ways), label, free, cell_m)
-    return Segmentation(label, ways, cell_m, scale, outside)
+    if occupied is None:
+        label = _fill_furniture(label, None, cell_m, outside)
+        ways = _with_ways_where_rooms_touch(_without_slits(ways), label, free, cell_m)
+        return Segmentation(label, ways, cell_m, scale, outside)
+    cells = _Cells(free, free if likely is None else free | likely, occupied, cell_m)
+    fans = find_fans(seen, occupied & ~clear, cell_m)
+    enclosed, beyond = without_fans(label, fans, outside)
+    label, dropped = cells.whole_rooms(label, outside)
+    if enclosed is not None:
+        enclosed, _ = cells.without(fans).whole_rooms(_without(enclosed, dropped), outside | beyond)
+    ways = tuple(way for way in ways if not np.isin(way.rooms, list(dropped)).any())
+    ways = _with_ways_where_rooms_touch(_without_slits(ways), label if enclosed is None else enclosed, free, cell_m)
+    return Segmentation(label, ways, cell_m, scale, (outside | beyond) - dropped, enclosed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Which cells (rows, cols) of a map are free, at least likely so, and occupied."""
+
+    free: Bools
+    likely: Bools
+    occupied: Bools
+    cell_m: float
+
+    def without(self, fans: Bools) -> _Cells:
+        """Return what it is if nothing was seen in ``fans`` (rows, cols)."""
+        return _Cells(self.free & ~fans, self.likely & ~fans, self.occupied | fans, self.cell_m)
+
+    def whole_rooms(self, label: Labels, outside: frozenset[int]) -> tuple[Labels, frozenset[int]]:
+        """Return the labels with furniture (R5) and the ends of rays (R9), and the rooms of rays alone."""
+        label = _fill_furniture(label, self.occupied, self.cell_m, outside)
+        dropped = frozenset(rooms_of_rays(label, self.free, self.occupied, self.cell_m).tolist())
+        label = with_scattered_cells(_without(label, dropped), self.free, self.occupied, self.cell_m)
+        return with_likely_cells(label, self.likely & ~self.free, self.occupied, self.cell_m), dropped
 
 
 def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
@@ -468,9 +503,13 @@ def _ends_of_row(points: Floats) -> Floats:
     return np.stack([middle + along * float(far.min()) - half_cell, middle + along * float(far.max()) + half_cell])
 
 
-def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> Labels:
+def _fill_furniture(label: Labels, occupied: Bools | None, cell_m: float, outside: frozenset[int]) -> Labels:
     """R5: return the labels with furniture; nothing stands against a wall ``outside``."""
     filled = label.copy()
+    walls = np.ones(label.shape, bool)
+    if occupied is not None:
+        reach = 2 * max(round(THIN_M / cell_m), 1) + 1
+        walls = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
     for number, (rows, cols) in label_boxes(label):
         if number in outside:
             continue
@@ -479,7 +518,7 @@ def _fill_furniture(label: Labels, cell_m: float, outside: frozenset[int]) -> La
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
         room = label[part] == number
         other = (filled[part] > 0) & ~room
-        mended = _mend_room(room, other, main_edge_direction(room), cell_m)
+        mended = _mend_room(room, other, walls[part], main_edge_direction(room), cell_m)
         filled[part][mended & ~other] = number
     return filled
 
@@ -508,20 +547,20 @@ def main_edge_direction(mask: Bools) -> float:
     return float(np.angle((twice**2 / np.abs(twice)).sum()) / 4)  # and so has what looks up or down
 
 
-def _mend_room(room: Bools, other: Bools, angle: float, cell_m: float) -> Bools:
-    """Return a room (rows, cols) with what R5 adds to it."""
+def _mend_room(room: Bools, other: Bools, walls: Bools, angle: float, cell_m: float) -> Bools:
+    """Return a room (rows, cols) with what R5 adds to it; ``walls`` are cells at which something was seen."""
     if abs(angle) < 0.01:
-        turned, taken, back = room, other, None
+        turned, taken, seen, back = room, other, walls, None
     else:
         rows, cols = room.shape
         side = int(np.ceil(np.hypot(rows, cols))) + 2
         turn = np.asarray(cv2.getRotationMatrix2D(((cols - 1) / 2, (rows - 1) / 2), np.degrees(angle), 1.0), np.float64)
         turn[:, 2] += (side - cols) / 2, (side - rows) / 2
-        turned, taken = (_warp(mask, turn, (side, side)) for mask in (room, other))
+        turned, taken, seen = (_warp(mask, turn, (side, side)) for mask in (room, other, walls))
         back = np.asarray(cv2.invertAffineTransform(turn), np.float64)
     part = _box_of(turned)
     added = np.zeros(turned.shape, bool)
-    added[part] = _furniture_of_room(turned[part], taken[part], cell_m)
+    added[part] = _furniture_of_room(turned[part], taken[part], seen[part], cell_m)
     if back is None or not added.any():
         return room | added[: room.shape[0], : room.shape[1]]
     return room | _warp(added, back, room.shape)
@@ -533,7 +572,7 @@ def _box_of(mask: Bools) -> tuple[slice, slice]:
     return np.s_[max(top - BEYOND, 0) : top + high + BEYOND, max(left - BEYOND, 0) : left + wide + BEYOND]
 
 
-def _furniture_of_room(room: Bools, taken: Bools, cell_m: float) -> Bools:
+def _furniture_of_room(room: Bools, taken: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return what R5 adds to a room (rows, cols) whose walls run along the rows and columns."""
     wide = np.ones((1, round(LONGEST_M / cell_m)), np.uint8)
     pixels = np.zeros((room.shape[0] + 2 * wide.size, room.shape[1] + 2 * wide.size), np.uint8)
@@ -543,14 +582,14 @@ def _furniture_of_room(room: Bools, taken: Bools, cell_m: float) -> Bools:
     filled = room
     for way in (wide, wide.T):
         niche = cv2.morphologyEx(pixels, cv2.MORPH_CLOSE, way)[middle].view(bool)
-        filled = filled | _furniture((niche > room) & open_, near, cell_m)
+        filled = filled | _furniture((niche > room) & open_, near, room, walls, cell_m)
     top, bottom, left, right = _sides(room)
     inside = np.zeros(room.shape, bool)
     inside[top : bottom + 1, left : right + 1] = True
-    return (filled | _furniture((inside > filled) & open_, near, cell_m)) > room
+    return (filled | _furniture((inside > filled) & open_, near, filled, walls, cell_m)) > room
 
 
-def _furniture(missing: Bools, near_others: Bools, cell_m: float) -> Bools:
+def _furniture(missing: Bools, near_others: Bools, room: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return those pieces of what a room misses that are furniture by R5; ``near_others`` is in or at other rooms."""
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
     fill = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2
@@ -566,7 +605,20 @@ def _furniture(missing: Bools, near_others: Bools, cell_m: float) -> Bools:
     np.maximum.at(deepest, pieces.ravel()[cells].astype(np.intp), depth.ravel()[cells])
     deepest = deepest.astype(np.float64)
     fill &= (2 * deepest * cell_m < DEEPEST_M) & (2 * deepest * cell_m > THIN_M)
+    fill &= ~_behind_walls(pieces, count, room, walls)
     return np.asarray(fill[pieces])
+
+
+def _behind_walls(pieces: npt.NDArray[Any], count: int, room: Bools, walls: Bools) -> Bools:
+    """R5: return which of some pieces (count,) of cells (rows, cols) lie behind a wall of the room."""
+    around = cv2.dilate(pieces.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.int64)
+    around[pieces > 0] = 0
+    shares = []
+    for side in (room, ~room):
+        edge = around[side & (around > 0)]
+        seen = around[side & walls & (around > 0)]
+        shares.append(np.bincount(seen, minlength=count) - HALF * np.bincount(edge, minlength=count))
+    return np.asarray((shares[0] > 0) & (shares[1] <= 0))
 
 
 def _warp(mask: Bools, turn: npt.NDArray[np.float64], shape: tuple[int, ...]) -> Bools:

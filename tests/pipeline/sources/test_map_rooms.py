@@ -8,6 +8,7 @@ import shapely
 
 from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
+from pipeline.sources.occupancy_map.enclosure import find_fans, wall_share, without_fans
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_likely_cells, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import (
@@ -340,3 +341,42 @@ def test_a_slit_in_a_thin_wall_parts_rooms_and_is_a_way_only_where_nothing_else_
     beside_a_door[60:78, 84:86] = True
     (way,) = segment_rooms(beside_a_door, CELL_M).ways
     assert way.width_m == pytest.approx(0.9, abs=0.1)
+
+
+def open_room() -> tuple[np.ndarray, np.ndarray]:
+    """A room of 4 m x 4 m with a gap of 1 m in the lower wall, and beyond it 3 m of a fan of the same width."""
+    clear, occupied = np.zeros((2, 200, 120), bool)
+    occupied[8:92, 18:102] = True
+    clear[10:90, 20:100] = clear[90:150, 50:70] = True
+    return clear, occupied & ~clear
+
+
+def test_half_of_what_one_sees_from_an_opening_is_wall() -> None:
+    clear, occupied = open_room()
+    share = wall_share(clear, occupied, CELL_M)
+    assert share[50, 60] > 0.9
+    assert share[93, 60] == pytest.approx(0.5, abs=0.1)
+    assert share[120, 60] < 0.3
+    assert not share[~clear].any()
+    large = wall_share(clear.repeat(8, 0).repeat(8, 1), occupied.repeat(8, 0).repeat(8, 1), CELL_M / 8)
+    assert np.abs(large[4::8, 4::8] - share).mean() < 0.05
+
+
+def test_a_fan_begins_at_the_opening_and_is_none_where_it_leads_on() -> None:
+    clear, occupied = open_room()
+    fan = find_fans(clear, occupied, CELL_M)
+    assert fan.sum() == pytest.approx(60 * 20, rel=0.15)
+    assert not fan[:88].any()
+    both = clear | clear[::-1]  # the same room at the other end
+    assert not find_fans(both, (occupied | occupied[::-1]) & ~both, CELL_M).any()
+    assert not find_fans(clear, np.zeros_like(clear), CELL_M).any()  # a map that shows no walls
+
+
+def test_a_room_that_is_mostly_a_fan_is_outside() -> None:
+    label = np.repeat(np.array([0, 1, 2, 3], np.int32), 10)[None]
+    fans = np.zeros(label.shape, bool)
+    fans[0, 16:20] = fans[0, 24:30] = True
+    left, beyond = without_fans(label, fans, frozenset())
+    assert left is not None
+    assert (beyond, np.bincount(left[0]).tolist()) == ({2}, [14, 6, 10, 10])
+    assert without_fans(label, label > 0, frozenset()) == (None, frozenset())

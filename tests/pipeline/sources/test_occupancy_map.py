@@ -176,18 +176,59 @@ def test_unseen_space_is_a_guess(tmp_path: Path) -> None:
     assert plan.quality.score < sure.quality.score
 
 
-def test_a_room_that_is_seen_as_a_fan_of_rays_makes_a_plan_doubtful(tmp_path: Path) -> None:
-    """The right room: what two rays through the door leave between them, without a wall."""
+def fan_through_the_door(reach: int) -> np.ndarray:
+    """The left of ``two_rooms``, and what two rays through the door leave between them, ``reach`` cells far."""
     shades = two_rooms()
     row, col = np.indices(shades.shape)
     right = col > 94
     shades[right] = UNSEEN
-    shades[right & (np.abs(row - 41) < 9 + 0.4 * (col - 94)) & (col < 154)] = FREE
+    shades[right & (np.abs(row - 41) < 9 + 0.4 * (col - 94)) & (col < 94 + reach)] = FREE
+    return shades
+
+
+def test_a_fan_of_rays_through_a_door_is_no_room_and_the_door_is_an_entrance(tmp_path: Path) -> None:
+    (plan,) = plans_of(saved(tmp_path, fan_through_the_door(60)))
+    assert areas(plan) == [pytest.approx(12.0, abs=0.3)]
+    (door,) = plan.doors
+    assert (door.rooms[1:], door.width) == (() if len(door.rooms) == 1 else (None,), pytest.approx(0.9, abs=0.1))
+
+
+def test_a_room_ends_where_a_spike_of_rays_leaves_it(tmp_path: Path) -> None:
+    """Through a gap of 2 m in the right wall, two rays see 4 m of unseen space."""
+    shades = two_rooms()
+    row, col = np.indices(shades.shape)
+    shades[:, 94:] = UNSEEN
+    shades[20:60, 90:94] = FREE
+    shades[(col >= 94) & (np.abs(row - 40) < 20 - 0.1 * (col - 94)) & (col < 165)] = FREE
     (plan,) = plans_of(saved(tmp_path, shades))
-    (sure,) = plans_of(saved(tmp_path, two_rooms()))
+    assert areas(plan) == [pytest.approx(12.0, abs=1.2)]  # with the spike, it has 17 m2
+
+
+def test_a_map_of_which_nothing_but_the_ends_of_rays_bounds_the_rooms_is_doubtful(tmp_path: Path) -> None:
+    shades = np.full((200, 200), UNSEEN, np.uint8)
+    row, col = np.indices(shades.shape)
+    shades[np.hypot(row - 100, col - 100) < 80] = FREE
+    shades[90:94, 60:64] = shades[120:124, 130:134] = WALL
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert plan.provenance["unseen_edge"] > 0.9
     assert plan.provenance["rooms_seen_in_part"] == 1
-    assert "rooms_seen_in_part" not in sure.provenance
-    assert plan.quality.score < 0.8 < sure.quality.score
+    assert plan.quality.score < 0.4
+
+
+@pytest.mark.parametrize(("back", "area_m2"), [(False, 11.0), (True, 12.0)])
+def test_unseen_space_is_filled_behind_furniture_and_not_behind_a_wall(
+    tmp_path: Path, back: bool, area_m2: float
+) -> None:
+    """What stands in a corner is 2 m x 0.5 m; its front was seen, and the wall behind it only if ``back``."""
+    shades = two_rooms()
+    shades[:, 94:] = UNSEEN
+    shades[10:70, 90:94] = WALL
+    shades[10:50, 80:90] = UNSEEN
+    shades[10:50, 80] = shades[49, 80:90] = WALL
+    shades[6:50, 88:96] = WALL if back else UNSEEN
+    shades[6:10, 78:96] = WALL if back else UNSEEN
+    (plan,) = plans_of(saved(tmp_path, shades))
+    assert areas(plan) == [pytest.approx(area_m2, abs=0.3)]
 
 
 @needs_shared

@@ -1,0 +1,131 @@
+"""Tell what walls enclose in a map from what a robot saw beyond them: fans of rays through doors, windows and glass.
+
+From a place in a room, one sees walls in most directions. Behind an opening, the space that was seen is a wedge: its
+sides are the first and the last ray, with unseen space beyond them. In the opening itself, half of the directions lead
+back into the room, and half of them out. So the line where half of what one sees is wall closes the opening.
+
+R1  A cell is enclosed if at least ``ENCLOSED`` of the lines from it over free cells end at a wall, in ``DIRECTIONS``
+    directions all around. A line ends at a wall if an occupied cell is ``WALL_M`` or nearer to its end, or if it ends
+    less than ``THICK_M`` before other space, both of which are wider than that: in the inside of a wall.
+    Lines that end at the picture's border count neither way: people crop maps.
+R2  What is not enclosed is a fan, where it is ``WIDE_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
+    corners, and places at gaps.
+R3  A fan ends at nothing. What leads from one enclosed space to another is no fan, if both are as large as it is or
+    larger, and ``SPACE_M2`` or more.
+R4  A room that is a fan for more than half of it is outside, with what is enclosed behind it. Another one ends where
+    its fans begin. If less than ``LEFT`` of all rooms would be left, walls enclose nothing in this map: all stays.
+R5  A map of which less than ``MARKED`` of the edge of free space is occupied does not show its walls: it has no fans.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
+
+ENCLOSED: Final = 0.5
+DIRECTIONS: Final = 32
+WALL_M: Final = 0.2
+THICK_M: Final = 0.5
+WIDE_M: Final = 0.3
+FAN_M2: Final = 0.5
+SPACE_M2: Final = 5.0
+LEFT: Final = 0.1
+MARKED: Final = 0.2
+MOST_CELLS: Final = 1_000_000
+"""Of larger maps, blocks of cells are looked at."""
+_SQUARE: Final = np.ones((3, 3), np.uint8)
+_CLEAR, _UNSEEN, _WALL, _BEYOND = 0, 1, 2, 3
+_VOTES: Final = np.array([0, 0, 1, 100], np.uint8)
+"""What a line counts by what it ends at: lines that end at a wall, and a hundred times those that end at the border."""
+
+
+def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
+    """Return which of the cells (rows, cols) that are ``clear`` are in a fan (R2); cells are ``cell_m`` wide."""
+    if not _is_marked(clear, occupied, cell_m):
+        return np.zeros_like(clear)
+    share = wall_share(clear, occupied, cell_m)
+    bare = (clear & (share < ENCLOSED)).view(np.uint8)
+    size = 2 * max(round(WIDE_M / 2 / cell_m), 1) + 1
+    disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+    wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= FAN_M2
+    large[0] = False
+    _, space, sizes, _ = cv2.connectedComponentsWithStats((clear & (bare == 0)).view(np.uint8), connectivity=4)
+    beside = 2 * size + 1  # what was opened away lies between
+    square = np.ones((beside, beside), np.uint8)
+    for number in np.flatnonzero(large).tolist():
+        left, top, across, down, area = stats[number].tolist()
+        box = np.s_[max(top - size, 0) : top + down + size, max(left - size, 0) : left + across + size]
+        around = cv2.dilate((pieces[box] == number).view(np.uint8), square).view(bool)
+        joined = np.sort(sizes[np.unique(space[box][around & (space[box] > 0)]), cv2.CC_STAT_AREA])[::-1]
+        large[number] = len(joined) < 2 or joined[1] < max(area, SPACE_M2 / cell_m**2)  # R3
+    return np.asarray(large[pieces])
+
+
+def without_fans(label: Labels, fans: Bools, outside: frozenset[int]) -> tuple[Labels | None, frozenset[int]]:
+    """Return the labels (rows, cols) without fans, or None if no room has one, and the rooms that are fans (R4)."""
+    count = int(label.max(initial=0)) + 1
+    area, bare = np.bincount(label.ravel(), minlength=count), np.bincount(label[fans], minlength=count)
+    is_room = np.ones(count, bool)
+    is_room[[0, *outside]] = False
+    is_fan = is_room & (2 * bare > area)
+    kept = is_room & ~is_fan
+    if not (bare > 0)[is_room].any() or float((area - bare)[kept].sum()) < LEFT * float(area[is_room].sum()):
+        return None, frozenset()
+    return np.where(fans & kept[label], 0, label).astype(np.int32), frozenset(np.flatnonzero(is_fan).tolist())
+
+
+def _is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
+    """R5: whether a map shows its walls as occupied cells."""
+    edge = cv2.dilate(clear.view(np.uint8), _SQUARE).view(bool) & ~clear
+    return bool(np.count_nonzero(edge & _around(occupied, cell_m)) >= MARKED * np.count_nonzero(edge))
+
+
+def _around(occupied: Bools, cell_m: float) -> Bools:
+    """Return which cells (rows, cols) are ``WALL_M`` or nearer to an occupied one."""
+    reach = 2 * max(round(WALL_M / cell_m), 1) + 1
+    return np.asarray(cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool))
+
+
+def wall_share(clear: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.float32]:
+    """Return the share (rows, cols) of the lines from each cell that end at a wall (R1); 0 where none is ``clear``."""
+    scale = int(np.ceil(np.sqrt(clear.size / MOST_CELLS)))
+    near = _around(occupied, cell_m)
+    size = 2 * max(round(THICK_M / 2 / cell_m), 1) + 1
+    disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+    wide = cv2.morphologyEx(clear.view(np.uint8), cv2.MORPH_OPEN, disc)
+    near = near | cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disc).view(bool)
+    kinds = np.where(clear, _CLEAR, np.where(near, _WALL, _UNSEEN)).astype(np.uint8)
+    if scale > 1:
+        kinds = kinds[scale // 2 :: scale, scale // 2 :: scale]
+    rows, cols = kinds.shape
+    side = int(np.ceil(np.hypot(rows, cols))) + 2
+    total = np.zeros((rows, cols), np.float32)
+    for k in range(DIRECTIONS // 2):
+        turn = np.asarray(cv2.getRotationMatrix2D(((cols - 1) / 2, (rows - 1) / 2), 360.0 * k / DIRECTIONS, 1.0))
+        turn[:, 2] += (side - cols) / 2, (side - rows) / 2
+        turned = cv2.warpAffine(
+            kinds, turn, (side, side), flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND
+        )
+        seen = _votes(turned) + _votes(turned[:, ::-1])[:, ::-1]
+        total += cv2.warpAffine(
+            seen, turn, (cols, rows), flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
+        )
+    beyond, walls = np.divmod(total, 100)
+    share = np.where(beyond < DIRECTIONS, walls / np.maximum(DIRECTIONS - beyond, 1), 1.0).astype(np.float32)
+    if scale > 1:
+        share = cv2.resize(share, clear.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    return np.where(clear, share, 0).astype(np.float32)
+
+
+def _votes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Return what the line to the left of each cell (rows, cols) counts; the first column is not clear."""
+    last = np.where(kinds == _CLEAR, 0, np.arange(kinds.shape[1], dtype=np.int32))
+    np.maximum.accumulate(last, axis=1, out=last)
+    return _VOTES[np.take_along_axis(kinds, last, axis=1)]
