@@ -119,13 +119,12 @@ def wall_share(clear: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.f
         )
     beyond, walls = np.divmod(total, 100)
     share = np.where(beyond < DIRECTIONS, walls / np.maximum(DIRECTIONS - beyond, 1), 1.0).astype(np.float32)
-    if scale > 1:
-        share = cv2.resize(share, clear.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return np.where(clear, share, 0).astype(np.float32)
+    whole = share if scale == 1 else cv2.resize(share, clear.shape[::-1], interpolation=cv2.INTER_NEAREST)
+    return np.where(clear, whole, 0).astype(np.float32)
 
 
 def _votes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Return what the line to the left of each cell (rows, cols) counts; the first column is not clear."""
     last = np.where(kinds == _CLEAR, 0, np.arange(kinds.shape[1], dtype=np.int32))
     np.maximum.accumulate(last, axis=1, out=last)
-    return _VOTES[np.take_along_axis(kinds, last, axis=1)]
+    return np.asarray(_VOTES[np.take_along_axis(kinds, last, axis=1)])
