@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 import shapely
@@ -138,30 +137,31 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
     """
     ends = list(wall_ends(tall))
     straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
-    slanted = [_band_between_ends(a, b, ground) for a, b in combinations(ends, 2)]
-    candidates = sorted((c for c in straight + slanted if c is not None), key=lambda c: (round(c.length, 6), c.bounds))
+    candidates = [c for c in straight if c is not None] + _bands_between_ends(ends, ground)
+    candidates.sort(key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
     so_far = enclosed_area(ground)
     parts = np.array(polygons_of(ground), dtype=np.object_)
     hull = shapely.convex_hull(tall).area
+    touching = bool(candidates) and _do_any_touch(parts)
     for candidate in candidates:
         if so_far > MOST * hull and (not kept or candidate.length > kept[-1].length + 2 * HAND_M):
             break
-        if not makes_a_ring(candidate, parts):
+        if not makes_a_ring(candidate, parts, touching=touching):
             continue
         met = shapely.intersects(parts, candidate)
         joined = np.array([*polygons_of(unite([*parts[met], candidate])), *parts[~met]], dtype=np.object_)
         area = enclosed_area(shapely.multipolygons(joined))
         if area >= so_far + least_m2:
             kept.append(candidate)
-            parts, so_far = joined, area
+            parts, so_far, touching = joined, area, _do_any_touch(joined)
     return kept
 
 
-def makes_a_ring(closing: Polygon, parts: Shapes) -> bool:
+def makes_a_ring(closing: Polygon, parts: Shapes, *, touching: bool | None = None) -> bool:
     """Return whether walls, polygons (n,), may enclose more with a closing.
 
-    It meets one of them, or what touches it, in two places.
+    It meets one of them, or what touches it, in two places. ``touching``: whether any of them touch, if that is known.
     """
     met = parts[shapely.intersects(parts, closing)]
     shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
@@ -169,8 +169,12 @@ def makes_a_ring(closing: Polygon, parts: Shapes) -> bool:
         return True
     if len(met) < 2:
         return False
-    touching = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=POINT_M)
-    return bool((touching[0] != touching[1]).any())
+    return _do_any_touch(parts) if touching is None else touching
+
+
+def _do_any_touch(parts: Shapes) -> bool:
+    one, other = shapely.STRtree(parts).query(parts, predicate="dwithin", distance=POINT_M)
+    return bool((one != other).any())
 
 
 def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
@@ -227,17 +231,21 @@ def _across_opening(edge: BaseGeometry, ground: BaseGeometry) -> BaseGeometry:
     return subtract(shapely.buffer(line, HAND_M / 2, cap_style="square"), ground)
 
 
-def _band_between_ends(first: WallEnd, second: WallEnd, ground: BaseGeometry) -> Polygon | None:
-    """Return the band between two wall ends, if nothing but the ends themselves stands between them."""
-    a, b = (first.a + first.b) / 2, (second.a + second.b) / 2
-    length = float(np.hypot(*(b - a)))
-    if not 0.05 < length <= FARTHEST_M:
-        return None
-    line = shapely.linestrings([a, b])
-    within_ends = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
-    if shapely.intersection(line, ground).length > within_ends + 0.05:
-        return None
-    return polygons_of(shapely.buffer(line, HAND_M / 2, cap_style="square"))[0]
+def _bands_between_ends(ends: Sequence[WallEnd], ground: BaseGeometry) -> list[Polygon]:
+    """Return the bands between two wall ends each, where nothing but the ends themselves stands between them."""
+    middles = np.array([(end.a + end.b) / 2 for end in ends]).reshape(-1, 2)
+    widths = np.array([np.hypot(*(end.b - end.a)) for end in ends])
+    one, other = np.triu_indices(len(ends), 1)
+    lengths = np.hypot(*(middles[other] - middles[one]).T)
+    near = (lengths > 0.05) & (lengths <= FARTHEST_M)
+    one, other = one[near], other[near]
+    lines = shapely.linestrings(np.stack([middles[one], middles[other]], axis=1))
+    parts = np.array(polygons_of(ground), dtype=np.object_)
+    line, part = shapely.STRtree(parts).query(lines, predicate="intersects")
+    crossed = shapely.length(shapely.intersection(lines[line], parts[part]))
+    inside = np.bincount(line, crossed, minlength=len(lines))
+    free = inside <= (widths[one] + widths[other]) / 2 + 0.05
+    return [polygons_of(band)[0] for band in shapely.buffer(lines[free], HAND_M / 2, cap_style="square")]
 
 
 def are_rooms_half_of_house(rooms: list[Polygon], tall: BaseGeometry) -> bool:
