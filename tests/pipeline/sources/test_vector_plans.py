@@ -473,6 +473,14 @@ def levels_or_none(path, text):
         return None
 
 
+def test_a_scene_without_walls_says_which_includes_are_missing(tmp_path):
+    text = '<mujoco><include file="../walls.xml"/><worldbody><geom type="box" size="1 1 1"/></worldbody></mujoco>'
+    with pytest.raises(Rejection) as caught:
+        levels(tmp_path / "kitchen.xml", text)
+    assert "found 1 of other names; left out" in caught.value.detail
+    assert "../walls.xml" in caught.value.detail
+
+
 def test_includes_in_a_long_chain(tmp_path):
     for number in range(1, 1200):
         (tmp_path / f"c{number}.xml").write_text(f'<mujocoinclude><include file="c{number + 1}.xml"/></mujocoinclude>')
