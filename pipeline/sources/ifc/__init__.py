@@ -25,6 +25,7 @@ L11 Where no space of a file is head high, its spaces are the floors of rooms (f
 L12 Where no wall of a file with rooms is as high as one, so that none of its levels has a wall, somebody has drawn a
     plan and no heights, or a maze for a robot: they are raised to a storey's, spaces that begin above them are lowered,
     spaces end where the walls do, and that is a guess.
+L13 A window that is called a door (a French window) is a window where its sill is higher than a knee over the level.
 L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
     of it. What hangs above the floor (the partitions of toilets, with their doors) is.
 """
@@ -50,7 +51,7 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import walls_around
 from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
-from pipeline.sources.ifc.model import Building, ElementBody, load_building
+from pipeline.sources.ifc.model import Building, ElementBody, WallHole, load_building
 from pipeline.sources.ifc.rooms_and_openings import (
     WallFootprints,
     door_level_height,
@@ -203,6 +204,7 @@ def _level(
     building: Building, standing: LevelStorey, floors: Sequence[float], of_building: dict[int, int | None]
 ) -> IfcLevelParts:
     floor = standing.floor_z
+    building = _with_french_windows(building, standing)
     parts = [*building.walls, *(part for part in building.loose if _is_wall(part, floor))]
     here = [part for part in parts if _runs_through(part, floor, standing.above)]  # L1
     here = [part for part in here if part.storey is None or of_building.get(part.storey) in standing.buildings]
@@ -235,6 +237,25 @@ def _level(
         named_openings=building.named_openings,
         guesses=("levels",) if is_made_storey(standing.storey) else (),
     )
+
+
+def _with_french_windows(building: Building, standing: LevelStorey) -> Building:
+    """L13: the building as a level is to see it."""
+    low, high = standing.floor_z + KNEE_M, standing.above
+    gone = [hole for hole in building.holes if hole.is_window and low <= hole.bottom < high]
+    return replace(
+        building,
+        holes=tuple(hole for hole in building.holes if all(hole is not each for each in gone)),
+        windows=(*building.windows, *(replace(hole, has_door=False, is_window=False) for hole in gone)),
+        leaves=tuple(leaf for leaf in building.leaves if not any(_stands_in(leaf, hole) for hole in gone)),
+    )
+
+
+def _stands_in(leaf: ElementBody, hole: WallHole) -> bool:
+    """Return whether a leaf's middle lies in the box around a hole."""
+    low, high = hole.mesh.vertices.min(axis=0), hole.mesh.vertices.max(axis=0)
+    middle = (leaf.mesh.vertices.min(axis=0) + leaf.mesh.vertices.max(axis=0)) / 2
+    return bool((low <= middle).all() and (middle <= high).all())
 
 
 def _runs_through(part: ElementBody, floor: float, above: float) -> bool:

@@ -98,13 +98,14 @@ class WallHole(Body):
     """A way through a wall: the body of the opening, or of the door where it stands there without one.
 
     ``host``: the wall's triangles, or None if the source names none. ``along``: direction of the door's width in plan,
-    known for doors; ``width_m``: its width.
+    known for doors; ``width_m``: its width. ``is_window``: what counts as its door is a window that is called a door.
     """
 
     host: Mesh | None
     has_door: bool
     along: tuple[float, float] | None = None
     width_m: float | None = None
+    is_window: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,7 +337,8 @@ def _holes(
         host = _host(opening, meshes)
         along, width = _door_frame(doors[0], metres) if doors else (None, None)
         done.update(door.id() for door in doors)
-        yield WallHole(meshes[opening.id()], host, bool(doors), along, width)
+        is_window = bool(doors) and all(each.is_a("IfcWindow") for each in doors)
+        yield WallHole(meshes[opening.id()], host, bool(doors), along, width, is_window)
     for door in elements.doors:
         if door.id() not in done:
             along, width = _door_frame(door, metres)

@@ -822,3 +822,14 @@ def test_a_door_in_a_wall_that_ends_in_the_air_parts_the_two_spaces_that_the_fil
     assert sorted(round(room.area) for room in found.rooms) == [5, 37]
     (door,) = found.doors
     assert (door.kind, door.width, sorted(door.rooms)) == ("door", pytest.approx(0.85, abs=0.02), [0, 1])
+
+
+@pytest.mark.parametrize(("sill", "found"), [(0.0, ["entrance"]), (0.9, [])])
+def test_a_window_that_is_called_a_door_is_one_where_one_can_walk_out(tmp_path, sill, found):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    walls = house.walls_around(storey, (0, 0, 0, 8, 6, 3.0))
+    house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 3.0), "1", "Studio")
+    house.opening(walls[0], (3, 0, sill, 4, 0.2, sill + 1.95), "IfcWindow").Name = "Fenstertür"
+    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    assert kinds(plan_of(level)) == found
