@@ -5,6 +5,9 @@ R1  What stands alone in free space, shorter than ``ALONE_M``, is clutter: the s
 R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_M`` thick at most,
     and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
     ``EACH_SIDE`` of either side and ``BOTH_SIDES`` of both together is wall, or another such piece.
+R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
+    ``DASH_M`` long or longer, is followed over what stands alone and is ``THICKEST_M`` thick at most, and over gaps of
+    ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
 R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_M`` thick at most. Tables and
     racks in a row are thicker.
 """
@@ -30,10 +33,16 @@ EACH_SIDE: Final = 0.15
 BOTH_SIDES: Final = 0.4
 IN_LINE_M: Final = 0.1
 """R2: how far from the line of a piece a wall may be that is in line with it."""
+DASH_M: Final = 0.3
+BRIDGE_M: Final = 0.5
+"""R4: a wider gap may be a way (``gaps``)."""
 
 
-def fill_clutter(free: Bools, cell_m: float) -> Bools:
-    """Return the free cells (rows, cols) and those under clutter, without scraps; cells are ``cell_m`` wide."""
+def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> Bools:
+    """Return the free cells (rows, cols) and those under clutter, without scraps; cells are ``cell_m`` wide.
+
+    ``occupied`` (rows, cols) are the cells at which a ray ended; None if that is not known, and all may be.
+    """
     _, pieces, stats, _ = cv2.connectedComponentsWithStats((~free).view(np.uint8), connectivity=8)
     rows, cols = free.shape
     left, top, wide, high = stats[:, : cv2.CC_STAT_AREA].T
@@ -46,7 +55,59 @@ def fill_clutter(free: Bools, cell_m: float) -> Bools:
         clutter = alone.copy()
         clutter[numbers] = False
         alone[numbers[_in_line(ends, ~free & ~clutter[pieces], cell_m)]] = False
-    return drop_scraps(free | alone[pieces], cell_m)
+    hit = ~free if occupied is None else occupied & ~free
+    walls = _hanging_walls(pieces, stats, alone & (np.bincount(pieces[hit], minlength=len(alone)) > 0), hit, cell_m)
+    alone[np.unique(pieces[walls])] = False
+    return drop_scraps((free | alone[pieces]) & ~walls, cell_m)
+
+
+def _hanging_walls(
+    pieces: npt.NDArray[Any], stats: npt.NDArray[Any], alone: Bools, taken: Bools, cell_m: float
+) -> Bools:
+    """R4: return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
+    thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= ALONE_M / 2)
+    numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= DASH_M))
+    _, ends = _slender_pieces(pieces, stats, numbers, cell_m, DASH_M)
+    dashes, wall = _thickened(alone[pieces], cell_m), taken & ~alone[pieces]
+    found = np.zeros(taken.shape, np.uint8)
+    left = list(ends)
+    while left:
+        walls = _thickened(wall | found.view(bool), cell_m)
+        spans = [_followed(line, dashes, walls, cell_m) for line in left]
+        hanging = [span for span in spans if span is not None]
+        for one, other in np.rint(hanging).astype(int).tolist():
+            cv2.line(found, one, other, 1, 1)
+        left = [line for line, span in zip(left, spans, strict=True) if span is None] if hanging else []
+    return found.view(bool)
+
+
+def _thickened(cells: Bools, cell_m: float) -> Bools:
+    """Return cells (rows, cols) and those within IN_LINE_M of them."""
+    reach = max(round(IN_LINE_M / cell_m), 1)
+    return cv2.dilate(cells.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
+
+
+def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Floats | None:
+    """R4: return the ends (2, 2) of the line that a piece with ``ends`` (2, 2) is on, None if it comes to no wall."""
+    along = ends[1] - ends[0]
+    along = along / max(float(np.hypot(*along)), 1e-9)
+    reach, bridge = max(round(IN_LINE_M / cell_m), 1), round(BRIDGE_M / cell_m)
+    found, hangs = [], False
+    for end, way in ((ends[0], -along), (ends[1], along)):
+        last, step = reach, 0  # what is thickened reaches so far beyond its end, and begins so far before it
+        while step < last + bridge + 1 - 2 * reach:
+            step += 1
+            col, row = np.rint(end + way * step).astype(int).tolist()
+            if not (0 <= row < len(walls) and 0 <= col < walls.shape[1]):
+                break
+            if walls[row, col]:
+                last, hangs = step + 2 * reach, True
+                break
+            if dashes[row, col]:
+                last = step
+        found.append(end + way * max(last - reach, 0))
+    long_m = float(np.hypot(*(found[1] - found[0]))) * cell_m
+    return np.stack(found) if hangs and long_m >= PIECE_M else None
 
 
 def free_beside_dashes(free: Bools, clear: Bools, cell_m: float) -> Bools:
@@ -73,7 +134,11 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
 
 
 def _slender_pieces(
-    pieces: npt.NDArray[Any], stats: npt.NDArray[Any], numbers: npt.NDArray[np.int64], cell_m: float
+    pieces: npt.NDArray[Any],
+    stats: npt.NDArray[Any],
+    numbers: npt.NDArray[np.int64],
+    cell_m: float,
+    least_m: float = PIECE_M,
 ) -> tuple[npt.NDArray[np.int64], Floats]:
     """R2: return those of the pieces that are long and thin, and their ends (n, 2, 2), (across, down) in cells."""
     found, ends = [], []
@@ -88,7 +153,7 @@ def _slender_pieces(
         across = np.array([-along[1], along[0]])
         far, aside = x * along[0] + y * along[1], x * across[0] + y * across[1]
         long, thick = float(np.ptp(far)) + 1, float(np.ptp(aside)) + 1
-        if long * cell_m >= PIECE_M and thick * cell_m <= THICKEST_M and long >= SLENDER * thick:
+        if long * cell_m >= least_m and thick * cell_m <= THICKEST_M and long >= SLENDER * thick:
             line = middle + across * (float(aside.max() + aside.min()) / 2)
             found.append(number)
             ends.append([line + along * float(far.min()), line + along * float(far.max())])

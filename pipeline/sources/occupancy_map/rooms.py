@@ -171,7 +171,7 @@ def segment_rooms(
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
         return Segmentation(label, ways, cell_m, scale, _outside(label, free, occupied, cell_m))
-    clear = fill_clutter(free, cell_m)
+    clear = fill_clutter(free, cell_m, occupied)
     none: Floats = np.zeros((0, 2, 2))
     label, ways = _divide_cells(clear, none, none, cell_m)
     outside = _outside(label, free, occupied, cell_m)

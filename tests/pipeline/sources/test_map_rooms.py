@@ -380,3 +380,27 @@ def test_a_room_that_is_mostly_a_fan_is_outside() -> None:
     assert left is not None
     assert (beyond, np.bincount(left[0]).tolist()) == ({2}, [14, 6, 10, 10])
     assert without_fans(label, label > 0, frozenset()) == (None, frozenset())
+
+
+def room_with_a_hanging_wall(gap_cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """A room of 6 m x 4 m; from the wall above, after a gap, hang three dashes of 0.6 m in line, 0.2 m apart."""
+    free = np.zeros((88, 128), bool)
+    free[4:84, 4:124] = True
+    for k in range(3):
+        free[4 + gap_cells + 16 * k : 16 + gap_cells + 16 * k, 62:64] = False
+    return free, ~free
+
+
+def test_dashes_that_hang_on_a_wall_are_wall_with_their_gaps() -> None:
+    free, occupied = room_with_a_hanging_wall(4)
+    clear = fill_clutter(free, CELL_M, occupied)
+    assert not clear[4:50, 62].any()
+    assert clear[60:84, 62].all()
+
+
+def test_dashes_far_from_a_wall_and_dashes_that_no_ray_ended_at_are_clutter() -> None:
+    free, occupied = room_with_a_hanging_wall(12)
+    assert fill_clutter(free, CELL_M, occupied)[4:84, 62].all()
+    unseen, _ = room_with_a_hanging_wall(4)
+    occupied[:, 60:66] = False
+    assert fill_clutter(unseen, CELL_M, occupied)[4:84, 62].all()
