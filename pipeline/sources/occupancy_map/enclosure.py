@@ -15,6 +15,7 @@ R3  A fan ends at nothing. What leads from one enclosed space to another is no f
 R4  A room that is a fan for more than half of it is outside, with what is enclosed behind it. Another one ends where
     its fans begin. If less than ``LEFT`` of all rooms would be left, walls enclose nothing in this map: all stays.
 R5  A map of which less than ``MARKED`` of the edge of free space is occupied does not show its walls: it has no fans.
+R6  A room is a fan, too, if most of its edge is at no wall, unless it is the largest.
 """
 
 from __future__ import annotations
@@ -68,17 +69,38 @@ def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     return np.asarray(large[pieces])
 
 
-def without_fans(label: Labels, fans: Bools, outside: frozenset[int]) -> tuple[Labels | None, frozenset[int]]:
-    """Return the labels (rows, cols) without fans, or None if no room has one, and the rooms that are fans (R4)."""
+def without_fans(
+    label: Labels, fans: Bools, occupied: Bools, outside: frozenset[int], cell_m: float
+) -> tuple[Labels | None, frozenset[int]]:
+    """Return the labels (rows, cols) without fans, or None if no room has one, and the rooms that are fans (R4, R6)."""
     count = int(label.max(initial=0)) + 1
     area, bare = np.bincount(label.ravel(), minlength=count), np.bincount(label[fans], minlength=count)
     is_room = np.ones(count, bool)
     is_room[[0, *outside]] = False
-    is_fan = is_room & (2 * bare > area)
+    largest = int(np.where(is_room, area, -1).argmax())
+    is_fan = 2 * bare > area
+    if _is_marked(label > 0, occupied, cell_m):
+        is_fan |= _open_edge(label, occupied, cell_m) & (np.arange(count) != largest)
+    is_fan &= is_room
     kept = is_room & ~is_fan
-    if not (bare > 0)[is_room].any() or float((area - bare)[kept].sum()) < LEFT * float(area[is_room].sum()):
+    if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < LEFT * float(
+        area[is_room].sum()
+    ):
         return None, frozenset()
-    return np.where(fans & kept[label], 0, label).astype(np.int32), frozenset(np.flatnonzero(is_fan).tolist())
+    left = np.where(fans & kept[label], 0, label).astype(np.int32)
+    for number in np.flatnonzero(kept & (bare > 0)).tolist():
+        _, pieces, stats, _ = cv2.connectedComponentsWithStats((left == number).view(np.uint8), connectivity=4)
+        left[(pieces > 0) & (pieces != 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))] = 0
+    return left, frozenset(np.flatnonzero(is_fan).tolist())
+
+
+def _open_edge(label: Labels, occupied: Bools, cell_m: float) -> Bools:
+    """R6: return of which rooms (n,) most of the edge is at no wall; where rooms meet is no edge."""
+    around = cv2.dilate(label.astype(np.float32), _SQUARE).astype(np.int64)
+    around[label > 0] = 0
+    near = _wall_cells(label > 0, occupied, cell_m)
+    edge, seen = (np.bincount(each, minlength=int(label.max(initial=0)) + 1) for each in (around.ravel(), around[near]))
+    return np.asarray(2 * seen < edge)
 
 
 def _is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
@@ -93,14 +115,18 @@ def _around(occupied: Bools, cell_m: float) -> Bools:
     return np.asarray(cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool))
 
 
-def wall_share(clear: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.float32]:
-    """Return the share (rows, cols) of the lines from each cell that end at a wall (R1); 0 where none is ``clear``."""
-    scale = int(np.ceil(np.sqrt(clear.size / MOST_CELLS)))
-    near = _around(occupied, cell_m)
+def _wall_cells(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
+    """Return the cells (rows, cols) at which a line over ``clear`` cells ends at a wall; R1."""
     size = 2 * max(round(THICK_M / 2 / cell_m), 1) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(clear.view(np.uint8), cv2.MORPH_OPEN, disc)
-    near = near | cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disc).view(bool)
+    return np.asarray(_around(occupied, cell_m) | cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disc).view(bool))
+
+
+def wall_share(clear: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.float32]:
+    """Return the share (rows, cols) of the lines from each cell that end at a wall (R1); 0 where none is ``clear``."""
+    scale = int(np.ceil(np.sqrt(clear.size / MOST_CELLS)))
+    near = _wall_cells(clear, occupied, cell_m)
     kinds = np.where(clear, _CLEAR, np.where(near, _WALL, _UNSEEN)).astype(np.uint8)
     if scale > 1:
         kinds = kinds[scale // 2 :: scale, scale // 2 :: scale]

@@ -189,7 +189,7 @@ def segment_rooms(
         return Segmentation(label, ways, cell_m, scale, outside)
     cells = _Cells(free, free if likely is None else free | likely, occupied, cell_m)
     fans = find_fans(seen, occupied & ~clear, cell_m)
-    enclosed, beyond = without_fans(label, fans, outside)
+    enclosed, beyond = without_fans(label, fans, occupied, outside, cell_m)
     label, dropped = cells.whole_rooms(label, outside)
     if enclosed is not None:
         enclosed, _ = cells.without(fans).whole_rooms(_without(enclosed, dropped), outside | beyond)
@@ -200,20 +200,21 @@ def segment_rooms(
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """Which cells (rows, cols) of a map are free, at least likely so, and occupied."""
+    """Which cells (rows, cols) are free, free or likely so, and occupied; nothing is filled beside ``shut``."""
 
     free: Bools
     likely: Bools
     occupied: Bools
     cell_m: float
+    shut: Bools | None = None
 
     def without(self, fans: Bools) -> _Cells:
         """Return what it is if nothing was seen in ``fans`` (rows, cols)."""
-        return _Cells(self.free & ~fans, self.likely & ~fans, self.occupied | fans, self.cell_m)
+        return _Cells(self.free & ~fans, self.likely & ~fans, self.occupied | fans, self.cell_m, fans)
 
     def whole_rooms(self, label: Labels, outside: frozenset[int]) -> tuple[Labels, frozenset[int]]:
         """Return the labels with furniture (R5) and the ends of rays (R9), and the rooms of rays alone."""
-        label = _fill_furniture(label, self.occupied, self.cell_m, outside)
+        label = _fill_furniture(label, self.occupied, self.cell_m, outside, self.shut)
         dropped = frozenset(rooms_of_rays(label, self.free, self.occupied, self.cell_m).tolist())
         label = with_scattered_cells(_without(label, dropped), self.free, self.occupied, self.cell_m)
         return with_likely_cells(label, self.likely & ~self.free, self.occupied, self.cell_m), dropped
@@ -503,8 +504,10 @@ def _ends_of_row(points: Floats) -> Floats:
     return np.stack([middle + along * float(far.min()) - half_cell, middle + along * float(far.max()) + half_cell])
 
 
-def _fill_furniture(label: Labels, occupied: Bools | None, cell_m: float, outside: frozenset[int]) -> Labels:
-    """R5: return the labels with furniture; nothing stands against a wall ``outside``."""
+def _fill_furniture(
+    label: Labels, occupied: Bools | None, cell_m: float, outside: frozenset[int], shut: Bools | None = None
+) -> Labels:
+    """R5: return the labels with furniture; nothing stands against a wall ``outside``, or beside what is ``shut``."""
     filled = label.copy()
     walls = np.ones(label.shape, bool)
     if occupied is not None:
@@ -518,6 +521,8 @@ def _fill_furniture(label: Labels, occupied: Bools | None, cell_m: float, outsid
         part = np.s_[top : rows.stop + margin, left : cols.stop + margin]
         room = label[part] == number
         other = (filled[part] > 0) & ~room
+        if shut is not None:
+            other |= shut[part]
         mended = _mend_room(room, other, walls[part], main_edge_direction(room), cell_m)
         filled[part][mended & ~other] = number
     return filled

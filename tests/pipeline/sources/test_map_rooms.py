@@ -372,14 +372,19 @@ def test_a_fan_begins_at_the_opening_and_is_none_where_it_leads_on() -> None:
     assert not find_fans(clear, np.zeros_like(clear), CELL_M).any()  # a map that shows no walls
 
 
-def test_a_room_that_is_mostly_a_fan_is_outside() -> None:
-    label = np.repeat(np.array([0, 1, 2, 3], np.int32), 10)[None]
+def test_a_room_that_is_mostly_a_fan_or_without_walls_is_outside() -> None:
+    label = np.zeros((20, 40), np.int32)
+    label[2:18] = np.repeat(np.array([0, 1, 2, 3], np.int32), 10)
     fans = np.zeros(label.shape, bool)
-    fans[0, 16:20] = fans[0, 24:30] = True
-    left, beyond = without_fans(label, fans, frozenset())
+    fans[2:18, 16:20] = fans[2:18, 24:30] = True
+    walls = np.zeros(label.shape, bool)
+    walls[1] = walls[18] = True
+    left, beyond = without_fans(label, fans, walls, frozenset(), 0.2)
     assert left is not None
-    assert (beyond, np.bincount(left[0]).tolist()) == ({2}, [14, 6, 10, 10])
-    assert without_fans(label, label > 0, frozenset()) == (None, frozenset())
+    assert (beyond, np.bincount(left[10]).tolist()) == ({2}, [14, 6, 10, 10])
+    assert without_fans(label, label > 0, walls, frozenset(), 0.2) == (None, frozenset())
+    walls[:, 30:] = False
+    assert without_fans(label, fans, walls, frozenset(), 0.2)[1] == {2, 3}
 
 
 def room_with_a_hanging_wall(gap_cells: int) -> tuple[np.ndarray, np.ndarray]:
