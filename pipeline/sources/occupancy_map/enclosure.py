@@ -37,6 +37,7 @@ FAN_M2: Final = 0.5
 SPACE_M2: Final = 5.0
 LEFT: Final = 0.1
 MARKED: Final = 0.2
+OPEN: Final = 0.5
 MOST_CELLS: Final = 1_000_000
 """Of larger maps, blocks of cells are looked at."""
 _SQUARE: Final = np.ones((3, 3), np.uint8)
@@ -80,7 +81,7 @@ def without_fans(
     largest = int(np.where(is_room, area, -1).argmax())
     is_fan = 2 * bare > area
     if _is_marked(label > 0, occupied, cell_m):
-        is_fan |= _open_edge(label, occupied, cell_m) & (np.arange(count) != largest)
+        is_fan |= (open_shares(label, occupied, cell_m) > OPEN) & (np.arange(count) != largest)  # R6
     is_fan &= is_room
     kept = is_room & ~is_fan
     if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < LEFT * float(
@@ -94,13 +95,13 @@ def without_fans(
     return left, frozenset(np.flatnonzero(is_fan).tolist())
 
 
-def _open_edge(label: Labels, occupied: Bools, cell_m: float) -> Bools:
-    """R6: return of which rooms (n,) most of the edge is at no wall; where rooms meet is no edge."""
+def open_shares(label: Labels, occupied: Bools, cell_m: float) -> npt.NDArray[np.float64]:
+    """Return which share of the edge of each room (n,) is at no wall; where rooms meet is no edge."""
     around = cv2.dilate(label.astype(np.float32), _SQUARE).astype(np.int64)
     around[label > 0] = 0
     near = _wall_cells(label > 0, occupied, cell_m)
     edge, seen = (np.bincount(each, minlength=int(label.max(initial=0)) + 1) for each in (around.ravel(), around[near]))
-    return np.asarray(2 * seen < edge)
+    return np.asarray(1 - seen / np.maximum(edge, 1))
 
 
 def _is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:

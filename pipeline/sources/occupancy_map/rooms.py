@@ -26,7 +26,8 @@ R9  Where it is known which cells are occupied, rays correct the rooms (``rays``
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
 R12 Where walls enclose a room, and the robot saw beyond them, the room ends there (``enclosure``). A room of which it
-    saw a fan alone is outside.
+    saw a fan alone is outside. What no way leads to is no room where it is a closed block, or was seen through glass
+    (``reach``).
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do. A free line around the picture, with unseen space beyond it for the most part,
     is a frame and no margin.
@@ -63,6 +64,7 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
+from pipeline.sources.occupancy_map.reach import unreached_rooms
 from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 WIDE_M = 1.2
@@ -117,7 +119,7 @@ class Segmentation:
 
     ``label`` (rows, cols) is 0 in no room, else the room's number from 1 on; ``ways`` join the rooms. The numbers in
     ``outside`` are no rooms, but what lies outside of the house. ``enclosed`` (rows, cols) is ``label`` without what
-    the robot saw of a room beyond its walls (R12), or None if there is nothing of that.
+    the robot saw beyond walls, and without closed blocks (R12), or None if there is nothing of that.
     """
 
     label: Labels
@@ -194,8 +196,14 @@ def segment_rooms(
     if enclosed is not None:
         enclosed, _ = cells.without(fans).whole_rooms(_without(enclosed, dropped), outside | beyond)
     ways = tuple(way for way in ways if not np.isin(way.rooms, list(dropped)).any())
-    ways = _with_ways_where_rooms_touch(_without_slits(ways), label if enclosed is None else enclosed, free, cell_m)
-    return Segmentation(label, ways, cell_m, scale, (outside | beyond) - dropped, enclosed)
+    rooms = label if enclosed is None else enclosed
+    ways = _with_ways_where_rooms_touch(_without_slits(ways), rooms, free, cell_m)
+    outside = (outside | beyond) - dropped
+    unreached = unreached_rooms(rooms, [way.rooms for way in ways], occupied, outside, cell_m)
+    if unreached:
+        enclosed = _without(rooms, unreached)
+        ways = tuple(way for way in ways if unreached.isdisjoint(way.rooms))
+    return Segmentation(label, ways, cell_m, scale, outside, enclosed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 import shapely
@@ -11,6 +12,7 @@ from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_do
 from pipeline.sources.occupancy_map.enclosure import find_fans, wall_share, without_fans
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_likely_cells, with_scattered_cells
+from pipeline.sources.occupancy_map.reach import unreached_rooms
 from pipeline.sources.occupancy_map.rooms import (
     RoomConnection,
     _with_ways_where_rooms_touch,
@@ -409,3 +411,18 @@ def test_dashes_far_from_a_wall_and_dashes_that_no_ray_ended_at_are_clutter() ->
     unseen, _ = room_with_a_hanging_wall(4)
     occupied[:, 60:66] = False
     assert fill_clutter(unseen, CELL_M, occupied)[4:84, 62].all()
+
+
+def test_what_no_way_leads_to_is_no_room_if_it_is_a_block_or_open() -> None:
+    """A room with a closed block in it, and beside it a closed room and a strip that was seen through glass."""
+    label = np.zeros((140, 200), np.int32)
+    label[10:130, 10:130] = 1
+    label[50:80, 50:80] = 0
+    label[53:77, 53:77] = 2
+    label[10:60, 134:164] = 3
+    label[70:100, 134:150] = 4
+    occupied = cv2.dilate((label > 0).view(np.uint8), np.ones((5, 5), np.uint8)).view(bool) & (label == 0)
+    occupied[62:, 146:] = False
+    assert unreached_rooms(label, [], occupied, frozenset(), CELL_M) == {2, 4}
+    assert unreached_rooms(label, [(1, 2), (1, 4)], occupied, frozenset(), CELL_M) == frozenset()
+    assert unreached_rooms(np.minimum(label, 1), [], occupied, frozenset(), CELL_M) == frozenset()
