@@ -26,7 +26,7 @@ _SQUARE: Final = np.ones((3, 3), np.uint8)
 def unreached_rooms(
     label: Labels, ways: Iterable[tuple[int, int]], occupied: Bools, outside: frozenset[int], cell_m: float
 ) -> frozenset[int]:
-    """Return the rooms of a ``label`` (rows, cols) that are none by R2 and R3; ``ways`` are the rooms on their sides."""
+    """Return the rooms of a ``label`` (rows, cols) that are none by R2 and R3; ``ways`` are pairs of rooms."""
     area = np.bincount(label.ravel())
     rooms = set((1 + np.flatnonzero(area[1:])).tolist()) - outside
     joined = nx.Graph()
