@@ -48,7 +48,7 @@ _VOTES: Final = np.array([0, 0, 1, 100], np.uint8)
 
 def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     """Return which of the cells (rows, cols) that are ``clear`` are in a fan (R2); cells are ``cell_m`` wide."""
-    if not _is_marked(clear, occupied, cell_m):
+    if not is_marked(clear, occupied, cell_m):
         return np.zeros_like(clear)
     share = wall_share(clear, occupied, cell_m)
     bare = (clear & (share < ENCLOSED)).view(np.uint8)
@@ -80,7 +80,7 @@ def without_fans(
     is_room[[0, *outside]] = False
     largest = int(np.where(is_room, area, -1).argmax())
     is_fan = 2 * bare > area
-    if _is_marked(label > 0, occupied, cell_m):
+    if is_marked(label > 0, occupied, cell_m):
         is_fan |= (open_shares(label, occupied, cell_m) > OPEN) & (np.arange(count) != largest)  # R6
     is_fan &= is_room
     kept = is_room & ~is_fan
@@ -104,7 +104,7 @@ def open_shares(label: Labels, occupied: Bools, cell_m: float) -> npt.NDArray[np
     return np.asarray(1 - seen / np.maximum(edge, 1))
 
 
-def _is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
+def is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
     """R5: whether a map shows its walls as occupied cells."""
     edge = cv2.dilate(clear.view(np.uint8), _SQUARE).view(bool) & ~clear
     return bool(np.count_nonzero(edge & _around(occupied, cell_m)) >= MARKED * np.count_nonzero(edge))

@@ -6,6 +6,8 @@ R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away
     are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
 R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied. A ray is
     narrower than that: between two wide spaces, what is unseen is the inside of a wall.
+R5  An island of unseen space, with walls at less than ``WALLED`` of its edge, is floor at which nobody looked. Necks of
+    ``NECK_M`` or less join it to nothing.
 R4  A cell that few rays passed is likely free, not surely. It belongs to the room whose cells it touches, itself or by
     other such cells, ``SCATTERED_M`` away at most. So it never joins rooms. Beside an occupied cell, its shade is that
     of both, in a picture that was scaled: it is left out.
@@ -26,6 +28,7 @@ WALLED: Final = 0.25
 WALL_M: Final = 0.2
 """R1: how far from the edge of a room its wall may be."""
 SCATTERED_M: Final = 1.0
+NECK_M: Final = 0.5
 OUTSIDE_M2: Final = 5.0
 BETWEEN_M: Final = 0.4
 _SQUARE: Final = np.ones((3, 3), np.uint8)
@@ -53,6 +56,25 @@ def fill_between_rays(free: Bools, occupied: Bools, cell_m: float) -> Bools:
     wide = cv2.morphologyEx(cells, cv2.MORPH_OPEN, disc)
     closed, walls = (cv2.morphologyEx(each, cv2.MORPH_CLOSE, disc).view(bool) for each in (cells, wide))
     return np.asarray(free | (closed & ~walls & ~occupied))
+
+
+def unseen_islands(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
+    """Return the cells (rows, cols) of R5 around which there is ``clear`` space."""
+    size = 2 * max(round(NECK_M / 2 / cell_m), 1) + 1
+    disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+    bare = cv2.copyMakeBorder((~clear).view(np.uint8), size, size, size, size, cv2.BORDER_CONSTANT, value=1)
+    wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)[size:-size, size:-size]
+    _, pieces, stats, _ = cv2.connectedComponentsWithStats(np.ascontiguousarray(wide), connectivity=4)
+    left, top, across, down = stats[:, : cv2.CC_STAT_AREA].T
+    island = (left > 0) & (top > 0) & (left + across < clear.shape[1]) & (top + down < clear.shape[0])
+    island[0] = False
+    reach = 2 * max(round(WALL_M / cell_m), 1) + 1
+    near = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
+    around = cv2.dilate(np.where(island[pieces], pieces, 0).astype(np.float32), _SQUARE).astype(np.int64)
+    around[wide > 0] = 0
+    edge, walled = (np.bincount(each, minlength=len(island)) for each in (around.ravel(), around[near]))
+    found = (island & (walled < WALLED * edge))[pieces].view(np.uint8)
+    return np.asarray(cv2.dilate(found, disc).view(bool) & ~clear)
 
 
 def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> Labels:

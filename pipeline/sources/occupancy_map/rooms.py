@@ -47,7 +47,7 @@ from shapely import Polygon
 
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
-from pipeline.sources.occupancy_map.enclosure import find_fans, without_fans
+from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, without_fans
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
@@ -61,6 +61,7 @@ from pipeline.sources.occupancy_map.narrow_places import (
 from pipeline.sources.occupancy_map.rays import (
     fill_between_rays,
     rooms_of_rays,
+    unseen_islands,
     with_likely_cells,
     with_scattered_cells,
 )
@@ -174,6 +175,8 @@ def segment_rooms(
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
         return Segmentation(label, ways, cell_m, scale, _outside(label, free, occupied, cell_m))
     clear = fill_clutter(free, cell_m, occupied)
+    if occupied is not None and is_marked(clear, occupied, cell_m):
+        clear = clear | unseen_islands(clear, occupied, cell_m)
     none: Floats = np.zeros((0, 2, 2))
     label, ways = _divide_cells(clear, none, none, cell_m)
     outside = _outside(label, free, occupied, cell_m)

@@ -11,7 +11,7 @@ from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.enclosure import find_fans, wall_share, without_fans
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
-from pipeline.sources.occupancy_map.rays import rooms_of_rays, with_likely_cells, with_scattered_cells
+from pipeline.sources.occupancy_map.rays import rooms_of_rays, unseen_islands, with_likely_cells, with_scattered_cells
 from pipeline.sources.occupancy_map.reach import unreached_rooms
 from pipeline.sources.occupancy_map.rooms import (
     RoomConnection,
@@ -426,3 +426,24 @@ def test_what_no_way_leads_to_is_no_room_if_it_is_a_block_or_open() -> None:
     assert unreached_rooms(label, [], occupied, frozenset(), CELL_M) == {2, 4}
     assert unreached_rooms(label, [(1, 2), (1, 4)], occupied, frozenset(), CELL_M) == frozenset()
     assert unreached_rooms(np.minimum(label, 1), [], occupied, frozenset(), CELL_M) == frozenset()
+
+
+@pytest.mark.parametrize("walled", [False, True])
+def test_an_unseen_island_is_floor_unless_walls_are_around_it(walled: bool) -> None:
+    """A hall of 10 m x 8 m; nobody looked at 6 m x 4 m in its middle, from which a neck of 0.3 m leads to the wall."""
+    free = np.zeros((180, 220), bool)
+    free[10:170, 10:210] = True
+    free[50:130, 50:170] = free[130:170, 100:106] = False
+    occupied = np.zeros_like(free)
+    occupied[6:174, 6:214] = True
+    occupied[10:170, 10:210] = False
+    if walled:
+        occupied[50:130, 50:170] = True
+        occupied[54:126, 54:166] = False
+    island = unseen_islands(free, occupied, CELL_M)
+    assert island[50:130, 50:170].all() != walled
+    assert not island[:48].any()
+    rooms = segment_rooms(free, CELL_M, occupied=occupied)
+    assert (rooms.label[90, 110] > 0) != walled
+    if not walled:
+        assert np.unique(rooms.label[10:170, 10:210]).tolist() == [1]
