@@ -35,7 +35,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, Literal
 
@@ -160,6 +160,26 @@ class RobotMap:
     def occupied(self) -> Bools:
         """(rows, cols): whether a cell is occupied."""
         return self.occupancy >= OCCUPIED_FROM
+
+    def trimmed(self, margin_m: float = 1.0) -> RobotMap:
+        """Return the map without the rows and columns around it in which nothing is known, but for a margin, metres.
+
+        The origin moves with the lower-left corner, so points keep their places in the map's frame.
+        """
+        margin = math.ceil(margin_m / self.resolution_m)
+        known = self.occupancy >= 0
+        spans = []
+        for axis in (1, 0):
+            at = np.flatnonzero(known.any(axis=axis))
+            if not len(at):
+                return self
+            spans.append((max(int(at[0]) - margin, 0), int(at[-1]) + 1 + margin))
+        (top, bottom), (left, right) = spans
+        cut = self.occupancy[top:bottom, left:right]
+        if cut.shape == self.occupancy.shape:
+            return self
+        ((x, y),) = self.points_from_pixels((left, top + cut.shape[0])).tolist()
+        return replace(self, occupancy=np.ascontiguousarray(cut), origin=(x, y, self.origin[2]))
 
     def points_from_pixels(self, pixels: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return points (n, 2) in the map's frame, metres, of points (across, down) from the picture's top left corner.

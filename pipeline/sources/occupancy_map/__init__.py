@@ -129,7 +129,7 @@ def read(item: Input) -> Iterator[Level]:
         check_file(path)
     name = options.get("file", path.name)
     try:
-        found = read_map(path, float(options["resolution"]) if options.get("resolution") else None)
+        found = read_map(path, float(options["resolution"]) if options.get("resolution") else None).trimmed()
     except MapError as error:
         advice = _RESOLUTION if "side of a cell" in error.problem else error.advice
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None

@@ -355,6 +355,21 @@ def test_a_map_of_one_value_is_made_by_hand() -> None:
         RobotMap(np.zeros((2, 3), np.int8), 0.1, (0.0, math.nan, 0.0))
 
 
+def test_trimming_takes_off_what_is_unknown_and_keeps_places() -> None:
+    cells = np.full((60, 80), -1, np.int8)
+    cells[20, 30] = cells[50, 40] = 0
+    found = RobotMap(cells, 0.1, (1.0, 2.0, 0.7)).trimmed(0.3)
+    assert found.occupancy.shape == (37, 17)
+    before, after = RobotMap(cells, 0.1, (1.0, 2.0, 0.7)).points_from_pixels((30, 20)), found.points_from_pixels((3, 3))
+    assert after == pytest.approx(before)
+
+
+def test_a_map_that_is_known_to_its_border_or_nowhere_is_not_trimmed() -> None:
+    for cells in (np.zeros((9, 7), np.int8), np.full((9, 7), -1, np.int8)):
+        found = RobotMap(cells, 0.1)
+        assert found.trimmed(0.0) is found
+
+
 def test_a_map_yaml_is_known_by_its_keys(tmp_path: Path) -> None:
     assert is_map_yaml(saved(tmp_path).read_bytes())
     assert not is_map_yaml(b"levels:\n  image: a\n  resolution: 1\n")

@@ -69,6 +69,17 @@ def test_two_rooms_and_their_door(tmp_path: Path) -> None:
     assert plan.provenance["source"] == "robot's map"
 
 
+def test_what_is_unknown_around_a_map_changes_nothing(tmp_path: Path) -> None:
+    """A map of 2,400 x 2,400 cells, as gmapping writes them, in a part of which the robot has been."""
+    whole = np.full((2400, 2400), UNSEEN, np.uint8)
+    whole[900:980, 1300:1470] = two_rooms()
+    (plan,) = plans_of(saved(tmp_path, two_rooms(), origin=[65.0, 71.0, 0.0]))
+    (found,) = plans_of(saved(tmp_path, whole))
+    assert areas(found) == pytest.approx(areas(plan))
+    places = [source_points_from_plan(each.frame, [each.doors[0].polygon.centroid.coords[0]]) for each in (plan, found)]
+    assert places[0] == pytest.approx(places[1], abs=0.01)
+
+
 def test_the_frame_is_that_of_the_map(tmp_path: Path) -> None:
     """The door's middle is 4.6 m right of and 1.95 m above the lower-left corner of the grid, which is turned."""
     (plan,) = plans_of(saved(tmp_path, two_rooms(), origin=[-3.0, 7.0, 0.5]))
