@@ -154,7 +154,7 @@ def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: P
         ("[villa]\nkeep = true\ndrop = true", "villa: expected keep or drop, found both"),
         ("[villa]\nh_g = 0.5\nh_d = 0.2", "villa: expected h_d above h_g, found 0.2 and 0.5"),
         ("villa = true", "villa: expected a mapping of keep, drop"),
-        ("[villa]\ndoor = [1, 2]", "villa.door = [1, 2]"),
+        ("[villa]\ndoor = [1, 2]", "villa.door: expected [[x, y], [x, y]]"),
         ("[villa]\ndoor = [[1, 2], [1, 2.1]]", "villa: door: expected jambs 0.3 m apart or more"),
         ("[villa]\ndoor = [[1, 2], [1, nan]]", "villa: expected finite metres in door and no_room"),
         ("[villa]\nno_room = [1, 2, 3]", "villa.no_room"),

@@ -248,7 +248,8 @@ def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatur
             label = str(about.get("label") or "")
             said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
             words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
-            label = label or next((function_of_room(each) or "" for key in _KEYS if (each := about.get(key))), "")
+            function = next((function_of_room(each) or "" for key in _KEYS if (each := about.get(key))), "")
+            label = label or ("" if words and function == "Room" else function)  # its name may say more
             drawn.rooms += [(area, words, label) for area in areas]
         elif kind in {"door", "opening"}:
             leaf = kind == "door" and about.get("door_kind") not in {"opening", "cut"}
