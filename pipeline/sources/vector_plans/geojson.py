@@ -25,6 +25,7 @@ from shapely import Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, decode_document
+from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DRAWING_M,
     EARTH_M,
@@ -249,7 +250,8 @@ def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatur
             said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
             words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
             function = next((function_of_room(each) or "" for key in _KEYS if (each := about.get(key))), "")
-            label = label or ("" if words and function == "Room" else function)  # its name may say more
+            exact = next(iter(labels_for(words)), "") if function == "Room" else ""
+            label = label or exact or function
             drawn.rooms += [(area, words, label) for area in areas]
         elif kind in {"door", "opening"}:
             leaf = kind == "door" and about.get("door_kind") not in {"opening", "cut"}
