@@ -218,11 +218,15 @@ def _drop_by_hand(override: Override) -> Rejection:
     return Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
 
+_NO_MEMORY = ("std::bad_alloc", "Insufficient memory")
+"""What GEOS and OpenCV say, in errors of other kinds, where memory is short."""
+
+
 def _as_rejection(error: Exception, item: Input) -> Rejection:
     _raise_transient(error)
     if isinstance(error, Rejection):
         return error
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or any(words in str(error) for words in _NO_MEMORY):
         detail = "needed more memory than a worker may take"
         return Rejection("executor", Reason.OUT_OF_MEMORY, detail, "raise limits.memory_gb, or simplify the mesh")
     if isinstance(error, MissingDependencyError):

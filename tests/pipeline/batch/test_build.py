@@ -6,11 +6,15 @@ from pathlib import Path
 import msgspec
 import pyarrow.parquet as pq
 import pytest
+import shapely
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode, load_plan
 from pipeline.algorithm import plan_level
+from pipeline.batch.job import _as_rejection
 from pipeline.overrides import Override
+from pipeline.rejection import Reason
+from pipeline.values import Input
 from tests.builders.batch import contents, lines, one_room, run_build
 
 
@@ -54,6 +58,12 @@ def test_every_input_ends_as_a_plan_a_rejection_or_a_duplicate(street: Path, tmp
         "reasons": {"empty": 1, "internal": 1, "not_enclosed": 1, "unreadable": 1},
         "rules": {},
     }
+
+
+@pytest.mark.parametrize("error", [MemoryError(), shapely.errors.GEOSException("std::bad_alloc")])
+def test_a_library_without_memory_is_no_fault_of_the_program(error: Exception, tmp_path: Path) -> None:
+    refused = _as_rejection(error, Input("map", "occupancy_map", str(tmp_path / "map.yaml")))
+    assert (refused.stage, refused.reason) == ("executor", Reason.OUT_OF_MEMORY)
 
 
 @pytest.mark.slow
