@@ -15,6 +15,9 @@ model that saw nothing of its repository; and lower by 0.3, since other files ar
 with log odds of 0 is right far more often than not. SPREAD undoes this: one that is as likely right as not has 0.5.
 ``python -m research.weights_fit --corpus FOLDER`` fits them again and prints this table.
 ``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
+
+A robot's map has grounds that nothing else has (``Level.signs``), and a model of its own (``map`` in
+``stages/weights.toml``), fitted on people's maps. Its score is the probability itself, neither lowered nor spread.
 """
 
 from __future__ import annotations
@@ -22,12 +25,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import explanations
 from houseexpo.plan.parts import SURE, Quality
 from pipeline.rejection import Reason, Rejection
+from pipeline.stages.logistic import load_models
 
 _DIGITS: Final = 4
 _TELLING: Final = 0.1  # what moves the exponent by less is not worth a person's time
@@ -78,6 +83,19 @@ SPREAD: Final = 1.95
 WHOLE: Final = 0.1
 """From so much on a ground counts in full: of 0.01 to 0.3 the best for files that were left out of the fit."""
 
+MAP_WHOLE: Final = {
+    "half_seen_rooms": 0.5,
+    "beyond_rooms": 0.05,
+    "ragged_room": 0.5,
+    "free_wall": 1.0,
+    "cut_share": WHOLE,
+    "twin_door_share": WHOLE,
+    "loose_end_share": WHOLE,
+}
+"""The grounds that the model of maps weighs, and from how much on each counts in full."""
+MAP_MOST: Final = {"open_border": -4.5}
+"""What no fit of maps may take back: a map that lies open on all sides is doubtful."""
+
 MARKED_BIAS: Final = 2.98
 MARKED: Final = {
     "cut_share": -4.81,
@@ -106,7 +124,7 @@ def score_quality(grounds: Mapping[str, float], *, marked: bool = False) -> Qual
     ``marked``: the source marks each door (SUNCG, homes that the project makes), so little of such a plan is a guess.
     """
     kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}
-    return Quality(_MODELS[marked].score(grounds), kept)
+    return Quality(_model_of(grounds, marked=marked).score(grounds), kept)
 
 
 def doubt_plan(grounds: Mapping[str, float], *, marked: bool = False) -> float:
@@ -114,7 +132,7 @@ def doubt_plan(grounds: Mapping[str, float], *, marked: bool = False) -> float:
 
     It is how far the cautious probability lies below that of no grounds, as a share of it.
     """
-    model = _MODELS[marked]
+    model = _model_of(grounds, marked=marked)
     cautious, best = (1 / (1 + math.exp(-log_odds)) for log_odds in (model.log_odds(grounds), model.bias))
     return 1.0 - cautious / best
 
@@ -124,16 +142,26 @@ def counted(ground: float) -> float:
     return min(ground / WHOLE, 1.0)
 
 
+def is_of_map(grounds: Mapping[str, float]) -> bool:
+    """Whether grounds are those of a plan of a robot's map."""
+    return "half_seen_rooms" in grounds
+
+
+def counted_of_map(name: str, ground: float) -> float:
+    """Return how much of a ground counts, 0 to 1, in the model of maps."""
+    return min(ground / MAP_WHOLE.get(name, WHOLE), 1.0)
+
+
 @dataclass(frozen=True)
 class _Model:
     bias: float
     weights: Mapping[str, float]
-    count: Callable[[float], float]
+    count: Callable[[str, float], float]
     spread: float = 1.0
 
     def against(self, grounds: Mapping[str, float]) -> dict[str, float]:
         """Return what each ground takes from the exponent (0 or less)."""
-        return {name: weight * self.count(grounds.get(name, 0.0)) for name, weight in self.weights.items()}
+        return {name: weight * self.count(name, grounds.get(name, 0.0)) for name, weight in self.weights.items()}
 
     def log_odds(self, grounds: Mapping[str, float]) -> float:
         return self.bias + sum(self.against(grounds).values())
@@ -143,18 +171,30 @@ class _Model:
         return round(1 / (1 + math.exp(-exponent)), _DIGITS)
 
 
-_MODELS: Final = (
-    _Model(BIAS, {ground.name: ground.weight for ground in GROUNDS}, counted, SPREAD),
-    _Model(MARKED_BIAS, MARKED, float),
-)
+_WEIGHTS: Final = {ground.name: ground.weight for ground in GROUNDS}
+_HOUSES: Final = _Model(BIAS, _WEIGHTS, lambda _, ground: counted(ground), SPREAD)
+_MARKED: Final = _Model(MARKED_BIAS, MARKED, lambda _, ground: ground)
+
+
+@cache
+def _of_maps() -> _Model:
+    found = load_models()["map"]
+    return _Model(found.bias, {**found.weights, **MAP_MOST}, counted_of_map)
+
+
+def _model_of(grounds: Mapping[str, float], *, marked: bool = False) -> _Model:
+    if is_of_map(grounds):
+        return _of_maps()
+    return _MARKED if marked else _HOUSES
 
 
 def main_grounds_in_words(quality: Quality, most: int = 3) -> list[str]:
     """Return the grounds that speak most against a plan, in words, the weightiest first.
 
-    Their weights are those of the model that gives the plan's score, or the nearest to it.
+    Their weights are those of the model of maps for a map, else of that which gives the plan's score, or the nearest.
     """
-    model = min(_MODELS, key=lambda model: abs(model.score(quality.grounds) - quality.score))
+    models = [_of_maps()] if is_of_map(quality.grounds) else [_HOUSES, _MARKED]
+    model = min(models, key=lambda model: abs(model.score(quality.grounds) - quality.score))
     against = [(value, name) for name, value in model.against(quality.grounds).items()]
     heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
     return [f"{explanations.GROUNDS[name]}: {quality.grounds[name]:.2f}" for _, name in heaviest]

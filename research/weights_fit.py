@@ -9,6 +9,8 @@ run that was cut off goes on where it ended. Two runs over the same folder write
 ``weights.toml`` holds: the model of spaces is fitted first, and what rests on it is measured anew by it. The model of
 ``pipeline.quality`` is printed, to be put there by hand. ``research.confidence_fit`` gathers what they learn from.
 
+The table ``map``, the model of the quality of maps, stays as it is: ``research.map_quality_fit`` fits it.
+
 It shows how good the models are on the first half: each repository is rated by models that saw nothing of it. The
 second half is only counted, where ``--both-halves`` asks for it.
 """
@@ -24,9 +26,9 @@ import msgspec
 import numpy as np
 from rich.console import Console
 
-from pipeline.quality import doubt_plan, score_quality
+from pipeline.quality import doubt_plan, is_of_map, score_quality
 from pipeline.stages import confidence
-from pipeline.stages.logistic import LogisticModel
+from pipeline.stages.logistic import LogisticModel, load_models
 from research import quality_fit
 from research.confidence_fit import PARTS, SPACE, HouseRows, Part, PlanRow, collect, fit, is_of_model, table_of
 from research.quality_fit import corpus_rows, quality_table
@@ -73,8 +75,9 @@ def _doubt(space: LogisticModel, features: Mapping[str, float]) -> float:
 
 
 def judged_plans(rows: Sequence[HouseRows], space: LogisticModel) -> list[Judged]:
-    """Return the plans of which somebody knows whether they are right, with the scores of today's model."""
-    plans = [rated(plan, space) for row in rows for plan in row.plans if plan.right is not None]
+    """Return the plans, but maps, of which somebody knows whether they are right, with the scores of today's model."""
+    known = [plan for row in rows for plan in row.plans if plan.right is not None and not is_of_map(plan.grounds)]
+    plans = [rated(plan, space) for plan in known]
     scores = [score_quality(plan.grounds).score for plan in plans]
     return [
         Judged(plan.repository, plan.group, bool(plan.right), score, plan.grounds, plan.file)
@@ -135,7 +138,7 @@ def main() -> None:
     second = [row for row in every if any(plan.group == SECOND for plan in row.plans)]
     rows = [row for row in every if row not in second]
     models = fit_all(rows)
-    text = source_of(models)
+    text = source_of({**models, "map": load_models()["map"]})
     console = Console(width=120)
     parts = score([row for row in rows if not _is_real(row)], models) + left_out(rows) + score(second, models)
     console.print(table_of(parts))

@@ -29,6 +29,10 @@ GROUNDS: Final[Mapping[str, str]] = {
     "rail_share": "railings and low walls beside the rooms",
     "small": "hardly larger than a closet",
     "bare": "nothing shows that people use it: no way in, no furniture, no name",
+    "half_seen_rooms": "rooms seen in part: a fifth or more of their edge shows no wall",
+    "beyond_rooms": "the map shows free space or walls that the plan lacks",
+    "ragged_room": "a ragged room: several that are one, or rays that went on through a door or glass",
+    "free_wall": "a wall that stands free in a room: rooms may be one, or it is ground with obstacles",
     "open_border": "a map whose free cells reach its border, so that nothing is inside",
 }
 """The meaning of each ground of a plan's quality, by its name in the file."""

@@ -29,6 +29,7 @@ R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among th
 R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
 R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the source names neither walls, furniture nor
     doors, and nothing stands in the rooms. Bodies of vehicles, blocks and arenas are such boxes, and few rooms are.
+R20 What the reader of a robot's map measured on its cells (``Level.signs``, ``sources/occupancy_map/signs.py``).
 """
 
 from __future__ import annotations
@@ -106,6 +107,7 @@ def measure_quality_grounds(
         "sealed": float(_is_sealed(level, spaces)),
         "doubtful_space": doubt_most_doubtful_room(layout, doubts, spaces),
         **({} if level.sills else _as_a_storey(level, evidence, layout, spaces, rooms)),
+        **level.signs,
     }
 
 

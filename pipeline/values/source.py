@@ -81,6 +81,8 @@ class Level:
     is the number of objects other than walls, which distinguishes a scene with objects only from an empty one.
     ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end, CUT_OFF
     where walls end.
+    ``signs`` are grounds of the plan's quality that the reader measured itself, by name, 0 to 1: of a robot's map, what
+    its cells say against the plan. Any other source has none.
     """
 
     id: str
@@ -99,6 +101,7 @@ class Level:
     unnamed_gaps: bool = False
     only_walls: bool = False
     guesses: tuple[str, ...] = ()
+    signs: Mapping[str, float] = field(default_factory=dict)
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()

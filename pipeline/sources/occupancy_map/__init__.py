@@ -59,6 +59,7 @@ from pipeline.sources.occupancy_map.rooms import (
     label_boxes,
     segment_rooms,
 )
+from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
@@ -91,8 +92,6 @@ STEP_CELLS: Final = 1.5
 """R7: a straight face is so far, at most, from the cells that draw it."""
 FEWEST_CELLS: Final = 3
 """R7: what is narrower than so many cells is none of a room."""
-UNSEEN: Final = 0.1
-"""R6: a plan of which more of the edges is unseen has a guess."""
 UNSEEN_M: Final = 0.2
 MOSTLY: Final = 0.5
 """R6: a room of which more of the edge is unseen was seen in part, as a fan of rays through a door."""
@@ -173,16 +172,14 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         holes=tuple(holes),
         rooms=tuple(named_room("", outline) for outline in outlines),
         about=about,
+        signs=measure_signs(free, occupied, found.resolution_m, outlines, [hole.shape for hole in holes]),
     )
 
 
 def _guesses(level: Level) -> tuple[str, ...]:
-    """R6, R8."""
+    """R6, R8; how much else of the rooms was not seen is no guess, but one of the level's signs."""
     about = level.provenance
-    unseen = ("unseen space",) if float(about["unseen_edge"]) > UNSEEN else ()
-    in_part = ("rooms seen in part",) if about.get("rooms_seen_in_part") else ()
-    is_open = "open_border" in about or float(about["unseen_edge"]) > MOSTLY
-    return (*unseen, *in_part, EDGE) if is_open else (*unseen, *in_part)
+    return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOSTLY else ()
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:

@@ -66,6 +66,7 @@ class DrawnStorey:
 
     ``all_named``: the drawing names each passage, so that a gap without a name is none.
     ``unnamed_gaps``: a wide gap is a passage, although the drawing names doors.
+    ``about`` is for the plan's provenance, ``signs`` are those of the level.
     """
 
     walls: tuple[Wall, ...] = ()
@@ -77,6 +78,7 @@ class DrawnStorey:
     all_named: bool = True
     unnamed_gaps: bool = False
     about: Mapping[str, Any] = field(default_factory=dict)
+    signs: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,6 +250,7 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
             id=level_id(item.id, number, len(drawn)),
             frame=replace(_flip_y(made.frame) if drawing.y_up else made.frame, level=number),
             guesses=drawing.guesses,
+            signs=storey.signs,
             provenance={**provenance, **storey.about},
         )
 
