@@ -16,8 +16,9 @@ with log odds of 0 is right far more often than not. SPREAD undoes this: one tha
 ``python -m research.weights_fit --corpus FOLDER`` fits them again and prints this table.
 ``tests/benchmarks/test_bench_quality.py`` measures how good it is on houses that were left out.
 
-A robot's map has grounds that nothing else has (``Level.signs``), and a model of its own (``map`` in
-``stages/weights.toml``), fitted on people's maps. Its score is the probability itself, neither lowered nor spread.
+A robot's map has grounds that nothing else has (``Level.signs``), and a model of its own: ``map`` in
+``stages/weights.toml``, fitted on people's maps by ``python -m research.map_quality_fit``. Its score is the probability
+itself, neither lowered nor spread.
 """
 
 from __future__ import annotations
@@ -91,10 +92,11 @@ MAP_WHOLE: Final = {
     "cut_share": WHOLE,
     "twin_door_share": WHOLE,
     "loose_end_share": WHOLE,
+    "open_border": WHOLE,
 }
 """The grounds that the model of maps weighs, and from how much on each counts in full."""
 MAP_MOST: Final = {"open_border": -4.5}
-"""What no fit of maps may take back: a map that lies open on all sides is doubtful."""
+"""The most that a fit may make of a weight of maps: one that lies open on all sides is doubtful."""
 
 MARKED_BIAS: Final = 2.98
 MARKED: Final = {
@@ -179,7 +181,7 @@ _MARKED: Final = _Model(MARKED_BIAS, MARKED, lambda _, ground: ground)
 @cache
 def _of_maps() -> _Model:
     found = load_models()["map"]
-    return _Model(found.bias, {**found.weights, **MAP_MOST}, counted_of_map)
+    return _Model(found.bias, found.weights, counted_of_map)
 
 
 def _model_of(grounds: Mapping[str, float], *, marked: bool = False) -> _Model:

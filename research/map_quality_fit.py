@@ -24,7 +24,7 @@ from rich.console import Console
 from scipy.optimize import minimize
 
 from houseexpo.plan.parts import SURE
-from pipeline.quality import MAP_WHOLE, counted_of_map
+from pipeline.quality import MAP_MOST, MAP_WHOLE, counted_of_map
 from pipeline.stages.logistic import LogisticModel, load_models
 from research.built_houses import built_file
 from research.weights_fit import WEIGHTS, source_of
@@ -60,7 +60,7 @@ def rows_of(files: Sequence[manifest.File], folder: Path, built: Path | None = N
 
 
 def fit(rows: Sequence[Row]) -> LogisticModel:
-    """Return the likeliest model whose weights are at most 0, kept small by ``RIDGE``, rounded to two digits."""
+    """Return the likeliest model, in two digits: ``RIDGE`` keeps weights small, and none is more than it may be."""
     table, right = _table(rows), _right(rows)
 
     def loss(x: Floats) -> tuple[float, Floats]:
@@ -69,8 +69,9 @@ def fit(rows: Sequence[Row]) -> LogisticModel:
         value = np.logaddexp(0, np.where(right, -odds, odds)).sum() + RIDGE * (x[1:] ** 2).sum() / 2
         return float(value), np.concatenate([[slope.sum()], table.T @ slope + RIDGE * x[1:]])
 
-    bounds = [(None, None)] + [(None, 0.0)] * len(NAMES)
-    found = minimize(loss, np.zeros(len(NAMES) + 1), jac=True, method="L-BFGS-B", bounds=bounds).x
+    most = [MAP_MOST.get(name, 0.0) for name in NAMES]
+    bounds = [(None, None), *((None, each) for each in most)]
+    found = minimize(loss, np.array([0.0, *most]), jac=True, method="L-BFGS-B", bounds=bounds).x
     weights = dict(zip(NAMES, (round(min(float(each), 0.0), 2) for each in found[1:]), strict=True))
     return LogisticModel(round(float(found[0]), 2), {name: weight for name, weight in weights.items() if weight})
 

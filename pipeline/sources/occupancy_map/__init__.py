@@ -12,7 +12,8 @@ R6  Where a room ends at unseen space or at the picture's border, its edge is a 
     edges is, and how many rooms end there for the most part. Where most of all edges is one, nothing but the rays' ends
     bounds the rooms: they are open ground, as in R8.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
-    steps of the cells are straightened.
+    steps of the cells are straightened. Its plan has the quality of a drawing's, that of any other map its own (R10).
+R10 What the cells say against the plan is measured as grounds of its quality (``signs``).
 R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
     It ends before a wider one that meets it, or lies before it. If nothing is left of it so, there is only the other.
     A way narrower than any door, at a corner of the rooms, is moved to where a door has space.
@@ -164,6 +165,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         about["rooms_seen_in_part"] = rooms_in_part
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
+    doorways = [hole.shape for hole in holes]
     open_share = free_share_of_border(free, occupied, found.resolution_m)
     if not parts.outside and open_share >= MARGIN:  # R8
         about["open_border"] = round(open_share, 3)
@@ -172,7 +174,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         holes=tuple(holes),
         rooms=tuple(named_room("", outline) for outline in outlines),
         about=about,
-        signs=measure_signs(free, occupied, found.resolution_m, outlines, [hole.shape for hole in holes]),
+        signs={} if found.walls_only else measure_signs(free, occupied, found.resolution_m, outlines, doorways),
     )
 
 

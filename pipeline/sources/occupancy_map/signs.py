@@ -72,10 +72,8 @@ class _Cells:
         """Return which cells lie in one of the shapes."""
         pixels = np.zeros(self.occupied.shape, np.uint8)
         for shape in shapes:
-            own = np.zeros_like(pixels)
             rings = [self._pixels(ring) for ring in (shape.exterior, *shape.interiors)]
-            cv2.fillPoly(own, rings, 1, shift=_SUBPIXEL)
-            pixels |= own
+            cv2.fillPoly(pixels, rings, 1, shift=_SUBPIXEL)
         return pixels.view(bool)
 
     def _pixels(self, ring: shapely.LinearRing) -> npt.NDArray[np.int32]:

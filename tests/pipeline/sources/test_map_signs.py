@@ -129,9 +129,19 @@ def test_a_map_that_shows_all_of_its_walls_is_sure_and_one_half_seen_says_why_no
     assert main_grounds_in_words(plan.quality)[0].startswith("rooms seen in part")
 
 
-@pytest.mark.parametrize("name", [*MAP_WHOLE, "open_border"])
+def test_a_map_that_says_that_it_was_drawn_has_the_quality_of_a_drawing(tmp_path: Path) -> None:
+    shades = drawn()
+    room(shades, 1, 1, 4, 4)
+    shades[shades == UNSEEN] = WALL
+    file = saved(tmp_path, shades)
+    file.write_text(file.read_text() + "walls_only: true\n")
+    (plan,) = plans_of(file)
+    assert not is_of_map(plan.quality.grounds)
+
+
+@pytest.mark.parametrize("name", MAP_WHOLE)
 def test_each_ground_of_a_map_speaks_against_it_the_more_of_it_there_is(name: str) -> None:
-    most = MAP_WHOLE.get(name, 0.1)
+    most = MAP_WHOLE[name]
     no_fault = {"half_seen_rooms": 0.0}
     scores = [score_quality(no_fault | {name: value}).score for value in (0.0, most / 2, most)]
     assert scores == sorted(scores, reverse=True)
