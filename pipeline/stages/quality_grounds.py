@@ -25,7 +25,7 @@ R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terra
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
 R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, R17, R19.
-R17 ``open_border``: 1 if a map's free cells reach its border (``EDGE`` among the guesses): nothing of it is inside.
+R17 ``open_border``: 1 if a map's border or unseen space, and no wall, ends most of it (``EDGE`` among the guesses).
 R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
 R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the source names neither walls, furniture nor
     doors, and nothing stands in the rooms. Bodies of vehicles, blocks and arenas are such boxes, and few rooms are.
