@@ -1,8 +1,11 @@
 """Tell rooms from spaces that no way leads to: closed blocks, and what a robot saw through a window or a pane of glass.
 
 R1  The rooms that ways join are one group. The largest group by area was reached, and all that is as large as ``SMALL``
-    of it or larger. So was a closed room beside others: its door was closed, or is not in the map.
-R2  What else no way leads to is no room where ``OPEN`` of its edge or more is at no wall: rays came in, but no robot.
+    of it or larger.
+R2  What else no way leads to is no room where all of it is less than ``FEW`` of all rooms: what a robot drove through
+    hangs together, and such a space is the inside of a wall or of a piece of furniture, or was seen through a pane.
+    Where more is closed, a person drew the map without its doors. Then only those are no rooms of which ``OPEN`` of
+    the edge or more is at no wall.
 R3  A block that stands free in one room is no room: a pillar, a counter, or a box. All that is closed in it is.
 """
 
@@ -19,6 +22,7 @@ from pipeline.sources.occupancy_map.enclosure import open_shares
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
 
 SMALL: Final = 0.1
+FEW: Final = 0.2
 OPEN: Final = 0.1
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 
@@ -37,10 +41,11 @@ def unreached_rooms(
         return frozenset()
     sizes = [int(area[group].sum()) for group in groups]
     apart = [number for group, size in zip(groups, sizes, strict=True) if size < max(sizes) for number in group]
-    seen_in = open_shares(label, occupied, cell_m) >= OPEN
-    small = {k for group, size in zip(groups, sizes, strict=True) if size < SMALL * max(sizes) for k in group}
-    blocks = _blocks(label, apart)
-    return frozenset(number for number in apart if (number in small and seen_in[number]) or number in blocks)
+    small = [k for group, size in zip(groups, sizes, strict=True) if size < SMALL * max(sizes) for k in group]
+    if area[small].sum() >= FEW * sum(sizes):
+        seen_in = open_shares(label, occupied, cell_m) >= OPEN
+        small = [number for number in small if seen_in[number]]
+    return frozenset(small) | _blocks(label, apart)
 
 
 def _blocks(label: Labels, apart: list[int]) -> frozenset[int]:

@@ -428,6 +428,19 @@ def test_what_no_way_leads_to_is_no_room_if_it_is_a_block_or_open() -> None:
     assert unreached_rooms(np.minimum(label, 1), [], occupied, frozenset(), CELL_M) == frozenset()
 
 
+@pytest.mark.parametrize(("closed", "dropped"), [(2, {2, 3}), (7, set())])
+def test_a_few_small_closed_rooms_are_none_but_many_are_rooms_whose_doors_nobody_drew(
+    closed: int, dropped: set[int]
+) -> None:
+    """A hall of 24 m2, and above it closed rooms of 0.9 m2 each, with walls all round."""
+    label = np.zeros((100, 260), np.int32)
+    label[50:90, 10:250] = 1
+    for k in range(closed):
+        label[10:28, 10 + 30 * k : 30 + 30 * k] = k + 2
+    occupied = cv2.dilate((label > 0).view(np.uint8), np.ones((5, 5), np.uint8)).view(bool) & (label == 0)
+    assert unreached_rooms(label, [], occupied, frozenset(), CELL_M) == dropped
+
+
 @pytest.mark.parametrize("walled", [False, True])
 def test_an_unseen_island_is_floor_unless_walls_are_around_it(walled: bool) -> None:
     """A hall of 10 m x 8 m; nobody looked at 6 m x 4 m in its middle, from which a neck of 0.3 m leads to the wall."""
