@@ -291,13 +291,20 @@ def test_one_plan_alone_is_compared_with_none(street: Path, tmp_path: Path, monk
     monkeypatch.setattr(assemble, "find_similar_pairs", lambda _, count, **__: compared.append(count))
     monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda *_: None)
     run_build([street / "a.ply"], tmp_path / "out")
+
+    def load(planned: threading.Event, *, several: bool) -> None:
+        """In a thread, as a build does: it holds Ctrl-C back in its own."""
+        thread = threading.Thread(target=assemble._load_for_assembling, args=(planned, several))
+        thread.start()
+        thread.join()
+
     planned = threading.Event()
     planned.set()
-    assemble._load_for_assembling(planned, several=False)
+    load(planned, several=False)
     assert not compared
-    assemble._load_for_assembling(planned, several=True)
+    load(planned, several=True)
     monkeypatch.setattr(assemble, "_SOON_S", 0.0)
-    assemble._load_for_assembling(threading.Event(), several=False)  # it takes long, and may be several storeys
+    load(threading.Event(), several=False)  # it takes long, and may be several storeys
     assert compared == [2, 2]
 
 
