@@ -182,7 +182,7 @@ def serve_items(pipe: Connection, function: Callable[[Item], Any], limits: Limit
     while True:
         try:
             item = pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionError):  # reset: the other end never read that this is ready
             return
         signal.setitimer(signal.ITIMER_REAL, min(limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
         _answer(pipe, function, item, limits)
