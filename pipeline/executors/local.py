@@ -23,7 +23,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
@@ -172,24 +172,22 @@ def _without_main(function: Callable[..., Any]) -> Iterator[None]:
 
 
 def serve_items(pipe: Connection, function: Callable[[Item], Any], limits: Limits) -> None:
-    """Answer items until the pipe ends: the worker's side."""
-    try:
-        _prepare(limits)
-        pipe.send(("ready", None))
-    except (MemoryError, ImportError, OSError, ValueError) as error:
-        pipe.send(("unfit", f"{type(error).__name__}: {error}"))
-        return
-    while True:
+    """Answer items until the pipe ends: the worker's side. It ends or is reset when the other end is closed."""
+    with suppress(EOFError, ConnectionError):
         try:
+            _prepare(limits)
+            pipe.send(("ready", None))
+        except (MemoryError, ImportError, OSError, ValueError) as error:
+            pipe.send(("unfit", f"{type(error).__name__}: {error}"))
+            return
+        while True:
             item = pipe.recv()
-        except (EOFError, ConnectionError):  # reset: the other end never read that this is ready
-            return
-        signal.setitimer(signal.ITIMER_REAL, min(limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
-        _answer(pipe, function, item, limits)
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        if _peak_bytes() > limits.memory / 2:  # what it holds must not count against the next item
-            pipe.send(("leaving", None))
-            return
+            signal.setitimer(signal.ITIMER_REAL, min(limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
+            _answer(pipe, function, item, limits)
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            if _peak_bytes() > limits.memory / 2:  # what it holds must not count against the next item
+                pipe.send(("leaving", None))
+                return
 
 
 def _answer(pipe: Connection, function: Callable[[Item], Any], item: Item, limits: Limits) -> None:
