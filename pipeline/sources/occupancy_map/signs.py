@@ -25,7 +25,8 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-Bools = npt.NDArray[np.bool_]
+from pipeline.sources.occupancy_map.narrow_places import Bools
+
 UNSEEN: Final = 0.2
 WALL_M: Final = 0.2
 FAR_M: Final = 0.5
